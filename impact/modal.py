@@ -1,0 +1,190 @@
+"""Modal Green's function: damped oscillators, relaxations and bare compliance; passive by construction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact import oscillator
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the retained modes leave out, in a passive form.
+
+    g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
+
+    Attributes:
+        shapes: (R, p) amplitudes a_r [sqrt(m/(N s))].
+        rates: (R,) decay rates 1/tau >= 0 [1/s]; 0 is a dashpot or a semi-infinite rod.
+        compliance: (p, p) symmetric positive semidefinite bare compliance [m/N].
+    """
+
+    shapes: Array
+    rates: Array
+    compliance: Array
+
+    @staticmethod
+    def none(n_ports: int = 1) -> Residual:
+        """Nothing left out."""
+        return Residual(np.zeros((0, n_ports)), np.zeros(0), np.zeros((n_ports, n_ports)))
+
+    @staticmethod
+    def spring(compliance: ArrayLike) -> Residual:
+        """Bare residual flexibility (MacNeal): r0 delta(t), ``compliance`` scalar or (p, p) [m/N]."""
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        return Residual(np.zeros((0, len(r0))), np.zeros(0), r0)
+
+    @staticmethod
+    def exponential(compliance: ArrayLike, initial_value: ArrayLike) -> Residual:
+        """The exponential with integral R0 = ``compliance`` and initial value G0 = ``initial_value``, (p, p) or scalar.
+
+        g_res(t) = G0^(1/2) exp(-G0^(1/2) R0^-1 G0^(1/2) t) G0^(1/2); null directions of R0 are dropped.
+        """
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        g0 = _symmetric_psd(initial_value, "initial value")
+        if r0.shape != g0.shape:
+            raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
+        scale, vectors = np.linalg.eigh(g0)
+        if scale[0] <= 0:
+            raise GreensFunctionError(f"initial value g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+        root = vectors * np.sqrt(scale) @ vectors.T
+        inverse_root = vectors / np.sqrt(scale) @ vectors.T
+        taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
+        kept = taus > 1e-14 * max(taus[-1], 0.0)
+        return Residual((root @ modes[:, kept]).T.copy(), 1.0 / taus[kept], np.zeros_like(r0))
+
+    def static(self) -> Array:
+        """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            terms = self.shapes[:, :, None] * self.shapes[:, None, :] / self.rates[:, None, None]
+        return np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
+
+
+@dataclass(frozen=True)
+class ModalGreens(GreensFunction):
+    """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
+
+    Attributes:
+        omega: (M,) angular frequencies w_k >= 0 [rad/s]; 0 is a rigid-body mode (t).
+        zeta: (M,) damping ratios >= 0; 1 and above are allowed.
+        shapes: (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
+        residual: what these modes leave out.
+        port_names: p names.
+        error: estimated error of g.
+        origin: provenance, plain JSON values.
+    """
+
+    omega: Array
+    zeta: Array
+    shapes: Array
+    residual: Residual
+    port_names: tuple[str, ...] = ("contact",)
+    error: ErrorEstimate = ErrorEstimate()
+    origin: Mapping[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        m, p = len(self.omega), len(self.port_names)
+        if self.zeta.shape != (m,) or self.shapes.shape != (m, p) or self.residual.compliance.shape != (p, p):
+            raise GreensFunctionError(
+                f"shapes do not match: omega {self.omega.shape}, zeta {self.zeta.shape}, shapes {self.shapes.shape}, "
+                f"residual {self.residual.compliance.shape}, {p} ports"
+            )
+        for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
+            if not np.all(np.isfinite(values)):
+                raise GreensFunctionError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
+        for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
+            if values.size and values.min() < 0:
+                raise GreensFunctionError(f"{name} must be >= 0, the smallest is {values.min():g}: the body would gain energy")
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports."""
+        return self.port_names
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """Estimated error of g."""
+        return self.error
+
+    @property
+    def provenance(self) -> Mapping[str, object]:
+        """Where these modes came from."""
+        return self.origin
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """(M,) undamped natural frequencies [Hz]."""
+        return self.omega / (2 * np.pi)
+
+    @cached_property
+    def _factors(self) -> Array:
+        return np.einsum("ki,kj->ijk", self.shapes, self.shapes)
+
+    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
+        t = np.asarray(t, dtype=float)
+        flat = np.ravel(t)
+        function = oscillator.step_response if integrated else oscillator.impulse_response
+        relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
+        rates = self.residual.rates
+        out = np.zeros(flat.shape)
+        for start in range(0, flat.size, 4096):  # blocks bound the memory to 4096 x M
+            block = np.maximum(flat[start : start + 4096], 0.0)
+            values = function(block[:, None], self.omega, self.zeta) @ self._factors[i, j]
+            decay = -rates * block[:, None]
+            kernel = oscillator.expm1_over(decay) * block[:, None] if integrated else np.exp(decay)
+            out[start : start + 4096] = values + kernel @ relax
+        if integrated:
+            out += self.residual.compliance[i, j]
+        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self._sum(t, i, j, integrated=False)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
+        return self._sum(t, i, j, integrated=True)
+
+    def static_compliance(self) -> Array:
+        """(p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
+        rigid = self.omega == 0
+        elastic = (self._factors[:, :, ~rigid] / self.omega[~rigid] ** 2).sum(axis=-1)
+        free = self._factors[:, :, rigid].sum(axis=-1)
+        return elastic + np.where(free != 0, np.copysign(np.inf, free), 0.0) + self.residual.static()
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
+        start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
+        return start + np.where(self.residual.compliance != 0, np.inf, 0.0)
+
+    def step_matrix(self, dt: float) -> Array:
+        """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
+        p = len(self.port_names)
+        return np.array([[float(self.step_response(dt, i, j)) for j in range(p)] for i in range(p)])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Itself: the recursion is exact for forces constant over a step."""
+        return StepKernel(self, None, f"pole recursion, {len(self.omega) + len(self.residual.rates)} poles")
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ModalGreens:
+        """The same function with another error estimate (and provenance)."""
+        return replace(self, error=error, origin=self.origin if origin is None else origin)
+
+
+def _symmetric_psd(values: ArrayLike, name: str) -> Array:
+    """``values`` as a symmetric (p, p) matrix with round-off negative eigenvalues clipped; error beyond 1e-10."""
+    matrix = np.atleast_2d(np.asarray(values, dtype=float))
+    if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
+        raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
+    matrix = (matrix + matrix.T) / 2
+    eigenvalues, vectors = np.linalg.eigh(matrix)
+    limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
+    if eigenvalues[0] < -limit:
+        raise GreensFunctionError(f"{name} has the negative eigenvalue {eigenvalues[0]:g}: the body would gain energy")
+    return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
