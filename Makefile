@@ -1,0 +1,75 @@
+# make demo    the example, all the way, into seatfem-demo/
+# make test    lint, types, tests
+# Both make .venv and install what they need first; a second run installs nothing.
+
+PYTHON ?= python3
+VENV   := .venv
+PY     := $(VENV)/bin/python
+
+# One thread per process where several processes run side by side.
+SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+TEST_WORKERS  ?= auto
+
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint types unit verify doctor docs clean distclean
+
+help:
+	@sed -n 's/^# //p' Makefile
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), clean, distclean."
+
+demo: $(VENV)/installed-pictures
+	@$(VENV)/bin/seatfem demo
+
+test: lint types unit
+
+lint: $(VENV)/installed-dev
+	$(PY) -m ruff check .
+
+types: $(VENV)/installed-dev
+	$(PY) -m mypy
+
+unit: $(VENV)/installed-dev
+	@$(PY) -m seatfem.system
+	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4
+
+verify doctor: $(VENV)/installed-pictures
+	@$(VENV)/bin/seatfem $@
+
+docs: $(VENV)/installed-dev
+	$(PY) -m seatfem.scene_docs docs/scene.md
+
+# The virtual environment. Some systems' venv lacks ensurepip: the outer pip then installs into it.
+$(PY):
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	    || { echo "Python 3.11 or newer is needed; name one: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@if $(PYTHON) -c 'import ensurepip' 2>/dev/null; then $(PYTHON) -m venv $(VENV); \
+	else $(PYTHON) -m venv --without-pip $(VENV); fi
+
+# $(call install,EXTRA)
+define install
+	@if $(PY) -m pip --version >/dev/null 2>&1; then \
+	    $(PY) -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'; \
+	elif $(PYTHON) -m pip --version >/dev/null 2>&1; then \
+	    $(PYTHON) -m pip --python $(PY) install --quiet --disable-pip-version-check --editable '.[$(1)]'; \
+	else \
+	    echo "No pip for $(PYTHON). On Debian or Ubuntu: apt-get install python3-pip" >&2; exit 1; \
+	fi
+endef
+
+$(VENV)/installed-pictures: pyproject.toml | $(PY)
+	@echo "installing seatfem with pictures into $(VENV)"
+	$(call install,pictures)
+	@touch $@
+
+# the development tools include the pictures
+$(VENV)/installed-dev: pyproject.toml | $(PY)
+	@echo "installing seatfem with its development tools into $(VENV)"
+	$(call install,dev)
+	@touch $@ $(VENV)/installed-pictures
+
+clean:
+	rm -rf build dist seatfem-demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)
