@@ -52,7 +52,7 @@ class Residual:
             raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
         scale, vectors = np.linalg.eigh(g0)
         if scale[0] <= 0:
-            raise GreensFunctionError(f"initial value g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+            raise GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
         root = vectors * np.sqrt(scale) @ vectors.T
         inverse_root = vectors / np.sqrt(scale) @ vectors.T
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
@@ -63,7 +63,8 @@ class Residual:
         """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             terms = self.shapes[:, :, None] * self.shapes[:, None, :] / self.rates[:, None, None]
-        return np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
+        total: Array = np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
+        return total
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class ModalGreens(GreensFunction):
     shapes: Array
     residual: Residual
     port_names: tuple[str, ...] = ("contact",)
-    error: ErrorEstimate = ErrorEstimate()
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -100,7 +101,7 @@ class ModalGreens(GreensFunction):
                 raise GreensFunctionError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
-                raise GreensFunctionError(f"{name} must be >= 0, the smallest is {values.min():g}: the body would gain energy")
+                raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -124,7 +125,7 @@ class ModalGreens(GreensFunction):
 
     @cached_property
     def _factors(self) -> Array:
-        return np.einsum("ki,kj->ijk", self.shapes, self.shapes)
+        return np.asarray(np.einsum("ki,kj->ijk", self.shapes, self.shapes))
 
     def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
         t = np.asarray(t, dtype=float)
@@ -156,12 +157,13 @@ class ModalGreens(GreensFunction):
         rigid = self.omega == 0
         elastic = (self._factors[:, :, ~rigid] / self.omega[~rigid] ** 2).sum(axis=-1)
         free = self._factors[:, :, rigid].sum(axis=-1)
-        return elastic + np.where(free != 0, np.copysign(np.inf, free), 0.0) + self.residual.static()
+        rigid_part = np.where(free != 0, np.copysign(np.inf, free), 0.0)
+        return np.asarray(elastic + rigid_part + self.residual.static())
 
     def initial_value(self) -> Array:
         """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
-        return start + np.where(self.residual.compliance != 0, np.inf, 0.0)
+        return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
     def step_matrix(self, dt: float) -> Array:
         """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""

@@ -30,7 +30,9 @@ def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
     decay = np.exp(-slow * t)
     phase = np.where(under, wd * t, 0.0)
     cosine = np.where(under, decay * np.cos(phase), (decay + np.exp(-fast * t)) / 2)
-    sine = np.where(under, decay * t * np.sinc(phase / np.pi), decay * t * expm1_over(np.where(under, 0.0, -2 * wd * t)))
+    sine = np.where(
+        under, decay * t * np.sinc(phase / np.pi), decay * t * expm1_over(np.where(under, 0.0, -2 * wd * t))
+    )
     return cosine, sine
 
 
