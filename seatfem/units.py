@@ -1,0 +1,164 @@
+"""Strings with units, at the edges of the program: `"3 mm"` -> 0.003.
+
+The number is split from the unit by a strict pattern, and only the unit goes to pint, because pint alone reads
+"0,3 mm" as 0 m and "1 500 rpm" as 500 rpm. Inside the program every quantity is an SI float.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from difflib import get_close_matches
+from functools import cache
+from math import isfinite
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    import pint
+
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3}(?!\d))?")
+_UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d|\d)?(?:\s*[*/ ]\s*[A-Za-zµμ]+(?:\^-?\d|\d)?)*")
+_POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
+
+
+class UnitError(ValueError):
+    """A string is not a quantity of the dimension that is needed."""
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What a key may hold: its name in words, its SI unit, and an example for error messages."""
+
+    name: str
+    si: str
+    example: str
+    suggestions: tuple[str, ...]
+    made_of: tuple[str, ...] = ()
+    """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
+
+
+DIMENSIONS: Final = {
+    dimension.name: dimension
+    for dimension in (
+        Dimension("length", "m", "3 mm", ("mm", "um", "m", "cm", "inch")),
+        Dimension("area", "m^2", "4 mm^2", ("mm^2", "m^2", "um^2")),
+        Dimension("time", "s", "3 ms", ("ms", "us", "ns", "s")),
+        Dimension("mass", "kg", "5 g", ("g", "kg", "mg")),
+        Dimension("velocity", "m/s", "2 m/s", ("m/s", "mm/s", "mm/us")),
+        Dimension("density", "kg/m^3", "7850 kg/m^3", ("kg/m^3", "g/cm^3")),
+        Dimension("pressure", "Pa", "200 GPa", ("GPa", "MPa", "kPa", "Pa", "psi")),
+        Dimension("stiffness", "N/m", "20 N/um", ("N/m", "N/mm", "N/um", "kN/mm")),
+        Dimension("frequency", "Hz", "1 MHz", ("MHz", "kHz", "Hz", "GHz"), made_of=("hertz",)),
+        Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), made_of=("second", "minute", "hour")),
+    )
+}
+
+_OTHER_NAMES: Final = (
+    ("force", "N"),
+    ("temperature", "K"),
+    ("volume", "m^3"),
+    ("impulse", "N s"),
+    ("damping coefficient", "N s/m"),
+    ("compliance", "m/N"),
+    ("energy", "J"),
+    ("current", "A"),
+)
+
+
+def parse_quantity(text: str, dimension: str) -> float:
+    """The SI value of `text`, a number and a unit such as "25.4 mm".
+
+    dimension: a name in `DIMENSIONS`.
+    Raises `UnitError` (ValueError) where the text is no number with a unit, or has another dimension. A decimal comma,
+    a thousands separator, temperatures, and rpm or rad/s in place of Hz are refused, never guessed at.
+    """
+    wanted = DIMENSIONS[dimension]
+    number, unit = _split(text, wanted)
+    parsed = _parse_unit(text, unit, wanted)
+    if not _is_of(parsed, wanted):
+        raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {_need(wanted)}")
+    value = float(number * _factor(str(parsed), wanted.si))
+    if not isfinite(value):
+        raise UnitError(f"{text!r} is beyond the largest number; {_need(wanted)}")
+    return value
+
+
+def parse_fraction(text: str) -> float:
+    """A pure number, "0.1" or "10 %" -> 0.1. Raises `UnitError`."""
+    match = re.fullmatch(rf"({_NUMBER.pattern})\s*(%?)", text.strip())
+    if match is None:
+        raise UnitError(f"{text!r} is not a pure number; write 0.1 or '10 %'")
+    return float(Decimal(match[1]) * (Decimal("0.01") if match[2] else 1))
+
+
+def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
+    stripped = text.strip()
+    match = _NUMBER.match(stripped)
+    if match is None:
+        raise UnitError(f"{text!r} does not start with a number; {_need(wanted)}")
+    rest = stripped[match.end() :].strip()
+    if not rest:
+        raise UnitError(f"{text!r} has no unit; {_need(wanted)}")
+    if rest.startswith(","):
+        raise UnitError(f"{text!r} has a comma; write a decimal point and no separators, e.g. {wanted.example!r}")
+    if rest[0].isdigit() and not re.match(r"1\s*/", rest):
+        raise UnitError(f"{text!r} has a space inside the number; write it without, e.g. {wanted.example!r}")
+    if _UNIT.fullmatch(rest) is None:
+        raise UnitError(f"{text!r} is not one number and one unit; {_need(wanted)}")
+    return Decimal(match[0]), rest
+
+
+def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
+    import pint
+
+    try:
+        return _registry().parse_units(_POWER.sub("^", unit))
+    except (pint.PintError, ValueError, TypeError, AttributeError):
+        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.suggestions], n=1, cutoff=0.6)
+        hint = [known for known in wanted.suggestions if close and known.lower() == close[0]]
+        advice = f"did you mean {hint[0]!r}?" if hint else _need(wanted)
+        raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None
+
+
+def _is_of(unit: pint.Unit, wanted: Dimension) -> bool:
+    if unit.dimensionality != _registry().parse_units(wanted.si).dimensionality:
+        return False
+    return not wanted.made_of or all(base in wanted.made_of for base in _base_names(unit))
+
+
+def _base_names(unit: pint.Unit) -> list[str]:
+    """The names a unit is made of, without prefixes: kilohertz -> hertz."""
+    return [_registry().parse_unit_name(name)[0][1] for name, _ in unit._units.items()]
+
+
+def _describe(unit: pint.Unit, written: str) -> str:
+    if unit.dimensionless:
+        return "an angle or a pure number"
+    for dimension in DIMENSIONS.values():
+        if unit.dimensionality == _registry().parse_units(dimension.si).dimensionality:
+            article = "an" if dimension.name[0] in "aeiou" else "a"
+            return f"in {written!r}" if dimension.made_of else f"{article} {dimension.name}"
+    for name, si in _OTHER_NAMES:
+        if unit.dimensionality == _registry().parse_units(si).dimensionality:
+            return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+    return f"of dimension {unit.dimensionality}"
+
+
+def _need(wanted: Dimension) -> str:
+    article = "an" if wanted.name[0] in "aeiou" else "a"
+    return f"{article} {wanted.name} is needed, e.g. {wanted.example!r}"
+
+
+@cache
+def _factor(unit: str, si: str) -> Decimal:
+    registry = _registry()
+    return Decimal(registry.Quantity(Decimal(1), registry.parse_units(unit)).to(si).magnitude)
+
+
+@cache
+def _registry() -> pint.UnitRegistry[Decimal]:
+    """Decimal factors: "25.4 mm" becomes the float nearest to 0.0254, not the product of two rounded floats."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
