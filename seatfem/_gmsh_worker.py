@@ -1,0 +1,233 @@
+"""The gmsh process: `python -m seatfem._gmsh_worker JOB.json`, started by `seatfem.gmsh_process` only.
+
+Lengths are millimetres inside gmsh and metres in everything that is read or written for the parent, which learns
+of progress and failure from JSON lines on standard output.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatfem.geometry import FAMILIES, Geometry, GeometryError, decode
+from seatfem.geometry.inspect import MILLIMETRE, area_of, patch_tags, volume_of
+from seatfem.geometry.step_colours import paint
+from seatfem.mesh_spec import MeshSpec
+
+APT_LINE = (
+    "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
+)
+TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
+TRIANGLE = {1: 2, 2: 9}
+POOR_JACOBIAN = 0.05
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,  # one thread is reproducible, several are not
+    "Geometry.OCCImportLabels": 1,  # colours of STEP faces
+    "Mesh.OptimizeNetgen": 1,  # removes the slivers on fillets that would invert when curved
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.MshFileVersion": 4.1,
+}
+
+
+def send(**message: Any) -> None:
+    """One JSON line to the parent."""
+    sys.stdout.write(json.dumps(message) + "\n")
+    sys.stdout.flush()
+
+
+def stage(what: str, done: float) -> None:
+    send(stage=what, done=done)
+
+
+def build(gmsh: Any, geometry: Geometry) -> dict[str, list[int]]:
+    """Build the solid and return the face tags of its groups."""
+    family = next(family for family in FAMILIES.values() if isinstance(geometry, family.spec))
+    family.build(geometry, gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    tags = patch_tags(gmsh.model, geometry.patches)
+    if shared := set(tags["contact"]) & set(tags["fixed"]):
+        raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
+    return tags
+
+
+def set_sizes(gmsh: Any, spec: MeshSpec, contact: list[int]) -> None:
+    """Background size: constant near the contact patch, then growing linearly to the bulk's."""
+    field = gmsh.model.mesh.field
+    edges = gmsh.model.getBoundary([(2, tag) for tag in contact], combined=False, oriented=False)
+    near, far = spec.patch_size / MILLIMETRE, (spec.patch_size + spec.transition) / MILLIMETRE
+    distance = field.add("Distance")
+    field.setNumbers(distance, "SurfacesList", contact)
+    field.setNumbers(distance, "CurvesList", [tag for _, tag in edges])
+    field.setNumber(distance, "Sampling", 200)
+    threshold = field.add("Threshold")
+    field.setNumber(threshold, "InField", distance)
+    field.setNumber(threshold, "SizeMin", spec.patch_size / MILLIMETRE)
+    field.setNumber(threshold, "SizeMax", spec.size / MILLIMETRE)
+    field.setNumber(threshold, "DistMin", near)
+    field.setNumber(threshold, "DistMax", max(far, 1.001 * near))
+    field.setAsBackgroundMesh(threshold)
+
+
+def name_groups(gmsh: Any, tags: dict[str, list[int]]) -> None:
+    model = gmsh.model
+    model.addPhysicalGroup(3, [tag for _, tag in model.getEntities(3)], name="seat")
+    for name, faces in tags.items():
+        model.addPhysicalGroup(2, faces, name=name)
+
+
+def generate(gmsh: Any, spec: MeshSpec) -> None:
+    mesh = gmsh.model.mesh
+    stage("meshing surfaces", 0.1)
+    mesh.generate(2)
+    stage("meshing the volume", 0.3)
+    mesh.generate(3)
+    if spec.order == 2:
+        stage("curving elements", 0.7)
+        gmsh.option.setNumber("Mesh.SecondOrderLinear", 0 if spec.curved else 1)
+        mesh.setOrder(2)
+        untangle(gmsh)
+
+
+def untangle(gmsh: Any) -> None:
+    """Optimise where curving left (nearly) inverted elements; the parent checks what remains."""
+    elements, _ = gmsh.model.mesh.getElementsByType(TETRAHEDRON[2])
+    jacobian = gmsh.model.mesh.getElementQualities(elements, "minSJ")
+    poor = np.flatnonzero(jacobian < POOR_JACOBIAN)
+    if len(poor):
+        worst = elements[np.argmin(jacobian)]
+        nodes = gmsh.model.mesh.getElement(worst)[1]
+        x, y, z = np.mean([gmsh.model.mesh.getNode(node)[0] for node in nodes], axis=0)
+        stage(f"untangling {len(poor)} curved elements, worst near ({x:.3g}, {y:.3g}, {z:.3g}) mm", 0.8)
+        gmsh.model.mesh.optimize("HighOrder")
+
+
+def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
+    """Points (metres), tetrahedra and named groups as plain arrays; ``scale``: metres per model unit."""
+    mesh = gmsh.model.mesh
+    tags, coordinates, _ = mesh.getNodes()
+    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
+    index[tags] = np.arange(len(tags))
+    present = {kind for kind in mesh.getElementTypes() if mesh.getElementProperties(kind)[1] == 3}
+    foreign = [mesh.getElementProperties(kind)[0] for kind in present - set(TETRAHEDRON.values())]
+    if foreign or len(present) != 1:
+        found = ", ".join(mesh.getElementProperties(kind)[0] for kind in sorted(present)) or "none"
+        raise GeometryError(f"volume elements must be tetrahedra of one order, 1 or 2; found: {found}")
+    order = next(order for order, kind in TETRAHEDRON.items() if kind in present)
+    columns = mesh.getElementProperties(TETRAHEDRON[order])[3]
+    elements, nodes = mesh.getElementsByType(TETRAHEDRON[order])
+    element_index = np.full(int(elements.max()) + 1, -1, dtype=np.int64)
+    element_index[elements] = np.arange(len(elements))
+    out = {
+        "points": scale * coordinates.reshape(-1, 3),
+        "tets": index[nodes].reshape(-1, columns),
+    }
+    for dimension, tag in gmsh.model.getPhysicalGroups():
+        name = gmsh.model.getPhysicalName(dimension, tag) or f"group {tag}"
+        entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
+        if dimension == 3:
+            parts = [mesh.getElementsByType(TETRAHEDRON[order], entity)[0] for entity in entities]
+            out[f"volume:{name}"] = element_index[np.concatenate(parts)]
+        elif dimension == 2:
+            width = mesh.getElementProperties(TRIANGLE[order])[3]
+            faces = [mesh.getElementsByType(TRIANGLE[order], entity)[1] for entity in entities]
+            out[f"surface:{name}"] = index[np.concatenate(faces)].reshape(-1, width)[:, :3]
+    return out
+
+
+def write_msh(gmsh: Any, path: str, scale: float) -> None:
+    """In metres, so that the file is read back with unit 1."""
+    gmsh.option.setNumber("Mesh.ScalingFactor", scale)
+    gmsh.write(path)
+    gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
+
+
+def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
+    geometry: Geometry = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    stage("building the geometry", 0.0)
+    tags = build(gmsh, geometry)
+    set_sizes(gmsh, spec, tags["contact"])
+    name_groups(gmsh, tags)
+    generate(gmsh, spec)
+    if job["msh"]:
+        write_msh(gmsh, job["msh"], MILLIMETRE)
+    cad = {"volume": volume_of(gmsh.model)} | {name: area_of(gmsh.model, faces) for name, faces in tags.items()}
+    return arrays(gmsh, MILLIMETRE) | {f"cad:{name}": np.float64(value) for name, value in cad.items()}
+
+
+def read(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "read": a mesh file -> arrays."""
+    stage("reading the mesh", 0.0)
+    gmsh.open(job["path"])
+    return arrays(gmsh, job["unit"])
+
+
+def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
+    geometry: Geometry = decode(job["geometry"])
+    stage("building the geometry", 0.0)
+    build(gmsh, geometry)
+    gmsh.write(job["step"])
+    # The order of faces is the file's, not that of the model it came from: select again in what was written.
+    gmsh.clear()
+    gmsh.model.occ.importShapes(job["step"])
+    gmsh.model.occ.synchronize()
+    tags = patch_tags(gmsh.model, geometry.patches)
+    colours = {tag: job["colours"][name] for name, faces in tags.items() if name in job["colours"] for tag in faces}
+    path = Path(job["step"])
+    path.write_text(paint(path.read_text(encoding="ascii"), colours), encoding="ascii")
+    return {}
+
+
+TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {"mesh": make, "read": read, "step": export}
+
+
+def import_gmsh() -> Any:
+    """The gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
+    try:
+        import gmsh
+    except OSError as error:
+        raise RuntimeError(f"gmsh cannot load a system library ({error}); mend it with: {APT_LINE}") from error
+    except ImportError as error:
+        raise RuntimeError(f"gmsh is not installed ({error}); mend it with: pip install gmsh") from error
+    return gmsh
+
+
+def run(job: dict[str, Any]) -> None:
+    gmsh = import_gmsh()
+    gmsh.initialize([], readConfigFiles=False, interruptible=False)
+    for option, value in OPTIONS.items():
+        gmsh.option.setNumber(option, value)
+    result = TASKS[job["task"]](gmsh, job)
+    np.savez(job["arrays"], gmsh_version=np.array(gmsh.__version__), **result)
+    stage("reading gmsh's arrays", 0.95)
+    gmsh.finalize()
+
+
+def main(job_path: str) -> int:
+    try:
+        run(json.loads(Path(job_path).read_text(encoding="utf-8")))
+    except GeometryError as error:
+        send(error=str(error), kind="geometry")
+    except Exception as error:
+        send(error=str(error), kind="gmsh")
+    else:
+        return 0
+    return 1
+
+
+if __name__ == "__main__":
+    # Messages keep the pipe to themselves: OpenCASCADE prints to descriptor 1, which now leads to the log.
+    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    sys.exit(main(sys.argv[1]))

@@ -1,0 +1,102 @@
+"""Geometry of seats: frozen specs in SI units, and one gmsh recipe per family.
+
+A new family is one file with a frozen dataclass (its ``patches`` name the faces) and a ``build`` function, and one
+line in ``FAMILIES``. Recipes receive the OpenCASCADE part of a gmsh model, work in millimetres as CAD does, and run
+only inside the gmsh process: nothing here imports gmsh.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from seatfem.geometry import annular, bar, block, cad
+from seatfem.geometry.annular import AnnularSeat
+from seatfem.geometry.bar import Bar
+from seatfem.geometry.block import Block
+from seatfem.geometry.cad import CadPart
+from seatfem.geometry.checks import GeometryError
+from seatfem.geometry.faces import (
+    CONTACT_COLOUR,
+    FIXED_COLOUR,
+    SELECTORS,
+    ColourFace,
+    Face,
+    PlaneFace,
+    Selector,
+    select,
+)
+
+__all__ = [
+    "CONTACT_COLOUR",
+    "FAMILIES",
+    "FIXED_COLOUR",
+    "AnnularSeat",
+    "Bar",
+    "Block",
+    "CadPart",
+    "ColourFace",
+    "Face",
+    "Family",
+    "Geometry",
+    "GeometryError",
+    "PlaneFace",
+    "Selector",
+    "decode",
+    "encode",
+    "fingerprint",
+    "select",
+]
+
+Geometry = AnnularSeat | Bar | Block | CadPart
+
+
+@dataclass(frozen=True)
+class Family:
+    """A kind of seat: its spec, and the recipe that builds one solid in a gmsh OpenCASCADE model."""
+
+    spec: type[Geometry]
+    build: Callable[[Any, Any], None]
+
+
+FAMILIES: dict[str, Family] = {
+    "annular": Family(AnnularSeat, annular.build),
+    "bar": Family(Bar, bar.build),
+    "block": Family(Block, block.build),
+    "cad": Family(CadPart, cad.build),
+}
+
+
+def encode(value: Any) -> Any:
+    """A spec or selector as plain JSON data: its fields and a "kind"."""
+    if is_dataclass(value):
+        return {"kind": _kind_of(value)} | {f.name: encode(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, tuple):
+        return [encode(item) for item in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def decode(data: Any) -> Any:
+    """The inverse of `encode`."""
+    if isinstance(data, dict):
+        return _kinds()[data["kind"]](**{key: decode(item) for key, item in data.items() if key != "kind"})
+    return tuple(decode(item) for item in data) if isinstance(data, list) else data
+
+
+def fingerprint(geometry: Geometry) -> dict[str, Any]:
+    """What a content hash should see: `encode`, with a CAD file's path replaced by a hash of its content."""
+    data: dict[str, Any] = encode(geometry)
+    if isinstance(geometry, CadPart):
+        data["path"] = hashlib.sha256(geometry.path.read_bytes()).hexdigest()
+    return data
+
+
+def _kinds() -> dict[str, type[Any]]:
+    return {name: family.spec for name, family in FAMILIES.items()} | SELECTORS
+
+
+def _kind_of(value: Any) -> str:
+    return next(name for name, spec in _kinds().items() if type(value) is spec)

@@ -1,0 +1,25 @@
+"""Checks shared by the geometry specs."""
+
+from __future__ import annotations
+
+import math
+
+
+class GeometryError(ValueError):
+    """A geometry that cannot be built; the message names the field, its value, the limit and the remedy."""
+
+
+def require_positive(spec: object, *fields: str) -> None:
+    """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
+    for field in fields:
+        value = getattr(spec, field)
+        if not (math.isfinite(value) and value > 0.0):
+            raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be a finite length > 0")
+
+
+def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
+    """Raise `GeometryError` unless ``spec.field`` is below ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, field)
+    if not (value < limit or (inclusive and value == limit)):
+        sign = "<=" if inclusive else "<"
+        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")

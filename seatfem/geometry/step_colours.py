@@ -1,0 +1,55 @@
+"""Paints faces in a STEP file: OpenCASCADE as gmsh builds it writes solids without colours."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from seatfem.geometry.checks import GeometryError
+from seatfem.geometry.faces import Colour
+
+
+def paint(step: str, colours: Mapping[int, Colour]) -> str:
+    """The STEP text with ``colours`` given to faces, counted from 1 in the order of the file's one closed shell.
+
+    ISO 10303-21 text, presentation entities of ISO 10303-46 (STYLED_ITEM and what it points to); alpha is dropped.
+    """
+    shells = re.findall(r"CLOSED_SHELL\s*\('[^']*',\s*\(([^)]*)\)\)", step)
+    context = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\s*\('[^']*',\s*\([^)]*\),\s*(#\d+)\)", step)
+    if len(shells) != 1 or context is None:
+        raise GeometryError(f"cannot paint a STEP file with {len(shells)} closed shells; one is needed")
+    faces = re.findall(r"#\d+", shells[0])
+    entities = _Entities(first=1 + max(int(n) for n in re.findall(r"^#(\d+)\s*=", step, re.MULTILINE)))
+    items = [_styled_item(entities, faces[index - 1], colour) for index, colour in sorted(colours.items())]
+    entities.add(f"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',({','.join(items)}),{context[1]})")
+    head, end, tail = step.rpartition("ENDSEC;")
+    return head + entities.text() + end + tail
+
+
+class _Entities:
+    """Numbered lines to be appended to the DATA section."""
+
+    def __init__(self, first: int) -> None:
+        self._first = first
+        self._lines: list[str] = []
+
+    def add(self, definition: str) -> str:
+        name = f"#{self._first + len(self._lines)}"
+        self._lines.append(f"{name} = {definition};\n")
+        return name
+
+    def text(self) -> str:
+        return "".join(self._lines)
+
+
+def _styled_item(entities: _Entities, face: str, colour: Colour) -> str:
+    red, green, blue = (f"{c / 255:.6g}" for c in colour[:3])
+    red, green, blue = (c if "." in c else c + "." for c in (red, green, blue))
+    rgb = entities.add(f"COLOUR_RGB('',{red},{green},{blue})")
+    fill = entities.add(f"FILL_AREA_STYLE_COLOUR('',{rgb})")
+    area = entities.add(f"FILL_AREA_STYLE('',({fill}))")
+    style = entities.add(f"SURFACE_STYLE_FILL_AREA({area})")
+    side = entities.add(f"SURFACE_SIDE_STYLE('',({style}))")
+    usage = entities.add(f"SURFACE_STYLE_USAGE(.BOTH.,{side})")
+    assignment = entities.add(f"PRESENTATION_STYLE_ASSIGNMENT(({usage}))")
+    return entities.add(f"STYLED_ITEM('color',({assignment}),{face})")

@@ -1,0 +1,43 @@
+"""How finely a geometry is meshed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from seatfem.geometry import GeometryError
+
+
+@dataclass(frozen=True)
+class MeshSpec:
+    """Element sizes in metres.
+
+    ``size``: in the bulk. ``contact_size``: on the contact patch (None: the bulk's). ``grading``: growth of the
+    size per unit distance from the patch. ``order``: of the tetrahedra, 1 or 2. ``curved``: second-order elements
+    follow curved faces (isoparametric).
+    """
+
+    size: float
+    contact_size: float | None = None
+    grading: float = 0.25
+    order: int = 2
+    curved: bool = True
+
+    def __post_init__(self) -> None:
+        for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
+            if value is not None and not (math.isfinite(value) and value > 0.0):
+                raise GeometryError(f"MeshSpec.{name} = {value:g}: must be finite and > 0")
+        if self.contact_size is not None and self.contact_size > self.size:
+            raise GeometryError(f"MeshSpec.contact_size = {self.contact_size:g} m: must be <= size = {self.size:g} m")
+        if self.order not in (1, 2):
+            raise GeometryError(f"MeshSpec.order = {self.order}: must be 1 or 2")
+
+    @property
+    def patch_size(self) -> float:
+        """Size on the contact patch."""
+        return self.size if self.contact_size is None else self.contact_size
+
+    @property
+    def transition(self) -> float:
+        """Distance over which the size grows from the patch's to the bulk's."""
+        return (self.size - self.patch_size) / self.grading
