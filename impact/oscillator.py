@@ -38,7 +38,8 @@ def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
 
 def impulse_response(t: Array, omega: Array, zeta: Array) -> Array:
     """h(t) = exp(-zeta w t) sin(wd t)/wd [s]."""
-    return decaying_pair(t, omega, zeta)[1]
+    sine: Array = decaying_pair(t, omega, zeta)[1]
+    return sine
 
 
 def step_response(t: Array, omega: Array, zeta: Array) -> Array:
@@ -47,7 +48,7 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     cosine, sine = decaying_pair(t, omega, zeta)
     short = omega * t * (1 + zeta) < 0.5  # where 1 - cos loses digits, Gauss quadrature of h is exact to round-off
     safe = np.where(short, 1.0, omega)
-    closed = (1.0 - cosine - zeta * omega * sine) / safe**2
+    closed: Array = (1.0 - cosine - zeta * omega * sine) / safe**2
     if not np.any(short):
         return closed
     out = closed.copy()
@@ -69,13 +70,25 @@ def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
 def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
     """D (3, 3, M) with 2 zeta w * integral of q'^2 over one step = x' D x, x = (q, q', f) at its start.
 
-    Integrated by Gauss quadrature on panels that resolve both the oscillation and the decay.
+    The integral of products of exponentials in closed form where that keeps its digits, else Gauss quadrature on
+    panels that resolve both the oscillation and the decay.
     """
     out = np.zeros((3, 3, len(omega)))
-    for k, (w, z) in enumerate(zip(omega, zeta, strict=True)):
-        if w > 0 and z > 0:
-            out[:, :, k] = 2 * z * w * _velocity_gram(dt, float(w), float(z))
-    return out
+    closed = (omega * dt > 0.5) & (zeta > 0) & (zeta < 0.5)
+    out[:, :, closed] = _closed_gram(dt, omega[closed], zeta[closed])
+    for k in np.flatnonzero(~closed & (omega > 0) & (zeta > 0)):
+        out[:, :, k] = _velocity_gram(dt, float(omega[k]), float(zeta[k]))
+    return np.asarray(2 * zeta * omega * out)
+
+
+def _closed_gram(dt: float, w: Array, z: Array) -> Array:
+    """Integral over [0, dt] of v v' with v = Re(c exp(lambda t)), for light damping; (3, 3, M)."""
+    wd = w * np.sqrt((1 - z) * (1 + z))
+    rate = -z * w + 1j * wd
+    twice = np.expm1(2 * rate * dt) / (2 * rate)
+    once = -np.expm1(-2 * z * w * dt) / (2 * z * w)
+    c = np.array([1j * w**2 / wd, 1 + 1j * z * w / wd, -1j / wd])  # of q, q', f (through q - f/w^2)
+    return np.asarray(np.real(c[:, None] * c[None] * twice + c[:, None] * c[None].conj() * once) / 2)
 
 
 def _velocity_gram(dt: float, w: float, z: float) -> Array:

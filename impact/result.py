@@ -1,0 +1,57 @@
+"""What an impact run leaves: data only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from impact.energy import EnergyLedger
+from impact.greens import Array
+
+
+@dataclass(frozen=True)
+class Advice:
+    """A warning that is a value: what was measured, against which limit, why it matters, what mends it."""
+
+    name: str
+    value: float
+    limit: float
+    reason: str
+    remedy: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value:.3g} (limit {self.limit:.3g}): {self.reason}; {self.remedy}"
+
+
+@dataclass(frozen=True)
+class ImpactResult:
+    """Time histories of one contact, all (n + 1,), SI.
+
+    ``force[m]`` is constant over the step that ends at ``time[m]`` (``force[0]`` = 0), so that the impulse is exactly
+    ``sum(force) * dt``. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
+
+    Attributes:
+        time: uniform from 0 [s].
+        force: contact force >= 0 [N].
+        gap: opening [m].
+        striker_displacement, target_displacement: of the contact point [m].
+        energy: the ledger [J].
+        dt: step [s].
+        striker_mass, target_mass: of rigid translation, ``inf`` when held [kg].
+        striker_velocity, target_velocity: initial translation [m/s].
+        engine: what remembered the past, in words.
+        advice: warnings, empty when all is well.
+    """
+
+    time: Array
+    force: Array
+    gap: Array
+    striker_displacement: Array
+    target_displacement: Array
+    energy: EnergyLedger
+    dt: float
+    striker_mass: float
+    target_mass: float
+    striker_velocity: float
+    target_velocity: float
+    engine: str
+    advice: tuple[Advice, ...] = ()
