@@ -1,0 +1,48 @@
+"""Scene files: TOML with units in strings, checked with all errors at once."""
+
+from seatfem.scene.load import load_scene
+from seatfem.scene.models import Accuracy, Cantilever, Contact, Release, RigidMass, Run, Scene
+from seatfem.scene.problems import Problem, SceneError
+from seatfem.scene.seats import (
+    Annular,
+    BarSeat,
+    BlockSeat,
+    Cad,
+    DrawnSeat,
+    ElasticSeat,
+    GreensFile,
+    GreensSettings,
+    Material,
+    Mesh,
+    MeshFile,
+    Rayleigh,
+    Rod,
+    Spring,
+)
+
+__all__ = [
+    "Accuracy",
+    "Annular",
+    "BarSeat",
+    "BlockSeat",
+    "Cad",
+    "Cantilever",
+    "Contact",
+    "DrawnSeat",
+    "ElasticSeat",
+    "GreensFile",
+    "GreensSettings",
+    "Material",
+    "Mesh",
+    "MeshFile",
+    "Problem",
+    "Rayleigh",
+    "Release",
+    "RigidMass",
+    "Rod",
+    "Run",
+    "Scene",
+    "SceneError",
+    "Spring",
+    "load_scene",
+]

@@ -1,0 +1,82 @@
+"""The kinds of values a scene key may hold: strings with units become SI floats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from annotated_types import Ge, Gt, Lt
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+
+from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
+
+
+class KeyProblem(ValueError):
+    """A check across several keys failed; `key` (dotted, relative to the table) is the one to change."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class Table(BaseModel):
+    """A table of the scene: every key is known, and nothing changes after reading."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+
+
+def default(written: object, description: str) -> Any:
+    """A field's default as a user would write it in the file; it is read like any other value."""
+    return Field(written, description=description)
+
+
+@dataclass(frozen=True)
+class ReadQuantity:
+    """Reads a string with a unit. Refuses bare numbers: nobody can know what they mean."""
+
+    dimension: str
+
+    def __call__(self, value: object) -> float:
+        if isinstance(value, str):
+            return parse_quantity(value, self.dimension)
+        raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
+
+
+def read_number(value: object) -> float:
+    """Reads 0.1 or "10 %"."""
+    if isinstance(value, str):
+        return parse_fraction(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
+
+
+def _existing_file(value: Path, info: ValidationInfo) -> Path:
+    """Relative paths start at the folder of the scene file (the validation context's "folder")."""
+    folder = (info.context or {}).get("folder", Path())
+    path: Path = folder / value
+    if not path.is_file():
+        raise ValueError(f"no such file: {path}")
+    return path.resolve()
+
+
+Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
+Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
+Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
+Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
+Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
+Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
+Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
+Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), Lt(0)]
+Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
+Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
+Stiffness = Annotated[float, BeforeValidator(ReadQuantity("stiffness")), Gt(0)]
+Frequency = Annotated[float, BeforeValidator(ReadQuantity("frequency")), Gt(0)]
+Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
+
+DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
+Fraction = Annotated[float, BeforeValidator(read_number), Gt(0), Lt(1)]
+PoissonRatio = Annotated[float, BeforeValidator(read_number), Gt(-1), Lt(0.5)]
+
+ExistingFile = Annotated[Path, AfterValidator(_existing_file)]

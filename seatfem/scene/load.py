@@ -1,0 +1,53 @@
+"""A scene file, read and checked."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from seatfem.scene.locate import key_lines
+from seatfem.scene.models import Scene
+from seatfem.scene.problems import Problem, SceneError, explain
+
+
+def load_scene(path: Path | str) -> Scene:
+    """Read a scene file (TOML). Files that it names are looked for from its own folder.
+
+    Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
+    units, values out of range, and keys that contradict each other.
+    """
+    path = Path(path)
+    text = _read(path)
+    data = _parse(text, path)
+    try:
+        return Scene.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise SceneError(explain(error, Scene, data, path, key_lines(text))) from None
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise _whole_file(path, f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}); a scene is a TOML file") from None
+
+
+def _parse(text: str, path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(place[1]) if place else text.count("\n") + 1
+        message = re.sub(r"\s*\(at .*\)$", "", str(error))
+        column = f" (column {place[2]})" if place else " (end of file)"
+        raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}"),)) from None
+
+
+def _whole_file(path: Path, message: str) -> SceneError:
+    return SceneError((Problem(path, 0, "", message),))

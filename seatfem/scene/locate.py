@@ -1,0 +1,111 @@
+"""On which line of a TOML text does each key stand? tomllib does not tell.
+
+The text is known to be valid TOML (tomllib has read it), so this reader only follows its structure.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+KeyPath = tuple[str | int, ...]
+_ReadItem = Callable[[int], None]
+
+_BLANK: Final = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_KEY: Final = re.compile(r"""\s*(?:([A-Za-z0-9_-]+)|"((?:\\.|[^"\\])*)"|'([^']*)')[ \t]*""")
+_STRING: Final = re.compile(
+    r'''"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*\'''',
+    re.DOTALL,
+)
+_BARE: Final = re.compile(r"[^,\]}#\n]+")
+
+
+def key_lines(text: str) -> dict[KeyPath, int]:
+    """The line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
+    reader = _Reader(text)
+    reader.document()
+    return reader.lines
+
+
+@dataclass
+class _Reader:
+    text: str
+    at: int = 0
+    lines: dict[KeyPath, int] = field(default_factory=dict)
+
+    def document(self) -> None:
+        table: KeyPath = ()
+        counts: dict[KeyPath, int] = {}
+        while self.skip_blank() < len(self.text):
+            if not self.text.startswith("[", self.at):
+                self.assignment(table)
+                continue
+            several = self.text.startswith("[[", self.at)
+            line = self.line()
+            self.at += 2 if several else 1
+            table = self.key()
+            self.at += 2 if several else 1
+            self.note((), table, line)
+            if several:
+                counts[table] = counts.get(table, -1) + 1
+                table = (*table, counts[table])
+                self.lines[table] = line
+
+    def assignment(self, table: KeyPath) -> None:
+        line = self.line()
+        key = self.key()
+        self.note(table, key, line)
+        self.at += 1  # the equals sign
+        self.value(table + key)
+
+    def value(self, path: KeyPath) -> None:
+        self.skip_blank()
+        opening = self.text[self.at]
+        if opening == "{":
+            self.sequence("}", lambda index: self.assignment(path))
+        elif opening == "[":
+            self.sequence("]", lambda index: self.element((*path, index)))
+        elif string := _STRING.match(self.text, self.at):
+            self.at = string.end()
+        elif bare := _BARE.match(self.text, self.at):
+            self.at = bare.end()
+
+    def element(self, path: KeyPath) -> None:
+        self.lines[path] = self.line()
+        self.value(path)
+
+    def sequence(self, closing: str, read: _ReadItem) -> None:
+        self.at += 1
+        index = 0
+        while self.text[self.skip_blank()] != closing:
+            if self.text[self.at] == ",":
+                self.at += 1
+                continue
+            read(index)
+            index += 1
+        self.at += 1
+
+    def key(self) -> KeyPath:
+        parts: list[str] = []
+        while match := _KEY.match(self.text, self.at):
+            parts.append(next(group for group in match.groups() if group is not None))
+            self.at = match.end()
+            if not self.text.startswith(".", self.at):
+                break
+            self.at += 1
+        return tuple(parts)
+
+    def note(self, table: KeyPath, key: KeyPath, line: int) -> None:
+        for length in range(1, len(key) + 1):
+            self.lines.setdefault(table + key[:length], line)
+
+    def skip_blank(self) -> int:
+        match = _BLANK.match(self.text, self.at)
+        assert match is not None  # the pattern matches the empty string
+        self.at = match.end()
+        return self.at
+
+    def line(self) -> int:
+        return self.text.count("\n", 0, self.at) + 1

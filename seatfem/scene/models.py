@@ -1,0 +1,116 @@
+"""The tables of a scene beside [seat], and the scene itself."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.scene.fields import (
+    Approach,
+    DampingRatio,
+    ExistingFile,
+    Fraction,
+    Gap,
+    KeyProblem,
+    Length,
+    Mass,
+    Table,
+    Time,
+    default,
+)
+from seatfem.scene.seats import Material, Seat
+
+_KEY_VERSION = 1
+"""Part of every seat key; raise it where the same seat table comes to mean another seat."""
+
+
+class Release(Table):
+    """How the reed starts: at rest, in the static shape under a force at its tip."""
+
+    tip_deflection: Length = Field(description="deflection of the tip, away from the seat")
+
+
+class Cantilever(Table):
+    """A flat reed, clamped at its root: an Euler-Bernoulli beam."""
+
+    kind: Literal["cantilever"]
+    length: Length = Field(description="free length")
+    width: Length = Field(description="width")
+    thickness: Length = Field(description="thickness, in the direction of the motion")
+    material: Material = Field(description="the reed's material")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    n_modes: int = Field(20, strict=True, ge=1, le=1000, description="number of beam modes")
+    release: Release = Field(description="how the reed starts")
+
+
+class RigidMass(Table):
+    """A rigid striker in free flight, as in a drop test."""
+
+    kind: Literal["rigid_mass"]
+    mass: Mass = Field(description="mass")
+    velocity: Approach = Field(description="velocity at the start; negative, because it approaches the seat")
+
+
+Reed = Annotated[Cantilever | RigidMass, Field(discriminator="kind")]
+
+
+class Contact(Table):
+    """Where and how the two bodies touch."""
+
+    law: Literal["signorini"] = Field("signorini", description="no penetration, no adhesion")
+    at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
+    gap: Gap = default("0 mm", "opening between the undeformed bodies")
+
+
+class Run(Table):
+    """What is simulated."""
+
+    duration: Time = Field(description="simulated time")
+    time_step: Time | None = Field(None, description="time step; chosen from both bodies where absent")
+    filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
+
+    @model_validator(mode="after")
+    def _several_steps(self) -> Self:
+        if self.time_step is not None and 2 * self.time_step > self.duration:
+            raise KeyProblem("time_step", f"{self.time_step:g} s leaves fewer than two steps in {self.duration:g} s")
+        return self
+
+
+class Accuracy(Table):
+    """What the answer must reach."""
+
+    target: Fraction = default("1 %", "relative error asked for")
+
+
+class Scene(Table):
+    """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
+
+    title: str = Field("", description="for reports and pictures")
+    seat: Seat = Field(description="what is struck")
+    reed: Reed = Field(description="what strikes")
+    contact: Contact = default({}, "where and how the two touch")
+    run: Run = Field(description="what is simulated")
+    accuracy: Accuracy = default({}, "what the answer must reach")
+
+    @model_validator(mode="after")
+    def _contact_on_the_reed(self) -> Self:
+        at = self.contact.at
+        if at is None:
+            return self
+        if isinstance(self.reed, RigidMass):
+            raise KeyProblem("contact.at", "a rigid mass has no positions; remove the key")
+        if at > self.reed.length:
+            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reed.length:g} m")
+        return self
+
+    def seat_key(self) -> str:
+        """A hash of everything the seat's Green's function depends on; files count by content, not by name."""
+        seat = self.seat.model_dump(mode="json")
+        file: ExistingFile | None = getattr(self.seat, "file", None)
+        if file is not None:
+            seat["file"] = hashlib.sha256(file.read_bytes()).hexdigest()
+        text = json.dumps([_KEY_VERSION, seat], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,154 @@
+"""What is wrong with a scene, in words: all of it at once, each with file, line and key."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from seatfem.scene.fields import KeyProblem
+from seatfem.scene.locate import KeyPath
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing to mend. `line` counts from 1; 0 where the whole file is meant."""
+
+    file: Path
+    line: int
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}" if self.line else str(self.file)
+        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+
+
+class SceneError(ValueError):
+    """A scene cannot be used; `problems` lists everything that is wrong with it."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = problems
+
+
+def explain(
+    error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
+) -> tuple[Problem, ...]:
+    """Pydantic's findings in the words of scene files, in the order of the file."""
+    problems = [_problem(details, model, data, file, lines) for details in error.errors(include_url=False)]
+    return tuple(sorted(problems, key=lambda problem: problem.line))
+
+
+def _problem(
+    details: ErrorDetails,
+    model: type[BaseModel],
+    data: Mapping[str, Any],
+    file: Path,
+    lines: Mapping[KeyPath, int],
+) -> Problem:
+    path, table = _walk(model, details["loc"])
+    cause = details.get("ctx", {}).get("error")
+    if isinstance(cause, KeyProblem):
+        path = (*path, *cause.key.split("."))
+    if details["type"].startswith("union_tag"):
+        path = (*path, "kind")
+    key = ".".join(str(part) for part in path)
+    return Problem(file, _line(path, lines), key, _message(details, path, table, data))
+
+
+def _line(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
+    """The line of the key, or of the nearest table around it."""
+    return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
+
+
+def _message(details: ErrorDetails, path: KeyPath, table: type[BaseModel] | None, data: Mapping[str, Any]) -> str:
+    context = details.get("ctx", {})
+    written = _written(data, path)
+    match details["type"]:
+        case "extra_forbidden":
+            return "unknown key" + _known(str(path[-1]), list(table.model_fields) if table else [])
+        case "missing":
+            return "required key is missing" + _purpose(table, path[-1])
+        case "union_tag_not_found":
+            return "required key is missing"
+        case "union_tag_invalid":
+            return _not_one_of(context["tag"], context["expected_tags"])
+        case "literal_error":
+            return _not_one_of(written, context["expected"])
+        case "greater_than" if context["gt"] == 0:
+            return f"{written!r} is not positive"
+        case "greater_than_equal" if context["ge"] == 0:
+            return f"{written!r} is negative"
+        case "less_than" if context["lt"] == 0:
+            return f"{written!r} is not negative"
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"{written!r} is no table; write [{path[-1]}] or {path[-1]} = {{ ... }}"
+        case "value_error":
+            return str(context["error"])
+    return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _not_one_of(written: object, expected: str) -> str:
+    allowed = expected.replace(" or ", ", ")
+    names = [name.strip().strip("'") for name in allowed.split(",")]
+    return f"{written!r} is not one of {allowed}" + _did_you_mean(str(written), names)
+
+
+def _did_you_mean(written: str, known: list[str]) -> str:
+    close = get_close_matches(written, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def _known(written: str, known: list[str]) -> str:
+    return _did_you_mean(written, known) or f"; known here: {', '.join(known)}"
+
+
+def _purpose(table: type[BaseModel] | None, key: object) -> str:
+    field = table.model_fields.get(str(key)) if table else None
+    return f": {field.description}" if field and field.description else ""
+
+
+def _written(data: object, path: KeyPath) -> object:
+    """What the file says at `path`; None where it says nothing."""
+    for part in path:
+        if isinstance(data, Mapping) and part in data:
+            data = data[part]
+        else:
+            return None
+    return data
+
+
+def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None]:
+    """The path in the file (without the tags that pydantic puts in), and the table its last key belongs to."""
+    table: type[BaseModel] | None = model
+    tables: tuple[type[BaseModel], ...] = ()
+    path: KeyPath = ()
+    for part in location:
+        if len(tables) > 1 and part in (tags := {_kind(each): each for each in tables}):
+            table, tables = tags[str(part)], ()
+            continue
+        if len(tables) == 1:
+            table = tables[0]
+        field = table.model_fields.get(str(part)) if table else None
+        tables = _tables(field.annotation) if field else ()
+        path = (*path, part)
+    return path, table
+
+
+def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return (annotation,)
+    if get_origin(annotation) in (Union, types.UnionType, Annotated):
+        return tuple(table for part in get_args(annotation) for table in _tables(part))
+    return ()
+
+
+def _kind(table: type[BaseModel]) -> str:
+    return str(get_args(table.model_fields["kind"].annotation)[0])

@@ -1,0 +1,290 @@
+"""[seat]: what is struck. One class per kind; a new kind is a new class and one name in `Seat`."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Annotated, Literal, Self, TypeVar
+
+from annotated_types import Ge, Le
+from pydantic import Field, model_validator
+
+from seatfem.geometry import (
+    CONTACT_COLOUR,
+    FIXED_COLOUR,
+    AnnularSeat,
+    Bar,
+    Block,
+    CadPart,
+    ColourFace,
+    Geometry,
+    GeometryError,
+    PlaneFace,
+)
+from seatfem.scene.fields import (
+    Area,
+    DampingRatio,
+    Delay,
+    Density,
+    ExistingFile,
+    Fraction,
+    Frequency,
+    Gap,
+    KeyProblem,
+    Length,
+    PoissonRatio,
+    Position,
+    Pressure,
+    Rate,
+    Stiffness,
+    Table,
+    default,
+)
+
+_METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
+_Spec = TypeVar("_Spec")
+_Channel = Annotated[int, Ge(0), Le(255)]
+
+
+class Material(Table):
+    """A linear elastic, isotropic material."""
+
+    young: Pressure = Field(description="Young's modulus")
+    poisson: PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
+    density: Density = Field(description="mass per volume")
+
+
+class Rayleigh(Table):
+    """Damping C = mass * M + stiffness * K; the ratio of a mode at w is mass / (2 w) + stiffness * w / 2."""
+
+    mass: Rate = default("0 1/s", "factor of the mass matrix")
+    stiffness: Delay = default("0 s", "factor of the stiffness matrix")
+
+
+class Mesh(Table):
+    """How fine the finite elements are."""
+
+    size: Length | None = Field(None, description="element size in the bulk; chosen from the geometry where absent")
+    contact_size: Length | None = Field(None, description="element size at the contact patch; likewise")
+    order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
+
+    @model_validator(mode="after")
+    def _finer_at_the_contact(self) -> Self:
+        if self.size and self.contact_size and self.contact_size > self.size:
+            raise KeyProblem("contact_size", f"{self.contact_size:g} m is coarser than the bulk's {self.size:g} m")
+        return self
+
+
+class GreensSettings(Table):
+    """How the seat's Green's function is computed."""
+
+    method: Literal["auto", "krylov", "modes", "transient"] = Field("auto", description="the road; auto chooses")
+    bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
+    tolerance: Fraction = Field(0.01, description="relative error of the reduction inside the bandwidth")
+
+
+class ElasticSeat(Table):
+    """What all seats made of finite elements have."""
+
+    material: Material = Field(description="the seat's material")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
+    greens: GreensSettings = default({}, "how the Green's function is computed")
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> Self:
+        if self.rayleigh is not None and self.damping_ratio > 0.0:
+            raise KeyProblem("rayleigh", "damping_ratio is given too; keep one of the two")
+        return self
+
+
+class DrawnSeat(ElasticSeat):
+    """What all seats have that gmsh meshes."""
+
+    mesh: Mesh = default({}, "how fine the finite elements are")
+
+    def geometry(self) -> Geometry:
+        """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _geometry_can_be_built(self) -> Self:
+        _in_scene_words(self.geometry)
+        return self
+
+
+class Annular(DrawnSeat):
+    """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
+
+    kind: Literal["annular"]
+    bore_radius: Length = Field(description="radius of the port")
+    lip_width: Length = Field(description="radial width of the lip, its rounded edges included")
+    lip_height: Length = default("0.5 mm", "height of the lip above the plate")
+    lip_edge_radius: Gap = default("0.1 mm", "radius of the lip's upper edges; 0 mm for sharp ones")
+    outer_radius: Length = default("12 mm", "radius of the plate")
+    thickness: Length = default("8 mm", "thickness of the plate")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    def geometry(self) -> AnnularSeat:
+        return AnnularSeat(
+            bore_radius=self.bore_radius,
+            lip_width=self.lip_width,
+            lip_height=self.lip_height,
+            lip_edge_radius=self.lip_edge_radius,
+            outer_radius=self.outer_radius,
+            thickness=self.thickness,
+        )
+
+
+class BarSeat(DrawnSeat):
+    """A straight bar, clamped at one end and struck on the other: the rod in three dimensions."""
+
+    kind: Literal["bar"]
+    length: Length = Field(description="length along the impact")
+    width: Length = Field(description="side of the cross-section")
+    height: Length = Field(description="other side of the cross-section")
+    fixed: Literal["end"] = Field("end", description="the clamped face")
+
+    def geometry(self) -> Bar:
+        return Bar(length=self.length, width=self.width, height=self.height)
+
+
+class BlockSeat(DrawnSeat):
+    """A block with a rectangular contact patch in the middle of its top."""
+
+    kind: Literal["block"]
+    width: Length = Field(description="side of the block")
+    depth: Length = Field(description="other side of the block")
+    thickness: Length = Field(description="height of the block")
+    patch_width: Length = Field(description="side of the contact patch, along width")
+    patch_depth: Length = Field(description="other side of the contact patch, along depth")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    def geometry(self) -> Block:
+        return Block(
+            width=self.width,
+            depth=self.depth,
+            thickness=self.thickness,
+            patch_width=self.patch_width,
+            patch_depth=self.patch_depth,
+        )
+
+
+class ByColour(Table):
+    """The faces painted in one colour in the CAD program."""
+
+    kind: Literal["colour"]
+    colour: tuple[_Channel, _Channel, _Channel] = Field(description="red, green, blue, each 0 to 255")
+
+    def selector(self) -> ColourFace:
+        return ColourFace((*self.colour, 255))
+
+
+class ByPlane(Table):
+    """The flat face with a given outward normal n in the plane n.x = offset."""
+
+    kind: Literal["plane"]
+    normal: tuple[float, float, float] = Field(description="outward normal of the face")
+    offset: Position = Field(description="distance of the plane from the origin, along the normal")
+    radius_min: Gap = default("0 mm", "keep faces at least this far from the axis through the origin")
+    radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
+
+    def selector(self) -> PlaneFace:
+        outer = math.inf if self.radius_max is None else self.radius_max
+        return PlaneFace(self.normal, self.offset, radius_min=self.radius_min, radius_max=outer)
+
+    @model_validator(mode="after")
+    def _can_select(self) -> Self:
+        _in_scene_words(self.selector)
+        return self
+
+
+FaceSelector = Annotated[ByColour | ByPlane, Field(discriminator="kind")]
+_RED = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
+_BLUE = ByColour(kind="colour", colour=FIXED_COLOUR[:3])
+
+
+class Cad(DrawnSeat):
+    """A solid drawn in a CAD program, read from a STEP or BREP file."""
+
+    kind: Literal["cad"]
+    file: ExistingFile = Field(description="the file, relative to the scene's folder")
+    unit: Literal["m", "mm", "um", "inch"] | None = Field(
+        None, description="length unit of the file; a STEP file states its own"
+    )
+    contact: FaceSelector = Field(_RED, description="faces that are struck; by default those painted pure red")
+    fixed: FaceSelector = Field(_BLUE, description="faces that are clamped; by default those painted pure blue")
+
+    def geometry(self) -> CadPart:
+        return CadPart(
+            path=self.file,
+            unit=None if self.unit is None else _METRES[self.unit],
+            contact=self.contact.selector(),
+            fixed=self.fixed.selector(),
+        )
+
+
+class MeshFile(ElasticSeat):
+    """A mesh made elsewhere, with named surface groups."""
+
+    kind: Literal["mesh"]
+    file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
+    unit: Literal["m", "mm", "um", "inch"] = Field("m", description="length unit of the file")
+    contact: str = Field("contact", description="name of the surface group that is struck")
+    fixed: str = Field("fixed", description="name of the surface group that is clamped")
+
+
+class Rod(Table):
+    """The straight elastic rod in one dimension, clamped at its far end, in closed form."""
+
+    kind: Literal["rod"]
+    young: Pressure = Field(description="Young's modulus")
+    density: Density = Field(description="mass per volume")
+    length: Length = Field(description="length along the impact")
+    area: Area | None = Field(None, description="cross-section; or give width and thickness")
+    width: Length | None = Field(None, description="width of a rectangular cross-section")
+    thickness: Length | None = Field(None, description="thickness of a rectangular cross-section")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+
+    @model_validator(mode="after")
+    def _one_cross_section(self) -> Self:
+        if self.area is not None and (self.width or self.thickness):
+            raise KeyProblem("area", "width or thickness is given too; keep the area or both of these")
+        if self.area is None and not (self.width and self.thickness):
+            raise KeyProblem("area", "the cross-section is missing: give area, or width and thickness")
+        return self
+
+    @property
+    def cross_section(self) -> float:
+        """Area in square metres."""
+        return self.area if self.area is not None else (self.width or 0.0) * (self.thickness or 0.0)
+
+
+class Spring(Table):
+    """A massless spring: the model of the seat that has no waves."""
+
+    kind: Literal["spring"]
+    stiffness: Stiffness = Field(description="force per displacement of the contact")
+
+
+class GreensFile(Table):
+    """A Green's function computed or measured before."""
+
+    kind: Literal["greens"]
+    file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
+
+
+Seat = Annotated[
+    Annular | BarSeat | BlockSeat | Cad | MeshFile | Rod | Spring | GreensFile, Field(discriminator="kind")
+]
+
+
+def _in_scene_words(build: Callable[[], _Spec]) -> _Spec:
+    """A geometry's complaint about one of its fields becomes one about the key of that name."""
+    try:
+        return build()
+    except GeometryError as error:
+        if field := re.match(r"\w+\.(\w+) = (.*)", str(error), re.DOTALL):
+            raise KeyProblem(field[1], field[2]) from error
+        raise
