@@ -1,0 +1,129 @@
+"""Sparse symmetric factorization: made once, solved with many times.
+
+PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METIS ordering with SciPy's SuperLU.
+"""
+
+from __future__ import annotations
+
+import importlib
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import pymetis
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from seatfem.model import Array, as_csr
+
+Backend = Literal["auto", "pardiso", "superlu"]
+
+
+class FactorizationError(ArithmeticError):
+    """A matrix that cannot be factorized or a factorization that fails its own check; the message gives the number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Factorization:
+    """A factorized symmetric matrix.
+
+    Attributes:
+        size: number of unknowns.
+        backend: "pardiso" or "superlu".
+        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot tell.
+        residual: ||A x - b|| / ||b|| of its first solve.
+    """
+
+    size: int
+    backend: str
+    negative_pivots: int | None
+    residual: float
+    _solve: Callable[[Array], Array]
+
+    def solve(self, rhs: Array) -> Array:
+        """A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
+        if rhs.shape[0] != self.size:
+            raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, the matrix {self.size}")
+        return self._solve(rhs)
+
+
+def factorize(
+    matrix: sparse.csr_array, *, definite: bool = True, backend: Backend = "auto", tolerance: float = 1e-8
+) -> Factorization:
+    """Factorize a symmetric matrix and verify it by a first solve.
+
+    Args:
+        matrix: (n, n) symmetric; only its upper triangle is used by PARDISO.
+        definite: whether a matrix that is not positive definite is an error; ``False`` for counting eigenvalues.
+        backend: "auto" takes PARDISO if it can be imported.
+        tolerance: largest relative residual of the first solve.
+
+    Raises:
+        FactorizationError: not positive definite, singular, or the residual is above the tolerance.
+    """
+    matrix = as_csr(matrix)
+    zero = int(np.sum(matrix.diagonal() == 0))
+    if zero:
+        raise FactorizationError(f"{zero} diagonal values are zero: unknowns without stiffness and mass")
+    pardiso = _pardiso_class() if backend in ("auto", "pardiso") else None
+    if backend == "pardiso" and pardiso is None:
+        raise FactorizationError("PARDISO is not installed here: pip install pypardiso, or backend='superlu'")
+    solve, negative = _pardiso(matrix, definite, pardiso) if pardiso else _superlu(matrix)
+    if definite and negative:
+        raise FactorizationError(f"not positive definite: {negative} negative pivots")
+    rhs = np.cos(np.arange(matrix.shape[0], dtype=float))  # any vector without symmetry
+    residual = float(np.linalg.norm(matrix @ solve(rhs) - rhs) / np.linalg.norm(rhs))
+    if not residual <= tolerance:
+        raise FactorizationError(
+            f"{'pardiso' if pardiso else 'superlu'}: the first solve leaves a residual of {residual:.1e} "
+            f"(limit {tolerance:.0e}): the matrix is singular or badly scaled"
+        )
+    return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
+
+
+def _pardiso_class() -> Any:
+    try:
+        return importlib.import_module("pypardiso").PyPardisoSolver
+    except ImportError:
+        return None
+
+
+def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:
+    """PARDISO on the upper triangle: Cholesky, or LDL' with its inertia. Solves bypass its check of the matrix."""
+    upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
+    upper.sort_indices()
+    solver = solver_class(mtype=2 if definite else -2)
+    try:
+        solver.factorize(upper)
+    except Exception as error:  # pypardiso's own exception class is not importable without it
+        solver.free_memory(everything=True)
+        raise FactorizationError(f"pardiso: {error} (code -4: not positive definite or singular)") from error
+    solver.remove_stored_factorization()
+    solver.set_phase(33)
+
+    def solve(rhs: Array) -> Array:
+        return np.asarray(solver._call_pardiso(upper, np.asfortranarray(rhs, dtype=float)))
+
+    weakref.finalize(solve, solver.free_memory, True)
+    return solve, 0 if definite else int(solver.get_iparm(23))
+
+
+def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
+    """SuperLU without pivoting, in METIS nested-dissection order."""
+    graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
+    graph.eliminate_zeros()
+    order, place = (np.asarray(p) for p in pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices))
+    permuted = sparse.csc_matrix(matrix[order][:, order])
+    try:
+        lu = splu(permuted, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise FactorizationError(f"superlu: {error}") from error
+    unpivoted = np.array_equal(lu.perm_r, np.arange(len(order)))
+    negative = int(np.sum(lu.U.diagonal() < 0)) if unpivoted else None
+
+    def solve(rhs: Array) -> Array:
+        return np.asarray(lu.solve(np.ascontiguousarray(rhs[order], dtype=float))[place])
+
+    return solve, negative
