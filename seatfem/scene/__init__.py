@@ -2,8 +2,10 @@
 
 from seatfem.scene.load import load_scene
 from seatfem.scene.models import Accuracy, Cantilever, Contact, Release, RigidMass, Run, Scene
+from seatfem.scene.parts import GreensSettings, Material, Mesh, Rayleigh
 from seatfem.scene.problems import Problem, SceneError
 from seatfem.scene.seats import (
+    METRES,
     Annular,
     BarSeat,
     BlockSeat,
@@ -11,16 +13,13 @@ from seatfem.scene.seats import (
     DrawnSeat,
     ElasticSeat,
     GreensFile,
-    GreensSettings,
-    Material,
-    Mesh,
     MeshFile,
-    Rayleigh,
     Rod,
     Spring,
 )
 
 __all__ = [
+    "METRES",
     "Accuracy",
     "Annular",
     "BarSeat",

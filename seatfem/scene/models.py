@@ -21,7 +21,8 @@ from seatfem.scene.fields import (
     Time,
     default,
 )
-from seatfem.scene.seats import Material, Seat
+from seatfem.scene.parts import Material
+from seatfem.scene.seats import Seat
 
 _KEY_VERSION = 1
 """Part of every seat key; raise it where the same seat table comes to mean another seat."""

@@ -2,86 +2,37 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
-from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
-from seatfem.geometry import (
-    CONTACT_COLOUR,
-    FIXED_COLOUR,
-    AnnularSeat,
-    Bar,
-    Block,
-    CadPart,
-    ColourFace,
-    Geometry,
-    GeometryError,
-    PlaneFace,
-)
+from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, Geometry
 from seatfem.scene.fields import (
     Area,
     DampingRatio,
-    Delay,
     Density,
     ExistingFile,
-    Fraction,
-    Frequency,
     Gap,
     KeyProblem,
     Length,
-    PoissonRatio,
-    Position,
     Pressure,
-    Rate,
     Stiffness,
     Table,
     default,
 )
+from seatfem.scene.parts import (
+    BLUE_FACES,
+    RED_FACES,
+    FaceSelector,
+    GreensSettings,
+    Material,
+    Mesh,
+    Rayleigh,
+    in_scene_words,
+)
 
-_METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
-_Spec = TypeVar("_Spec")
-_Channel = Annotated[int, Ge(0), Le(255)]
-
-
-class Material(Table):
-    """A linear elastic, isotropic material."""
-
-    young: Pressure = Field(description="Young's modulus")
-    poisson: PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
-    density: Density = Field(description="mass per volume")
-
-
-class Rayleigh(Table):
-    """Damping C = mass * M + stiffness * K; the ratio of a mode at w is mass / (2 w) + stiffness * w / 2."""
-
-    mass: Rate = default("0 1/s", "factor of the mass matrix")
-    stiffness: Delay = default("0 s", "factor of the stiffness matrix")
-
-
-class Mesh(Table):
-    """How fine the finite elements are."""
-
-    size: Length | None = Field(None, description="element size in the bulk; chosen from the geometry where absent")
-    contact_size: Length | None = Field(None, description="element size at the contact patch; likewise")
-    order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
-
-    @model_validator(mode="after")
-    def _finer_at_the_contact(self) -> Self:
-        if self.size and self.contact_size and self.contact_size > self.size:
-            raise KeyProblem("contact_size", f"{self.contact_size:g} m is coarser than the bulk's {self.size:g} m")
-        return self
-
-
-class GreensSettings(Table):
-    """How the seat's Green's function is computed."""
-
-    method: Literal["auto", "krylov", "modes", "transient"] = Field("auto", description="the road; auto chooses")
-    bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
-    tolerance: Fraction = Field(0.01, description="relative error of the reduction inside the bandwidth")
+METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
+"""Metres per length unit of a CAD or mesh file."""
 
 
 class ElasticSeat(Table):
@@ -110,7 +61,7 @@ class DrawnSeat(ElasticSeat):
 
     @model_validator(mode="after")
     def _geometry_can_be_built(self) -> Self:
-        _in_scene_words(self.geometry)
+        in_scene_words(self.geometry)
         return self
 
 
@@ -171,40 +122,6 @@ class BlockSeat(DrawnSeat):
         )
 
 
-class ByColour(Table):
-    """The faces painted in one colour in the CAD program."""
-
-    kind: Literal["colour"]
-    colour: tuple[_Channel, _Channel, _Channel] = Field(description="red, green, blue, each 0 to 255")
-
-    def selector(self) -> ColourFace:
-        return ColourFace((*self.colour, 255))
-
-
-class ByPlane(Table):
-    """The flat face with a given outward normal n in the plane n.x = offset."""
-
-    kind: Literal["plane"]
-    normal: tuple[float, float, float] = Field(description="outward normal of the face")
-    offset: Position = Field(description="distance of the plane from the origin, along the normal")
-    radius_min: Gap = default("0 mm", "keep faces at least this far from the axis through the origin")
-    radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
-
-    def selector(self) -> PlaneFace:
-        outer = math.inf if self.radius_max is None else self.radius_max
-        return PlaneFace(self.normal, self.offset, radius_min=self.radius_min, radius_max=outer)
-
-    @model_validator(mode="after")
-    def _can_select(self) -> Self:
-        _in_scene_words(self.selector)
-        return self
-
-
-FaceSelector = Annotated[ByColour | ByPlane, Field(discriminator="kind")]
-_RED = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
-_BLUE = ByColour(kind="colour", colour=FIXED_COLOUR[:3])
-
-
 class Cad(DrawnSeat):
     """A solid drawn in a CAD program, read from a STEP or BREP file."""
 
@@ -213,13 +130,13 @@ class Cad(DrawnSeat):
     unit: Literal["m", "mm", "um", "inch"] | None = Field(
         None, description="length unit of the file; a STEP file states its own"
     )
-    contact: FaceSelector = Field(_RED, description="faces that are struck; by default those painted pure red")
-    fixed: FaceSelector = Field(_BLUE, description="faces that are clamped; by default those painted pure blue")
+    contact: FaceSelector = Field(RED_FACES, description="faces that are struck; by default those painted pure red")
+    fixed: FaceSelector = Field(BLUE_FACES, description="faces that are clamped; by default those painted pure blue")
 
     def geometry(self) -> CadPart:
         return CadPart(
             path=self.file,
-            unit=None if self.unit is None else _METRES[self.unit],
+            unit=None if self.unit is None else METRES[self.unit],
             contact=self.contact.selector(),
             fixed=self.fixed.selector(),
         )
@@ -278,13 +195,3 @@ class GreensFile(Table):
 Seat = Annotated[
     Annular | BarSeat | BlockSeat | Cad | MeshFile | Rod | Spring | GreensFile, Field(discriminator="kind")
 ]
-
-
-def _in_scene_words(build: Callable[[], _Spec]) -> _Spec:
-    """A geometry's complaint about one of its fields becomes one about the key of that name."""
-    try:
-        return build()
-    except GeometryError as error:
-        if field := re.match(r"\w+\.(\w+) = (.*)", str(error), re.DOTALL):
-            raise KeyProblem(field[1], field[2]) from error
-        raise

@@ -1,0 +1,248 @@
+"""The program `seatfem`: one verb per thing to do. Exit code 0: done, 1: failed or missed its target, 2: bad input."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from impact.progress import Progress
+    from seatfem.pipeline import RunOutcome
+    from seatfem.scene import Scene
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+DONE: Final = 0
+FAILED: Final = 1
+BAD_INPUT: Final = 2
+INTERRUPTED: Final = 130
+DEMO_SCENE: Final = "flapper_on_annular_seat.toml"
+
+app = App(
+    name="seatfem",
+    help="Impact of flexible reeds on elastic valve seats.",
+    help_epilogue="Exit code 0: done; 1: the run failed or missed its target; 2: bad input.",
+    result_action="return_value",
+    suppress_keyboard_interrupt=False,
+    exit_on_error=False,
+    help_format="plaintext",
+)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Common:
+    """What every verb understands."""
+
+    quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False
+    debug: Annotated[bool, Parameter(negative="", help="Show the traceback of an error.")] = False
+
+
+COMMON: Final = Common()
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    sys.exit(run_command(sys.argv[1:]))
+
+
+def run_command(arguments: Sequence[str]) -> int:
+    """Carry out one command line and return its exit code. No traceback leaves here unless it is asked for."""
+    debug = "--debug" in arguments or os.environ.get("SEATFEM_DEBUG", "0") not in ("", "0")
+    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            code = app(arguments)
+        for message in dict.fromkeys(str(warning.message) for warning in caught):
+            errors.print(f"warning: {message}")
+    except CycloptsError:
+        return BAD_INPUT  # cyclopts has told
+    except KeyboardInterrupt:
+        errors.print("seatfem: interrupted; files are written whole or not at all")
+        return INTERRUPTED
+    except Exception as error:
+        if debug:
+            raise
+        errors.print(f"seatfem: {_in_words(error)}")
+        return _exit_code(error)
+    return code if isinstance(code, int) else DONE
+
+
+@app.command
+def demo(*, output: Output = None, common: Common = COMMON) -> int:
+    """Run the embedded example, all the way.
+
+    Parameters
+    ----------
+    output:
+        Folder for the results [default: seatfem-demo].
+    """
+    return _run(demo_scene(), output or Path("seatfem-demo"), common)
+
+
+@app.command
+def run(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Compute everything that a scene describes: seat, contact, measures, pictures.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for the results [default: the scene's name + "-result"].
+    """
+    return _run(scene, output or Path(f"{scene.stem}-result"), common)
+
+
+@app.command
+def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Compute only the seat's Green's function.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        File for the Green's function [default: the scene's name + "-seat.h5"].
+    """
+    checked = _load(scene)
+    from seatfem.pipeline import compute_greens
+
+    path = output or Path(f"{scene.stem}-seat.h5")
+    with _progress(common) as progress:
+        outcome = compute_greens(checked, path, progress)
+    _tell(outcome, common)
+    return DONE
+
+
+@app.command
+def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Compute the seat's modes: table, pictures, animation, files for ParaView.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for the results [default: the scene's name + "-modes"].
+    """
+    checked = _load(scene)
+    from seatfem.pipeline import write_modes
+
+    folder = output or Path(f"{scene.stem}-modes")
+    with _progress(common) as progress:
+        outcome = write_modes(checked, folder, progress)
+    _tell(outcome, common)
+    return DONE
+
+
+@app.command
+def verify(*, common: Common = COMMON) -> int:
+    """Compare with exact solutions: case, exact value, ours, error, verdict."""
+    from seatfem.tables import verification_table_view
+    from seatfem.verify import verification_table
+
+    with _progress(common) as progress:
+        rows = verification_table(progress)
+    if not common.quiet:
+        Console().print(verification_table_view(rows))
+    return DONE if all(row.passed for row in rows) else FAILED
+
+
+@app.command
+def doctor(*, common: Common = COMMON) -> int:
+    """Report what is installed, what is missing, and the exact command that mends it."""
+    from seatfem.doctor import doctor_report
+    from seatfem.tables import doctor_table
+
+    checks = doctor_report()
+    gaps = [check for check in checks if check.required and not check.ok]
+    if not common.quiet:
+        Console().print(doctor_table(checks))
+    for gap in gaps:
+        Console(stderr=True, soft_wrap=True, highlight=False).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
+    return FAILED if gaps else DONE
+
+
+def demo_scene() -> Path:
+    """The demo's scene file, inside an installed package or a source tree."""
+    installed = Path(str(resources.files("seatfem"))) / "data" / DEMO_SCENE
+    source = Path(__file__).parents[1] / "examples" / DEMO_SCENE
+    return installed if installed.is_file() else source
+
+
+def _run(path: Path, folder: Path, common: Common) -> int:
+    scene = _load(path)
+    from seatfem.pipeline import run_scene
+    from seatfem.tables import result_table
+
+    with _progress(common) as progress:
+        outcome = run_scene(scene, folder, progress)
+    if not common.quiet:
+        console = Console(highlight=False)
+        console.print(f"\n{scene.title or path.stem}", markup=False)
+        console.print(result_table(outcome.summary))
+    _tell(outcome, common)
+    return DONE
+
+
+def _progress(common: Common) -> AbstractContextManager[Progress]:
+    from seatfem.progress_bars import progress_bars
+
+    return progress_bars(Console(stderr=True), quiet=common.quiet)
+
+
+def _load(path: Path) -> Scene:
+    """The scene, once it is known that what it needs can run here."""
+    from seatfem.scene import DrawnSeat, MeshFile, load_scene
+    from seatfem.system import require_gmsh_libraries
+
+    scene = load_scene(path)
+    if isinstance(scene.seat, DrawnSeat | MeshFile):
+        require_gmsh_libraries()
+    return scene
+
+
+def _tell(outcome: RunOutcome, common: Common) -> None:
+    """What is worth knowing, what was written, and where the time went."""
+    if common.quiet:
+        return
+    from seatfem.tables import time_line
+
+    console = Console(soft_wrap=True, highlight=False, markup=False)
+    for message in outcome.messages:
+        console.print(f"note: {message}")
+    for file in outcome.files:
+        console.print(f"wrote {file}")
+    console.print(f"time: {time_line(outcome.stages)}")
+
+
+def _is_ours(error: Exception) -> bool:
+    return type(error).__module__.partition(".")[0] in ("seatfem", "impact")
+
+
+def _in_words(error: Exception) -> str:
+    if _is_ours(error) or isinstance(error, OSError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "out of memory; a coarser mesh (seat.mesh.size) needs less"
+    return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
+
+
+def _exit_code(error: Exception) -> int:
+    return (
+        BAD_INPUT
+        if isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
+        else FAILED
+    )

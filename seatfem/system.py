@@ -1,0 +1,79 @@
+"""System libraries that wheels do not carry: missed before they crash anything, with the command that mends it."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import sys
+from collections.abc import Mapping
+from typing import Final
+
+GMSH_LIBRARIES: Final = {
+    "libGLU.so.1": "libglu1-mesa",
+    "libGL.so.1": "libgl1",
+    "libXrender.so.1": "libxrender1",
+    "libXcursor.so.1": "libxcursor1",
+    "libXft.so.2": "libxft2",
+    "libXinerama.so.1": "libxinerama1",
+    "libgomp.so.1": "libgomp1",
+}
+"""What gmsh loads, and the Debian or Ubuntu package of each."""
+
+EGL: Final = {"libEGL.so.1": "libegl1"}
+_OSMESA: Final = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
+_OSMESA_WINDOW: Final = "vtkOSOpenGLRenderWindow"
+PICTURE_PACKAGES: Final = ("matplotlib", "pyvista", "imageio")
+
+
+class MissingLibraryError(RuntimeError):
+    """A system library is missing; the message holds the command that installs it."""
+
+
+def missing_packages(libraries: Mapping[str, str]) -> tuple[str, ...]:
+    """The packages (values) whose library (key) cannot be loaded. Always empty outside Linux, where wheels differ."""
+    if sys.platform != "linux":
+        return ()
+    return tuple(package for library, package in libraries.items() if not _loads(library))
+
+
+def apt_command(packages: tuple[str, ...]) -> str:
+    """The command that installs system packages on Debian and Ubuntu."""
+    return f"apt-get install --no-install-recommends {' '.join(packages)}"
+
+
+def require_gmsh_libraries() -> None:
+    """Raise `MissingLibraryError` unless gmsh's system libraries are there. Does not import gmsh."""
+    if missing := missing_packages(GMSH_LIBRARIES):
+        raise MissingLibraryError(f"gmsh needs system libraries that are missing; install them: {apt_command(missing)}")
+
+
+def picture_library_gap() -> str | None:
+    """Why pictures cannot be made, and the command that mends it; None where they can.
+
+    Call it before importing vtk or pyvista: without libEGL or OSMesa, VTK ends the process instead of raising.
+    """
+    absent = [name for name in PICTURE_PACKAGES if importlib.util.find_spec(name) is None]
+    if absent:
+        return f"no pictures: {', '.join(absent)} not installed; install with: pip install 'seatfem[pictures]'"
+    if missing_packages(EGL) and not _osmesa():
+        return f"no pictures: libEGL is missing; install it: {apt_command(tuple(EGL.values()))}"
+    return None
+
+
+def select_offscreen_window() -> None:
+    """Tell VTK to draw with OSMesa where libEGL is missing. Call it before importing vtk or pyvista."""
+    if missing_packages(EGL) and _osmesa():
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _OSMESA_WINDOW)
+
+
+def _osmesa() -> bool:
+    return any(_loads(library) for library in _OSMESA)
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True

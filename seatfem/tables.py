@@ -1,0 +1,76 @@
+"""Tables for the terminal: the result of a run, the verification, the state of the installation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from rich.table import Table
+
+from seatfem.doctor import Check
+
+_QUANTITIES = (
+    ("peak force, raw", "peak_force_N", "N", 1.0),
+    ("peak force, filtered", "filtered_peak_force_N", "N", 1.0),
+    ("impulse", "impulse_Ns", "mN s", 1e3),
+    ("first contact", "first_contact_s", "us", 1e6),
+    ("contact duration", "contact_duration_s", "us", 1e6),
+    ("contacts", "contact_count", "", 1.0),
+    ("contacts, raw", "contact_count_raw", "", 1.0),
+    ("largest seat displacement", "max_seat_displacement_m", "um", 1e6),
+    ("energy residual", "energy_residual", "", 1.0),
+)
+
+
+class VerificationRow(Protocol):
+    """One line of the verification table."""
+
+    @property
+    def case(self) -> str: ...
+    @property
+    def exact(self) -> str: ...
+    @property
+    def ours(self) -> str: ...
+    @property
+    def error(self) -> str: ...
+    @property
+    def passed(self) -> bool: ...
+
+
+def result_table(summary: Mapping[str, object]) -> Table:
+    """Key results beside those of the spring baseline (the summary's keys with the prefix spring_)."""
+    table = Table("", "seat", "spring baseline", "unit")
+    for label, key, unit, scale in _QUANTITIES:
+        if key in summary:
+            ours, baseline = (_number(summary.get(prefix + key), scale) for prefix in ("", "spring_"))
+            table.add_row(label, ours, baseline, unit)
+    return table
+
+
+def time_line(seconds: Mapping[str, float]) -> str:
+    """Where the time went, the longest stage first, in one line."""
+    longest_first = sorted(seconds.items(), key=lambda item: -item[1])
+    return ", ".join(f"{stage} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
+
+
+def verification_table_view(rows: Sequence[VerificationRow]) -> Table:
+    """Case, exact value, ours, error, verdict."""
+    table = Table("case", "exact", "ours", "error", "verdict")
+    for row in rows:
+        table.add_row(row.case, row.exact, row.ours, row.error, "pass" if row.passed else "[red]FAIL[/red]")
+    return table
+
+
+def doctor_table(checks: Sequence[Check]) -> Table:
+    """What is there, and how to mend what is not."""
+    table = Table("", "", "state", "remedy")
+    for check in checks:
+        state = "ok" if check.ok else ("[red]missing[/red]" if check.required else "[yellow]gap[/yellow]")
+        table.add_row(check.name, state, check.detail, "" if check.ok else check.remedy)
+    return table
+
+
+def _number(value: object, scale: float) -> str:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "-"
+    return str(value) if isinstance(value, int) else f"{scale * value:.4g}"
