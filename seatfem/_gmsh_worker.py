@@ -1,7 +1,7 @@
 """The gmsh process: `python -m seatfem._gmsh_worker JOB.json`, started by `seatfem.gmsh_process` only.
 
-Lengths are millimetres inside gmsh and metres in everything that is read or written for the parent, which learns
-of progress and failure from JSON lines on standard output.
+Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
+the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from seatfem.geometry import FAMILIES, Geometry, GeometryError, decode
-from seatfem.geometry.inspect import MILLIMETRE, area_of, patch_tags, volume_of
+from seatfem.geometry import FAMILIES, Geometry, GeometryError, decode, model_unit
+from seatfem.geometry.inspect import area_of, patch_tags, volume_of
 from seatfem.geometry.step_colours import paint
 from seatfem.mesh_spec import MeshSpec
 
@@ -26,6 +26,7 @@ APT_LINE = (
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
 TRIANGLE = {1: 2, 2: 9}
 POOR_JACOBIAN = 0.05
+MILLIMETRE = 1e-3  # in which STEP files are written
 OPTIONS = {
     "General.Terminal": 0,
     "General.NumThreads": 1,  # one thread is reproducible, several are not
@@ -53,25 +54,25 @@ def build(gmsh: Any, geometry: Geometry) -> dict[str, list[int]]:
     family = next(family for family in FAMILIES.values() if isinstance(geometry, family.spec))
     family.build(geometry, gmsh.model.occ)
     gmsh.model.occ.synchronize()
-    tags = patch_tags(gmsh.model, geometry.patches)
+    tags = patch_tags(gmsh.model, geometry.patches, model_unit(geometry))
     if shared := set(tags["contact"]) & set(tags["fixed"]):
         raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
     return tags
 
 
-def set_sizes(gmsh: Any, spec: MeshSpec, contact: list[int]) -> None:
+def set_sizes(gmsh: Any, spec: MeshSpec, contact: list[int], unit: float) -> None:
     """Background size: constant near the contact patch, then growing linearly to the bulk's."""
     field = gmsh.model.mesh.field
     edges = gmsh.model.getBoundary([(2, tag) for tag in contact], combined=False, oriented=False)
-    near, far = spec.patch_size / MILLIMETRE, (spec.patch_size + spec.transition) / MILLIMETRE
+    near, far = spec.patch_size / unit, (spec.patch_size + spec.transition) / unit
     distance = field.add("Distance")
     field.setNumbers(distance, "SurfacesList", contact)
     field.setNumbers(distance, "CurvesList", [tag for _, tag in edges])
     field.setNumber(distance, "Sampling", 200)
     threshold = field.add("Threshold")
     field.setNumber(threshold, "InField", distance)
-    field.setNumber(threshold, "SizeMin", spec.patch_size / MILLIMETRE)
-    field.setNumber(threshold, "SizeMax", spec.size / MILLIMETRE)
+    field.setNumber(threshold, "SizeMin", near)
+    field.setNumber(threshold, "SizeMax", spec.size / unit)
     field.setNumber(threshold, "DistMin", near)
     field.setNumber(threshold, "DistMax", max(far, 1.001 * near))
     field.setAsBackgroundMesh(threshold)
@@ -84,7 +85,7 @@ def name_groups(gmsh: Any, tags: dict[str, list[int]]) -> None:
         model.addPhysicalGroup(2, faces, name=name)
 
 
-def generate(gmsh: Any, spec: MeshSpec) -> None:
+def generate(gmsh: Any, spec: MeshSpec, unit: float) -> None:
     mesh = gmsh.model.mesh
     stage("meshing surfaces", 0.1)
     mesh.generate(2)
@@ -94,18 +95,21 @@ def generate(gmsh: Any, spec: MeshSpec) -> None:
         stage("curving elements", 0.7)
         gmsh.option.setNumber("Mesh.SecondOrderLinear", 0 if spec.curved else 1)
         mesh.setOrder(2)
-        untangle(gmsh)
+        untangle(gmsh, unit)
 
 
-def untangle(gmsh: Any) -> None:
-    """Optimise where curving left (nearly) inverted elements; the parent checks what remains."""
+def untangle(gmsh: Any, unit: float) -> None:
+    """Optimise where curving left (nearly) inverted elements; the parent checks what remains.
+
+    This optimiser depends on memory addresses: where it has to act, node positions differ a little from run to run.
+    """
     elements, _ = gmsh.model.mesh.getElementsByType(TETRAHEDRON[2])
     jacobian = gmsh.model.mesh.getElementQualities(elements, "minSJ")
     poor = np.flatnonzero(jacobian < POOR_JACOBIAN)
     if len(poor):
         worst = elements[np.argmin(jacobian)]
         nodes = gmsh.model.mesh.getElement(worst)[1]
-        x, y, z = np.mean([gmsh.model.mesh.getNode(node)[0] for node in nodes], axis=0)
+        x, y, z = 1e3 * unit * np.mean([gmsh.model.mesh.getNode(node)[0] for node in nodes], axis=0)
         stage(f"untangling {len(poor)} curved elements, worst near ({x:.3g}, {y:.3g}, {z:.3g}) mm", 0.8)
         gmsh.model.mesh.optimize("HighOrder")
 
@@ -135,11 +139,11 @@ def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
         entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
         if dimension == 3:
             parts = [mesh.getElementsByType(TETRAHEDRON[order], entity)[0] for entity in entities]
-            out[f"volume:{name}"] = element_index[np.concatenate(parts)]
+            out[f"volume:{name}"] = element_index[np.concatenate([[], *parts]).astype(np.int64)]
         elif dimension == 2:
             width = mesh.getElementProperties(TRIANGLE[order])[3]
             faces = [mesh.getElementsByType(TRIANGLE[order], entity)[1] for entity in entities]
-            out[f"surface:{name}"] = index[np.concatenate(faces)].reshape(-1, width)[:, :3]
+            out[f"surface:{name}"] = index[np.concatenate([[], *faces]).astype(np.int64)].reshape(-1, width)[:, :3]
     return out
 
 
@@ -154,15 +158,18 @@ def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     """Task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
     stage("building the geometry", 0.0)
     tags = build(gmsh, geometry)
-    set_sizes(gmsh, spec, tags["contact"])
+    set_sizes(gmsh, spec, tags["contact"], unit)
     name_groups(gmsh, tags)
-    generate(gmsh, spec)
+    generate(gmsh, spec, unit)
     if job["msh"]:
-        write_msh(gmsh, job["msh"], MILLIMETRE)
-    cad = {"volume": volume_of(gmsh.model)} | {name: area_of(gmsh.model, faces) for name, faces in tags.items()}
-    return arrays(gmsh, MILLIMETRE) | {f"cad:{name}": np.float64(value) for name, value in cad.items()}
+        write_msh(gmsh, job["msh"], unit)
+    cad = {"volume": volume_of(gmsh.model, unit)} | {
+        name: area_of(gmsh.model, faces, unit) for name, faces in tags.items()
+    }
+    return arrays(gmsh, unit) | {f"cad:{name}": np.float64(value) for name, value in cad.items()}
 
 
 def read(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
@@ -182,7 +189,7 @@ def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     gmsh.clear()
     gmsh.model.occ.importShapes(job["step"])
     gmsh.model.occ.synchronize()
-    tags = patch_tags(gmsh.model, geometry.patches)
+    tags = patch_tags(gmsh.model, geometry.patches, MILLIMETRE)
     colours = {tag: job["colours"][name] for name, faces in tags.items() if name in job["colours"] for tag in faces}
     path = Path(job["step"])
     path.write_text(paint(path.read_text(encoding="ascii"), colours), encoding="ascii")

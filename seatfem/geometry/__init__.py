@@ -48,6 +48,7 @@ __all__ = [
     "decode",
     "encode",
     "fingerprint",
+    "model_unit",
     "select",
 ]
 
@@ -68,6 +69,11 @@ FAMILIES: dict[str, Family] = {
     "block": Family(Block, block.build),
     "cad": Family(CadPart, cad.build),
 }
+
+
+def model_unit(geometry: Geometry) -> float:
+    """Metres per length unit of the gmsh model that the geometry's recipe builds."""
+    return cad.imported_unit(geometry) if isinstance(geometry, CadPart) else 1e-3
 
 
 def encode(value: Any) -> Any:

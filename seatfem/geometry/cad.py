@@ -52,15 +52,21 @@ class CadPart:
 
 
 def build(part: CadPart, occ: Any) -> None:
-    """Import the solid (millimetres) into the given gmsh OpenCASCADE model."""
+    """Import the solid (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
     imported = occ.importShapes(str(part.path), highestDimOnly=True)
     solids = [entity for entity in imported if entity[0] == 3]
     if len(solids) != 1:
         raise GeometryError(f"{part.path}: holds {len(solids)} solids; exactly one is needed")
-    if part.unit is not None:
-        # OpenCASCADE turns STEP lengths into millimetres by the stated unit and leaves BREP numbers as they are.
-        scale = part.unit / stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else 1e3 * part.unit
-        occ.dilate(solids, 0, 0, 0, scale, scale, scale)
+
+
+def imported_unit(part: CadPart) -> float:
+    """Metres per length unit of the imported model.
+
+    OpenCASCADE turns STEP lengths into millimetres by the unit the file states, and leaves BREP numbers as they are.
+    """
+    if part.unit is None:
+        return 1e-3
+    return 1e-3 * part.unit / stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else part.unit
 
 
 def stated_unit(path: Path) -> float:
