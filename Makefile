@@ -29,7 +29,7 @@ types: $(VENV)/installed-dev
 	$(PY) -m mypy
 
 unit: $(VENV)/installed-dev
-	@$(PY) -m seatfem.system
+	@$(VENV)/bin/seatfem doctor --quiet
 	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4
 
 verify doctor: $(VENV)/installed-pictures

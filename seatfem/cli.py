@@ -157,7 +157,7 @@ def verify(*, common: Common = COMMON) -> int:
         rows = verification_table(progress)
     if not common.quiet:
         Console().print(verification_table_view(rows))
-    return DONE if all(row.passed for row in rows) else FAILED
+    return DONE if all(row.verdict for row in rows) else FAILED
 
 
 @app.command

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from seatfem.doctor import Check
+
+if TYPE_CHECKING:
+    from seatfem.verification.case import Row
 
 _QUANTITIES = (
     ("peak force, raw", "peak_force_N", "N", 1.0),
@@ -20,21 +23,6 @@ _QUANTITIES = (
     ("largest seat displacement", "max_seat_displacement_m", "um", 1e6),
     ("energy residual", "energy_residual", "", 1.0),
 )
-
-
-class VerificationRow(Protocol):
-    """One line of the verification table."""
-
-    @property
-    def case(self) -> str: ...
-    @property
-    def exact(self) -> str: ...
-    @property
-    def ours(self) -> str: ...
-    @property
-    def error(self) -> str: ...
-    @property
-    def passed(self) -> bool: ...
 
 
 def result_table(summary: Mapping[str, object]) -> Table:
@@ -53,11 +41,13 @@ def time_line(seconds: Mapping[str, float]) -> str:
     return ", ".join(f"{stage} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
-def verification_table_view(rows: Sequence[VerificationRow]) -> Table:
-    """Case, exact value, ours, error, verdict."""
-    table = Table("case", "exact", "ours", "error", "verdict")
+def verification_table_view(rows: Sequence[Row]) -> Table:
+    """Case, exact value, ours, error, verdict. Errors are relative."""
+    table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
     for row in rows:
-        table.add_row(row.case, row.exact, row.ours, row.error, "pass" if row.passed else "[red]FAIL[/red]")
+        verdict = "pass" if row.verdict else "[red]FAIL[/red]"
+        numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
+        table.add_row(row.case, row.quantity, *numbers, verdict)
     return table
 
 

@@ -49,8 +49,10 @@ class Rayleigh(Table):
 class Mesh(Table):
     """How fine the finite elements are."""
 
-    size: Length | None = Field(None, description="element size in the bulk; chosen from the geometry where absent")
-    contact_size: Length | None = Field(None, description="element size at the contact patch; likewise")
+    size: Length | None = Field(None, description="element size in the bulk; from the bandwidth where absent")
+    contact_size: Length | None = Field(
+        None, description="element size at the contact patch; finer than the bulk where absent"
+    )
     order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
 
     @model_validator(mode="after")

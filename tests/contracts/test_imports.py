@@ -1,0 +1,135 @@
+"""Who may import whom. Broken rules are named by file and line."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")])
+
+MESHING = ("seatfem/geometry/", "seatfem/meshing.py", "seatfem/_gmsh_worker.py")
+PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
+NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
+
+
+def imports(path: Path, *, module_level: bool = False) -> Iterator[tuple[int, str]]:
+    """Line and full name of every import in a file; `module_level` keeps those that run when the file is imported."""
+    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+    for node in _outside_functions(tree) if module_level else ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, name.name) for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}:{node.lineno}: imports are absolute here"
+            yield from ((node.lineno, f"{node.module}.{name.name}") for name in node.names)
+
+
+def _outside_functions(node: ast.AST) -> Iterator[ast.AST]:
+    for child in ast.iter_child_nodes(node):
+        for_types_only = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)
+        if not for_types_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            yield child
+            yield from _outside_functions(child)
+
+
+def offenders(package: str, allowed: tuple[str, ...], files: list[Path], *, module_level: bool = False) -> list[str]:
+    """Places outside `allowed` (path beginnings) that import the package."""
+    return [
+        f"{name}:{line} imports {imported}"
+        for path in files
+        if not (name := path.relative_to(ROOT).as_posix()).startswith(allowed)
+        for line, imported in imports(path, module_level=module_level)
+        if imported.partition(".")[0] == package
+    ]
+
+
+@pytest.mark.parametrize("package", NOT_FOR_IMPACT)
+def test_impact_stands_alone(package: str) -> None:
+    files = [path for path in FILES if path.is_relative_to(ROOT / "impact")]
+    assert files
+    assert offenders(package, (), files) == []
+
+
+def test_gmsh_is_imported_where_it_has_a_process_of_its_own() -> None:
+    assert offenders("gmsh", MESHING, FILES) == []
+    users = [path for path in FILES if any(name.partition(".")[0] == "gmsh" for _, name in imports(path))]
+    assert users, "the rule guards nothing: nobody imports gmsh"
+
+
+@pytest.mark.parametrize("package", PICTURES)
+def test_picture_libraries_are_optional(package: str) -> None:
+    """Drawing functions import them when they are called: everything else runs without them."""
+    assert offenders(package, (), FILES, module_level=True) == []
+
+
+def test_no_drawer_for_odds_and_ends() -> None:
+    assert [path for path in FILES if path.stem in ("utils", "util", "helpers", "misc", "common")] == []
+
+
+def test_no_import_cycle() -> None:
+    modules = {_module(path): path for path in FILES}
+    edges = {
+        module: {found for _, name in imports(path, module_level=True) if (found := _longest(name, modules)) != module}
+        for module, path in modules.items()
+    }
+    done: set[str] = set()
+
+    def visit(module: str, trail: tuple[str, ...]) -> None:
+        assert module not in trail, " -> ".join((*trail[trail.index(module) :], module))
+        if module not in done:
+            for target in sorted(edges[module] - {""}):
+                visit(target, (*trail, module))
+            done.add(module)
+
+    for module in modules:
+        visit(module, ())
+
+
+def _module(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def _longest(name: str, modules: dict[str, Path]) -> str:
+    """The module of ours that an imported name stands in; "" for foreign ones."""
+    parts = name.split(".")
+    beginnings = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return next((beginning for beginning in beginnings if beginning in modules), "")
+
+
+def test_impact_runs_where_nothing_of_seatfem_is_installed() -> None:
+    blocked = (*NOT_FOR_IMPACT, *PICTURES, "cyclopts", "rich", "pymetis", "pypardiso")
+    code = f"""
+import sys
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {blocked!r}:
+            raise ImportError(f"{{name}} is blocked")
+sys.meta_path.insert(0, Block())
+try:
+    import gmsh
+except ImportError:
+    pass
+else:
+    raise SystemExit("the block does not work")
+import impact
+assert impact.__all__
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_program_starts_without_finite_elements() -> None:
+    """`seatfem --help` answers at once: no compiler, mesher, element library or picture library is loaded for it."""
+    code = """
+import sys
+from seatfem.cli import run_command
+assert run_command(["--help"]) == 0
+slow = {"numba", "scipy", "skfem", "gmsh", "pyvista", "matplotlib", "pint", "pydantic"} & sys.modules.keys()
+assert not slow, slow
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Usage: seatfem" in done.stdout

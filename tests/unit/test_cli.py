@@ -1,0 +1,303 @@
+"""The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
+
+import os
+import signal
+import subprocess
+import sys
+import types
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from seatfem import cli, doctor, system
+from seatfem.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
+from seatfem.doctor import Check
+from seatfem.geometry import GeometryError
+from seatfem.progress_bars import StageClock, progress_bars
+from seatfem.scene import Scene
+
+ROOT = Path(__file__).parents[2]
+SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
+SUMMARY = {
+    "peak_force_N": 12.345678,
+    "filtered_peak_force_N": 12.0,
+    "impulse_Ns": 1.5e-3,
+    "first_contact_s": 653.3246e-6,
+    "contact_count": 3,
+    "energy_residual": 1e-12,
+    "spring_peak_force_N": 11.0,
+    "spring_first_contact_s": None,
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    summary: dict[str, object] = field(default_factory=lambda: dict(SUMMARY))
+    messages: tuple[str, ...] = ("pictures [skipped]",)
+    files: tuple[Path, ...] = (Path("somewhere/summary.json"),)
+    stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
+
+
+class Pipeline(types.ModuleType):
+    """Stands in for seatfem.pipeline: remembers what it was asked, or fails as told."""
+
+    def __init__(self) -> None:
+        super().__init__("seatfem.pipeline")
+        self.asked: list[tuple[str, str, Path]] = []
+        self.act: Callable[[], None] = lambda: None
+
+    def run_scene(self, scene: Scene, folder: Path, progress: Callable[[str, float], None]) -> Outcome:
+        return self._answer("run", scene, folder, progress)
+
+    def compute_greens(self, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
+        return self._answer("greens", scene, path, progress)
+
+    def write_modes(self, scene: Scene, folder: Path, progress: Callable[[str, float], None]) -> Outcome:
+        return self._answer("modes", scene, folder, progress)
+
+    def _answer(self, verb: str, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
+        progress("stepping", 0.0)
+        self.act()
+        progress("stepping", 1.0)
+        self.asked.append((verb, scene.title, path))
+        return Outcome()
+
+
+@pytest.fixture
+def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
+    stand_in = Pipeline()
+    monkeypatch.setitem(sys.modules, "seatfem.pipeline", stand_in)
+    monkeypatch.delenv("SEATFEM_DEBUG", raising=False)
+    return stand_in
+
+
+def failing(error: BaseException) -> Callable[[], None]:
+    def act() -> None:
+        raise error
+
+    return act
+
+
+def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["run", str(SPRING_SCENE), "-o", "there"]) == DONE
+    assert pipeline.asked == [("run", "Flapper reed on a spring", Path("there"))]
+    out, err = capsys.readouterr()
+    lines = [" ".join(line.replace("│", " ").split()) for line in out.splitlines()]
+    assert "Flapper reed on a spring" in lines
+    assert "peak force, raw 12.35 11 N" in lines
+    assert "first contact 653.3 - us" in lines
+    assert "contacts 3 -" in lines
+    assert "note: pictures [skipped]" in lines
+    assert "wrote somewhere/summary.json" in lines
+    assert lines[-1] == "time: assembly 2.0 s, mesh 0.5 s"
+    assert "stepping: 0.0 s" in err
+
+
+def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    for verb in ("run", "greens", "modes"):
+        assert run_command([verb, str(SPRING_SCENE), "--quiet"]) == DONE
+    assert [asked[0] for asked in pipeline.asked] == ["run", "greens", "modes"]
+    assert capsys.readouterr() == ("", "")
+
+
+def test_where_results_go(pipeline: Pipeline) -> None:
+    for arguments in (
+        ["demo"],
+        ["run", str(SPRING_SCENE)],
+        ["greens", str(SPRING_SCENE)],
+        ["modes", str(SPRING_SCENE)],
+    ):
+        run_command([*arguments, "--quiet"])
+    assert [path for *_, path in pipeline.asked] == [
+        Path("seatfem-demo"),
+        Path("flapper_on_spring-result"),
+        Path("flapper_on_spring-seat.h5"),
+        Path("flapper_on_spring-modes"),
+    ]
+    assert pipeline.asked[0][1] == "Flapper reed on an annular seat"
+
+
+@pytest.mark.parametrize("verb", ["demo", "run", "greens", "modes", "verify", "doctor"])
+def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command([verb, "--help"]) == DONE
+    assert f"Usage: seatfem {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["rum"], 'Did you mean "run"?'),
+        (["run"], "SCENE"),
+        (["run", str(SPRING_SCENE), "--fast"], "--fast"),
+        (["run", "absent.toml"], "absent.toml: cannot be read: No such file or directory"),
+    ],
+)
+def test_bad_input(arguments: list[str], message: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(arguments) == BAD_INPUT
+    out, err = capfd.readouterr()
+    assert message in out + err
+    assert "Traceback" not in out + err
+
+
+def test_a_bad_scene_is_told_line_by_line(
+    tmp_path: Path, pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("stiffness", "stifness").replace("mm", "kg"))
+    assert run_command(["run", str(scene)]) == BAD_INPUT
+    err = capsys.readouterr().err
+    assert "unknown key; did you mean 'stiffness'?" in err
+    assert "reed.length: '25.4 kg' is a mass" in err
+    assert pipeline.asked == []
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (GeometryError("the lip is too wide"), BAD_INPUT, "seatfem: the lip is too wide\n"),
+        (system.MissingLibraryError("libGLU; apt-get"), FAILED, "seatfem: libGLU; apt-get\n"),
+        (FileNotFoundError(2, "No such file", "x.step"), BAD_INPUT, "seatfem: [Errno 2] No such file: 'x.step'\n"),
+        (PermissionError(13, "Permission denied", "out"), FAILED, "seatfem: [Errno 13] Permission denied: 'out'\n"),
+        (MemoryError(), FAILED, "seatfem: out of memory; a coarser mesh (seat.mesh.size) needs less\n"),
+        (
+            ZeroDivisionError("division by zero"),
+            FAILED,
+            "seatfem: unexpected ZeroDivisionError: division by zero; this is a bug, --debug or SEATFEM_DEBUG=1 "
+            "shows where\n",
+        ),
+        (KeyboardInterrupt(), INTERRUPTED, "seatfem: interrupted; files are written whole or not at all\n"),
+    ],
+)
+def test_failures_are_one_line(
+    pipeline: Pipeline, capsys: pytest.CaptureFixture[str], error: BaseException, code: int, message: str
+) -> None:
+    pipeline.act = failing(error)
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == code
+    assert capsys.readouterr().err == message
+
+
+def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch) -> None:
+    pipeline.act = failing(ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError):
+        run_command(["run", str(SPRING_SCENE), "--debug"])
+    monkeypatch.setenv("SEATFEM_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        run_command(["run", str(SPRING_SCENE)])
+
+
+def test_warnings_are_one_line_each(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    def act() -> None:
+        with warnings.catch_warnings():  # the tests' own filter makes errors of warnings
+            warnings.simplefilter("always")
+            warnings.warn("the step is coarse", stacklevel=1)
+
+    pipeline.act = act
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
+    assert capsys.readouterr().err == "warning: the step is coarse\n"
+
+
+def test_missing_system_libraries_stop_a_run_before_meshing(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(system, "_loads", lambda library: False)
+    assert run_command(["demo"]) == FAILED
+    assert "apt-get install --no-install-recommends libglu1-mesa" in capsys.readouterr().err
+    assert pipeline.asked == []
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE  # needs no mesh
+
+
+def test_doctor_exit_codes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    fine, optional = Check("python", True, "3.11"), Check("pictures", False, "no EGL", "apt-get", required=False)
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (fine, optional))
+    assert run_command(["doctor"]) == DONE
+    assert "no EGL" in capsys.readouterr().out
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (fine, Check("gmsh", False, "absent", "pip install gmsh")))
+    assert run_command(["doctor", "--quiet"]) == FAILED
+    assert capsys.readouterr() == ("", "gmsh: absent; pip install gmsh\n")
+
+
+@dataclass(frozen=True)
+class Row:
+    verdict: bool
+    case: str = "rod"
+    quantity: str = "peak"
+    exact: float = 1.0
+    ours: float = 1.001
+    error: float = 1e-3
+    tolerance: float = 1e-2
+
+
+@pytest.mark.parametrize(("passed", "code", "verdict"), [(True, DONE, "pass"), (False, FAILED, "FAIL")])
+def test_verify_exit_codes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool, code: int, verdict: str
+) -> None:
+    module = types.ModuleType("seatfem.verify")
+    module.verification_table = lambda progress: [Row(True), Row(passed)]  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "seatfem.verify", module)
+    assert run_command(["verify"]) == code
+    assert verdict in capsys.readouterr().out
+
+
+def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert cli.demo_scene().is_file()
+    inside = tmp_path / "data" / cli.DEMO_SCENE
+    inside.parent.mkdir()
+    inside.write_text("")
+    monkeypatch.setattr(cli.resources, "files", lambda package: tmp_path)
+    assert cli.demo_scene() == inside
+
+
+def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
+    code = """
+import sys, time, types
+pipeline = types.ModuleType("seatfem.pipeline")
+def run_scene(scene, folder, progress):
+    print("ready", flush=True)
+    time.sleep(60)
+pipeline.run_scene = run_scene
+sys.modules["seatfem.pipeline"] = pipeline
+from seatfem.cli import main
+main()
+"""
+    command = [sys.executable, "-c", code, "run", str(SPRING_SCENE)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == INTERRUPTED
+    assert "interrupted" in err
+    assert "Traceback" not in err
+
+
+def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None:
+    shown: list[tuple[str, float, float]] = []
+    times = iter([0.0, 1.0, 2.5, 3.0, 10.0, 12.0])
+    clock = StageClock(lambda *report: shown.append(report), now=lambda: next(times))
+    for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
+        clock(stage, done)
+    assert shown == [
+        ("mesh", 0.0, 0.0),
+        ("solve", 0.0, 0.0),
+        ("mesh", 1.0, 2.5),
+        ("mesh", 0.5, 2.5),
+        ("mesh", 1.0, 4.5),
+    ]
+
+
+def test_bars_on_a_terminal() -> None:
+    text = StringIO()
+    with progress_bars(Console(file=text, force_terminal=True, width=80)) as progress:
+        progress("meshing", 0.0)
+        progress("meshing", 1.0)
+    assert "meshing" in text.getvalue()
+    assert "100%" in text.getvalue()
