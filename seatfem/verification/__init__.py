@@ -1,0 +1,1 @@
+"""Verification cases: problems with a known answer, each solved by the public functions."""

@@ -1,0 +1,54 @@
+"""The verification table: problems with a known answer, our answer, the error, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from impact.progress import Progress, silent
+from seatfem.verification.beams import beam_cases
+from seatfem.verification.case import Case, Row, carry_out
+from seatfem.verification.compliant import compliant_cases
+from seatfem.verification.finite_elements import finite_element_cases
+from seatfem.verification.rods import rod_cases
+
+__all__ = ["PROVIDERS", "Case", "Row", "markdown_table", "verification_cases", "verification_table"]
+
+# To add rows: a function that returns cases, here. Making the cases is cheap; only `Case.compute` works.
+PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (rod_cases, compliant_cases, beam_cases, finite_element_cases)
+
+
+def verification_cases() -> tuple[Case, ...]:
+    """All cases of all providers."""
+    return tuple(case for provider in PROVIDERS for case in provider())
+
+
+def verification_table(progress: Progress = silent) -> tuple[Row, ...]:
+    """Carry out every case."""
+    cases = verification_cases()
+    rows = []
+    for done, case in enumerate(cases):
+        progress("verifying", done / len(cases))
+        rows.append(carry_out(case))
+    progress("verifying", 1.0)
+    return tuple(rows)
+
+
+def markdown_table(rows: tuple[Row, ...]) -> str:
+    """The rows as a Markdown table; errors and tolerances are relative, ``order`` is the observed one."""
+    head = ("case", "quantity", "exact", "ours", "error", "tolerance", "order", "verdict", "source")
+    body = [
+        (
+            row.case,
+            row.quantity,
+            f"{row.exact:.8g}",
+            f"{row.ours:.8g}",
+            f"{row.error:+.1e}",
+            f"{row.tolerance:.1e}",
+            "" if row.order is None else f"{row.order:.2f}",
+            "pass" if row.verdict else "FAIL",
+            row.source,
+        )
+        for row in rows
+    ]
+    lines = [head, tuple("---" for _ in head), *body]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
