@@ -7,13 +7,9 @@ from pathlib import Path
 import pytest
 
 from seatfem import doctor, system
-from seatfem.doctor import Check, doctor_report
+from seatfem.doctor import doctor_report
 
 ROOT = Path(__file__).parents[2]
-
-
-def check(name: str) -> Check:
-    return next(found for found in doctor_report() if found.name == name)
 
 
 @pytest.fixture
@@ -53,7 +49,7 @@ def test_missing_system_libraries_end_in_one_command() -> None:
 
 @pytest.mark.usefixtures("no_library")
 def test_the_doctor_sees_missing_system_libraries() -> None:
-    meshing, rendering = check("meshing"), check("off-screen rendering")
+    meshing, rendering = doctor._gmsh(), doctor._pictures()
     assert (meshing.ok, meshing.required) == (False, True)
     assert meshing.remedy.startswith("apt-get install --no-install-recommends libglu1-mesa")
     assert (rendering.ok, rendering.required) == (False, False)
@@ -93,11 +89,11 @@ def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> Non
 )
 def test_a_crash_in_a_probe_is_a_finding(monkeypatch: pytest.MonkeyPatch, code: str, detail: str) -> None:
     monkeypatch.setattr(doctor, "_GMSH_PROBE", code)
-    found = check("meshing")
+    found = doctor._gmsh()
     assert (found.ok, found.detail) == (False, f"gmsh {detail}")
 
 
 def test_a_probe_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "PROBE_TIMEOUT", 0.2)
     monkeypatch.setattr(doctor, "_PICTURE_PROBE", "import time; time.sleep(30)")
-    assert "no answer within 0.2 s" in check("off-screen rendering").detail
+    assert "no answer within 0.2 s" in doctor._pictures().detail
