@@ -51,7 +51,7 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     closed: Array = (1.0 - cosine - zeta * omega * sine) / safe**2
     if not np.any(short):
         return closed
-    out = closed.copy()
+    out = np.array(closed)
     ts, ws, zs = t[short], omega[short], zeta[short]
     s = ts[:, None] * (1 + _NODES) / 2
     out[short] = ts / 2 * (impulse_response(s, ws[:, None], zs[:, None]) @ _WEIGHTS)
