@@ -110,9 +110,12 @@ def contact_force(code: int, k: float, pen: float, w0: float) -> float:  # pragm
 def _hertz_force(k: float, pen: float, w0: float) -> float:  # pragma: no cover - compiled
     """Root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 = pen.
 
-    The polynomial is increasing and convex for d > 0, so Newton from above (d = sqrt(pen)) falls monotonically.
+    The polynomial is increasing and convex for d > 0, so Newton falls monotonically from above. Each term alone gives
+    an upper bound; the lower of the two is within a factor of two of the root, whatever the stiffness.
     """
     d = math.sqrt(pen)
+    if w0 * k * d > 1.0:
+        d = (pen / (w0 * k)) ** (1.0 / 3.0)
     for _ in range(60):
         step = (d * d + w0 * k * d * d * d - pen) / (2.0 * d + 3.0 * w0 * k * d * d)
         d -= step

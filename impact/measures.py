@@ -93,8 +93,14 @@ def restitution(result: ImpactResult) -> float:
     if len(groups) == 0:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
     if math.isinf(result.striker_mass):
+        if groups[0, 1] >= result.time[-1]:
+            raise MeasureError("the bodies are still in contact at the end of the record; run longer")
         before = int(np.searchsorted(result.time, groups[0, 0]))
         after = min(int(np.searchsorted(result.time, groups[0, 1])) + 1, len(result.time) - 1)
+        if not result.energy.striker[before] > 0:
+            raise MeasureError(
+                "the held striker has no energy before the contact: let the body that moves be the striker"
+            )
         return math.sqrt(max(result.energy.striker[after], 0.0) / result.energy.striker[before])
     if result.force[-1] > 0:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
