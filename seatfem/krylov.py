@@ -28,7 +28,6 @@ from seatfem.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.pulse import error_times, filtered
 
 _BLOCK = 10  # fewest vectors between two checks
-_SAFETY = 2.0  # on extrapolated differences: single ratios scatter by about this much
 
 
 @dataclass
@@ -157,10 +156,10 @@ class _History:
     first_error: float = np.inf
 
     def add(self, greens: ModalGreens, complete: bool) -> float:
-        """Estimated error of ``greens`` relative to its maximum, from the last two differences.
+        """Estimated error of ``greens`` relative to its maximum: twice the last difference, or half the one before.
 
-        With d the last difference and r its ratio to the one before, the differences still to come sum to
-        d r/(1 - r); r is kept within 0.2..0.9 and the sum doubled, as single ratios scatter.
+        Differences fall unevenly; measured on blocks and rods, the true error stays below this and mostly within a
+        factor of three of it.
         """
         response = filtered(greens, self.t, self.width)
         before, self.last = self.last, response
@@ -168,10 +167,9 @@ class _History:
             return 0.0
         if before is None:
             return np.inf
-        difference = float(np.abs(response - before).max() / np.abs(response).max())
-        ratio = np.clip(difference / self.difference, 0.2, 0.9) if np.isfinite(self.difference) else np.inf
-        self.difference = difference
-        return float(_SAFETY * difference * ratio / (1 - ratio)) if np.isfinite(ratio) else np.inf
+        previous = self.difference
+        self.difference = float(np.abs(response - before).max() / np.abs(response).max())
+        return 2 * max(self.difference, previous / 4)
 
     def fraction(self, error: float, tolerance: float) -> float:
         """Progress: on a logarithmic scale, as convergence is geometric."""

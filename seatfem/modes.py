@@ -127,7 +127,7 @@ def modal_greens(
         extra = _left_out(model, modes, shapes, backend)
         greens = truncate(modes.omega, shapes, 2 * np.pi * cutoff, extra, model, damping)
         error = _modal_error(greens, t, bandwidth, cutoff)
-        if error <= tolerance or found == model.size and cutoff * 2 * np.pi > modes.omega[-1]:
+        if error <= tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
             progress("reduction", 1.0)
             return greens.with_error(ErrorEstimate(reduction=error)), modes
         cutoff *= 1.3

@@ -1,0 +1,149 @@
+"""A Green's function known at equally spaced times: measured, or computed by a time integrator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+
+Tail = Literal["zero", "hold", "rigid", "forbid"]
+
+
+@dataclass(frozen=True)
+class SampledGreens(GreensFunction):
+    """g_ij at t = 0, dt, 2 dt, ..., linear in between; a stated rule beyond the last sample.
+
+    Attributes:
+        values: (p, p, n) or, for one port, (n,) samples [m/(N s)], n >= 2; the first is g(0+).
+        dt: spacing [s].
+        tail: beyond the last sample, g is "zero" (a fixed body that has come to rest), "hold" (keeps the last value: a
+            body that slides away at constant speed), "rigid" (goes on along the last slope: a free body), or
+            "forbid": asking is an error.
+        port_names: p names; default "contact" for one port, "1", "2", ... for several.
+        static: (p, p) static compliance if known from elsewhere [m/N].
+        error: estimated error of g.
+        origin: provenance, plain JSON values.
+
+    Raises:
+        GreensFunctionError: wrong shape, values not finite, g_ij != g_ji, g_ii(0+) < 0, unknown tail rule.
+    """
+
+    values: Array
+    dt: float
+    tail: Tail = "forbid"
+    port_names: tuple[str, ...] = ()
+    static: Array | None = None
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    origin: Mapping[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.values, dtype=float)
+        values = values.reshape(1, 1, -1) if values.ndim == 1 else values
+        if values.ndim != 3 or values.shape[0] != values.shape[1] or values.shape[2] < 2:
+            raise GreensFunctionError(f"values must be (n,) or (p, p, n) with n >= 2, got {np.shape(self.values)}")
+        p = len(values)
+        names = self.port_names or (("contact",) if p == 1 else tuple(str(k + 1) for k in range(p)))
+        if len(names) != p:
+            raise GreensFunctionError(f"{len(names)} port names for {p} ports")
+        if not (np.isfinite(self.dt) and self.dt > 0):
+            raise GreensFunctionError(f"dt = {self.dt} s must be positive and finite")
+        if self.tail not in get_args(Tail):
+            raise GreensFunctionError(f"tail {self.tail!r} is unknown; choose from {', '.join(get_args(Tail))}")
+        if bad := int(np.sum(~np.isfinite(values))):
+            raise GreensFunctionError(f"{bad} of {values.size} samples are not finite")
+        skew = float(np.abs(values - values.transpose(1, 0, 2)).max()) / max(float(np.abs(values).max()), 1e-300)
+        if skew > 1e-6:
+            raise GreensFunctionError(f"g_ij and g_ji differ by {skew:.1e} of the maximum: average them (reciprocity)")
+        if (first := values[range(p), range(p), 0].min()) < 0:
+            raise GreensFunctionError(f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull")
+        static = None if self.static is None else np.asarray(self.static, dtype=float).reshape(p, p)
+        for key, value in (("values", values), ("port_names", names), ("static", static)):
+            object.__setattr__(self, key, value)
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports."""
+        return self.port_names
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """Estimated error of g."""
+        return self.error
+
+    @property
+    def provenance(self) -> Mapping[str, object]:
+        """Where the samples came from."""
+        return self.origin
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return float((self.values.shape[2] - 1) * self.dt)
+
+    @cached_property
+    def _integral(self) -> Array:
+        """(p, p, n) exact integral of the piecewise-linear g up to each sample."""
+        steps = (self.values[:, :, 1:] + self.values[:, :, :-1]) * (self.dt / 2)
+        return np.concatenate([np.zeros((*steps.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
+
+    def _pieces(self, t: ArrayLike, i: int, j: int) -> tuple[Array, Array, Array, Array, Array]:
+        """(t, index of the sample before, time since, value there, slope there); the tail is the last piece."""
+        t = np.asarray(t, dtype=float)
+        last = self.values.shape[2] - 1
+        if self.tail == "forbid" and t.size and t.max() > self.end * (1 + 1e-9):
+            raise GreensFunctionError(
+                f"g is asked for at {t.max():.6g} s but known up to {self.end:.6g} s only: compute or measure a longer "
+                "duration, or state a tail rule (zero, hold, rigid)"
+            )
+        index = np.clip(np.floor(t / self.dt).astype(int), 0, last)
+        g = self.values[i, j]
+        slopes = np.append(np.diff(g) / self.dt, (g[-1] - g[-2]) / self.dt if self.tail == "rigid" else 0.0)
+        start = np.where((index == last) & (self.tail == "zero") & (t > self.end), 0.0, g[index])
+        return t, index, np.maximum(t, 0.0) - index * self.dt, start, slopes[index]
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)]."""
+        t, _, since, start, slope = self._pieces(t, i, j)
+        return np.asarray(np.where(t < 0, 0.0, start + slope * since))
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t), exact for the piecewise-linear g [m/N]."""
+        t, index, since, start, slope = self._pieces(t, i, j)
+        return np.asarray(np.where(t < 0, 0.0, self._integral[i, j][index] + since * (start + slope * since / 2)))
+
+    def static_compliance(self) -> Array:
+        """(p, p) ``static`` if given, else what the tail rule implies [m/N].
+
+        Raises:
+            GreensFunctionError: tail "forbid" and no ``static``: unknown.
+        """
+        if self.static is not None:
+            return self.static
+        if self.tail == "forbid":
+            raise GreensFunctionError(
+                "the static compliance is unknown: give static=, or a tail rule other than forbid"
+            )
+        if self.tail == "zero":
+            return np.asarray(self._integral[:, :, -1])
+        last = self.values[:, :, -1]
+        if self.tail == "rigid":
+            slope = last - self.values[:, :, -2]
+            last = np.where(slope != 0, slope, last)
+        return np.where(last != 0, np.copysign(np.inf, last), self._integral[:, :, -1])
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+), the first sample [m/(N s)]."""
+        return np.asarray(self.values[:, :, 0])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
+        t = np.arange(n_steps + 1) * dt
+        p = len(self.port_names)
+        weights = np.array([[np.diff(self.step_response(t, i, j)) for j in range(p)] for i in range(p)])
+        return StepKernel(None, weights, f"convolution of a sampled g, {n_steps} weights")
