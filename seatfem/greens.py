@@ -23,7 +23,7 @@ _SMALL = 600  # unknowns up to which all modes cost nothing
 
 
 @dataclass(frozen=True)
-class GreensResult:
+class Reduction:
     """A Green's function, and the modes of the body that were found on the way (``None`` from the transient road)."""
 
     greens: GreensFunction
@@ -62,7 +62,7 @@ def greens_function(
         ModelError: an unusable argument or damping. ConvergenceError: the tolerance is not reached.
         FactorizationError: K + s^2 M is not positive definite.
     """
-    return compute_greens(
+    return reduce_model(
         model,
         bandwidth=bandwidth,
         duration=duration,
@@ -75,7 +75,7 @@ def greens_function(
     ).greens
 
 
-def compute_greens(
+def reduce_model(
     model: SecondOrderModel,
     *,
     bandwidth: float,
@@ -86,7 +86,7 @@ def compute_greens(
     ports: Sequence[str] | None = None,
     backend: Backend = "auto",
     progress: Progress = silent,
-) -> GreensResult:
+) -> Reduction:
     """As `greens_function`, with the modes found on the way."""
     for name, value in (("bandwidth", bandwidth), ("duration", duration), ("tolerance", tolerance)):
         if not value > 0:
@@ -132,7 +132,7 @@ def compute_greens(
         **greens.origin,
         "versions": {name: version(name) for name in ("numpy", "scipy", "scikit-fem")},
     }
-    return GreensResult(replace(greens, origin=origin), modes)
+    return Reduction(replace(greens, origin=origin), modes)
 
 
 def _choose(model: SecondOrderModel, damping_ratio: float) -> tuple[Literal["krylov", "modes", "transient"], str]:
