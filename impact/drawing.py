@@ -51,6 +51,7 @@ _STYLE: dict[Any, Any] = {
     "figure.titlesize": 10.5,
     "figure.titleweight": "bold",
     "agg.path.chunksize": 20000,
+    "svg.fonttype": "none",
 }
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
