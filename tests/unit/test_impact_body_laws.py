@@ -17,7 +17,7 @@ from impact import (
     Residual,
     Signorini,
 )
-from impact.laws import contact_force
+from impact.history import contact_force
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}
 

@@ -1,7 +1,11 @@
 """The memories of the past agree for prescribed forces: term by term, FFT, FFT in blocks, poles."""
 
+import importlib
+import pkgutil
+
 import numpy as np
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 import impact
 from impact import ModalGreens, Residual, history
@@ -80,3 +84,17 @@ def test_pole_and_weight_engines_give_the_same_contact() -> None:
     weights = np.diff(rod.step_response(0.01 * np.arange(401)))
     replay = history.direct_sum(weights, poles.force[1:])
     np.testing.assert_allclose(-poles.target_displacement[1:], replay, atol=1e-12)
+
+
+def test_compiled_functions_call_only_their_own_file() -> None:
+    """The compiled cache does not notice a change in another file: an edited law would silently not be used."""
+    names = [name for _, name, _ in pkgutil.iter_modules(impact.__path__, "impact.")]
+    found = 0
+    for module in map(importlib.import_module, names):
+        for function in [f for f in vars(module).values() if isinstance(f, Dispatcher)]:
+            scope = function.py_func.__globals__
+            called = [scope[name] for name in function.py_func.__code__.co_names if name in scope]
+            for other in [f for f in called if isinstance(f, Dispatcher)]:
+                found += 1
+                assert other.py_func.__module__ == function.py_func.__module__
+    assert found >= 3  # the march calls the advance and the law, the law its root
