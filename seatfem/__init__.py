@@ -1,1 +1,66 @@
-"""From the geometry of a seat to its Green's function, and the application around it."""
+"""From the geometry of a seat to its Green's function, and the application around it.
+
+The names below are loaded on first use, so that `import seatfem` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from seatfem.assembly import assemble
+    from seatfem.greens import Reduction, greens_function, reduce_model
+    from seatfem.meshing import MeshSpec, SeatMesh, make_mesh, read_mesh
+    from seatfem.model import Material, ModelError, Port, SecondOrderModel
+    from seatfem.modes import Modes, solve_modes
+    from seatfem.pipeline import run_scene
+    from seatfem.scene import load_scene
+
+__all__ = [
+    "Material",
+    "MeshSpec",
+    "ModelError",
+    "Modes",
+    "Port",
+    "Reduction",
+    "SeatMesh",
+    "SecondOrderModel",
+    "assemble",
+    "greens_function",
+    "load_scene",
+    "make_mesh",
+    "read_mesh",
+    "reduce_model",
+    "run_scene",
+    "solve_modes",
+]
+
+_HOME = {
+    "assemble": "assembly",
+    "Reduction": "greens",
+    "greens_function": "greens",
+    "reduce_model": "greens",
+    "MeshSpec": "meshing",
+    "SeatMesh": "meshing",
+    "make_mesh": "meshing",
+    "read_mesh": "meshing",
+    "Material": "model",
+    "ModelError": "model",
+    "Port": "model",
+    "SecondOrderModel": "model",
+    "Modes": "modes",
+    "solve_modes": "modes",
+    "run_scene": "pipeline",
+    "load_scene": "scene",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'seatfem' has no attribute {name!r}")
+    return getattr(import_module(f"seatfem.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

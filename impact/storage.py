@@ -1,0 +1,174 @@
+"""Green's functions and results on disk (HDF5), with provenance and a schema number."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from impact.atomic import whole_file
+from impact.closed_form import DampedFixedRod, DelayRod, PowerLaw
+from impact.energy import EnergyLedger
+from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.modal import ModalGreens, Residual
+from impact.result import Advice, ImpactResult
+from impact.sampled import SampledGreens
+
+SCHEMA = 1
+_CLOSED: dict[str, Callable[..., GreensFunction]] = {
+    "delay_rod": DelayRod,
+    "damped_fixed_rod": DampedFixedRod,
+    "power_law": PowerLaw,
+}
+_SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
+_LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
+_NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
+
+
+class StorageError(ValueError):
+    """A file that cannot be read or written; the message names file, key and remedy."""
+
+
+def save_greens(greens: GreensFunction, path: str | os.PathLike[str]) -> None:
+    """Write a Green's function with its provenance; the file is whole or absent."""
+    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
+        _stamp(file, "greens")
+        file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
+        error = greens.error_estimate
+        for name in ("reduction", "mesh"):
+            value = getattr(error, name)
+            file.attrs[f"error_{name}"] = np.nan if value is None else value
+        _write_body(file, greens)
+
+
+def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
+    """Read a Green's function written by `save_greens`.
+
+    Raises:
+        StorageError: no such file, truncated, not a Green's function, or of a newer schema.
+    """
+    with _opened(path, "greens") as file:
+        kind = str(file.attrs["kind"])
+        origin = json.loads(str(file.attrs["provenance"]))
+        error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
+        if kind == "modal":
+            residual = Residual(*(file[f"residual/{n}"][...] for n in ("shapes", "rates", "compliance")))
+            omega, zeta, shapes = (file[n][...] for n in ("omega", "zeta", "shapes"))
+            return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin)
+        if kind == "sampled":
+            return SampledGreens(
+                file["values"][...],
+                float(file.attrs["dt"]),
+                tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
+                port_names=_names(file),
+                static=file["static"][...] if "static" in file else None,
+                error=error,
+                origin=origin,
+            )
+        if kind in _CLOSED:
+            return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
+        raise StorageError(
+            f"{path}: unknown kind of Green's function {kind!r}; known: modal, sampled, {', '.join(_CLOSED)}"
+        )
+
+
+def save_results(
+    path: str | os.PathLike[str], results: Mapping[str, ImpactResult], about: Mapping[str, object]
+) -> None:
+    """Write results by name (one HDF5 group each) and what they are about (JSON); the file is whole or absent."""
+    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
+        _stamp(file, "result")
+        file.attrs["about"] = json.dumps(dict(about), default=str)
+        for name, result in results.items():
+            group = file.create_group(name)
+            for key in _SERIES:
+                group.create_dataset(key, data=getattr(result, key), compression="gzip", shuffle=True)
+            for key in _LEDGER:
+                group.create_dataset(
+                    f"energy/{key}", data=getattr(result.energy, key), compression="gzip", shuffle=True
+                )
+            for key in _NUMBERS:
+                group.attrs[key] = getattr(result, key)
+            group.attrs["engine"] = result.engine
+            group.attrs["by_work"] = json.dumps(result.energy.by_work)
+            group.attrs["advice"] = json.dumps([vars(a) for a in result.advice])
+
+
+def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
+    """Read what `save_results` wrote; raises `StorageError` as `load_greens` does."""
+    out = {}
+    with _opened(path, "result") as file:
+        for name, group in file.items():
+            ledger = {key: group[f"energy/{key}"][...] for key in _LEDGER}
+            values: dict[str, Any] = {key: group[key][...] for key in _SERIES}
+            values |= {key: float(group.attrs[key]) for key in _NUMBERS}
+            out[name] = ImpactResult(
+                **values,
+                energy=EnergyLedger(**ledger, by_work=tuple(json.loads(str(group.attrs["by_work"])))),
+                engine=str(group.attrs["engine"]),
+                advice=tuple(Advice(**a) for a in json.loads(str(group.attrs["advice"]))),
+            )
+    return out
+
+
+def _write_body(file: Any, greens: GreensFunction) -> None:
+    if isinstance(greens, ModalGreens):
+        file.attrs["kind"] = "modal"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        for name in ("omega", "zeta", "shapes"):
+            file[name] = getattr(greens, name)
+        for name in ("shapes", "rates", "compliance"):
+            file[f"residual/{name}"] = getattr(greens.residual, name)
+    elif isinstance(greens, SampledGreens):
+        file.attrs["kind"] = "sampled"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        file.attrs["dt"] = greens.dt
+        file.attrs["tail"] = greens.tail
+        file["values"] = greens.values
+        if greens.static is not None:
+            file["static"] = greens.static
+    elif str(greens.provenance.get("kind")) in _CLOSED:
+        file.attrs["kind"] = str(greens.provenance["kind"])
+    else:
+        raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form")
+
+
+def _stamp(file: Any, content: str) -> None:
+    file.attrs["content"] = content
+    file.attrs["schema"] = SCHEMA
+
+
+@contextmanager
+def _opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
+    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`."""
+    name = Path(path)
+    if not name.is_file():
+        raise StorageError(f"{name}: no such file")
+    try:
+        with h5py.File(name, "r") as file:
+            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", 0))
+            if found != content:
+                raise StorageError(f"{name}: holds {found or 'something else'!r}, a {content!r} file is needed")
+            if schema > SCHEMA:
+                raise StorageError(
+                    f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
+                )
+            yield file
+    except (OSError, KeyError) as problem:
+        raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
+    except GreensFunctionError as problem:
+        raise StorageError(f"{name}: {problem}") from problem
+
+
+def _names(file: Any) -> tuple[str, ...]:
+    return tuple(json.loads(str(file.attrs["ports"])))
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)
