@@ -30,7 +30,7 @@ def fe_rod(n: int) -> ModalGreens:
 
 
 def test_finite_element_rod_gives_the_analytic_rods_impact() -> None:
-    """First order in 1/n for the force (L1, and averaged over l/4c), as for n exact modes; second for the impulse."""
+    """First order in 1/n for the force (L1, and averaged over l/4c), as for n exact modes; the impulse faster."""
     exact = strike(impact.fixed_rod(**ROD))
     filtered = measures.filtered_force(exact, FILTER)
     errors = []
@@ -50,5 +50,5 @@ def test_finite_element_rod_gives_the_analytic_rods_impact() -> None:
         np.testing.assert_allclose(order, 1.0, atol=0.12)
     assert l1[-1] < 1.3 / 72  # exact modes: 1.2/n
     assert average[-1] < 1.0 / 72
-    np.testing.assert_allclose(np.log(impulse[:-1] / impulse[1:]) / np.log(3), 2.0, atol=0.25)
-    assert impulse[-1] < 1e-5
+    # no clean order (its sign changes with n), but below 0.06/n^2 for n = 8 ... 160
+    assert np.all(impulse < 0.06 / np.array([8, 24, 72]) ** 2)
