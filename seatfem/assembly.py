@@ -129,9 +129,9 @@ def _integrate(mesh: Any, element: Any, progress: Progress) -> _Integrals:
     for start in range(0, n_cells, _CHUNK):
         some = np.arange(start, min(start + _CHUNK, n_cells))
         where = place[start * local * local : (some[-1] + 1) * local * local]
+        _check_jacobian(mesh, some)
         stiff = skfem.Basis(mesh, element, intorder=max(degree - 2 + extra, 1), elements=some, disable_doflocs=True)
         mass = skfem.Basis(mesh, element, intorder=degree + extra, elements=some, disable_doflocs=True)
-        _check_jacobian(mesh, mass, start)
         grad = np.stack([np.broadcast_to(f[0].grad, (dim, *stiff.dx.shape)) for f in stiff.basis])
         grad = np.ascontiguousarray(grad.transpose(2, 0, 1, 3)).reshape(len(some), local * dim, -1)
         T = ((grad * stiff.dx[:, None, :]) @ grad.transpose(0, 2, 1)).reshape(-1, local, dim, local, dim)
@@ -154,12 +154,14 @@ def _is_affine(mesh: Any) -> bool:
     return bool(np.ptp(jacobian, axis=-1).max() <= 1e-10 * np.abs(jacobian).max())
 
 
-def _check_jacobian(mesh: Any, basis: Any, start: int) -> None:
-    """Raise if the Jacobian changes sign within an element."""
-    det = np.atleast_2d(basis.mapping.detDF(basis.X, tind=basis.tind))
-    folded = np.flatnonzero((det.min(axis=-1) <= 0) & (det.max(axis=-1) >= 0))
+def _check_jacobian(mesh: Any, some: NDArray[np.int64]) -> None:
+    """Raise if the Jacobian of an element is zero or changes sign, at its corners or in its middle."""
+    corners = np.asarray(mesh.elem.refdom.p, dtype=float)
+    places = np.concatenate([corners, corners.mean(axis=1, keepdims=True)], axis=1)
+    det = np.linalg.det(np.moveaxis(mesh.mapping().DF(places, tind=some), (0, 1), (-2, -1)))
+    folded = some[(det.min(axis=-1) <= 0) & (det.max(axis=-1) >= 0)]
     if folded.size:
-        centre = mesh.p[:, mesh.t[:, start + folded[0]]].mean(axis=1)
+        centre = mesh.p[:, mesh.t[:, folded[0]]].mean(axis=1)
         raise ModelError(
             f"{folded.size} elements are folded (Jacobian changes sign), the first at {np.round(centre, 6)} m: "
             "mesh finer there or straighten the element sides"

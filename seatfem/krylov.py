@@ -113,15 +113,16 @@ def krylov_greens(
         complete = exhausted or basis.size == model.size
         everything = truncate(omega, shapes, np.inf, np.zeros((shapes.shape[1],) * 2), model, damping)
         error = history.add(everything, complete)
-        greens, cut = _cut(everything, omega, shapes, model, damping, history, bandwidth, tolerance / 2)
-        error += cut
         progress("reduction", history.fraction(error, tolerance))
-        if error <= tolerance or complete:
-            break
+        if error <= tolerance / 2:
+            greens, cut = _cut(everything, omega, shapes, model, damping, history, bandwidth, tolerance / 2)
+            error += cut
+            if error <= tolerance or complete:
+                break
         if basis.size == limit:
             raise ConvergenceError(
-                f"{basis.size} Krylov vectors leave an estimated error of {error:.1e} (tolerance {tolerance:.1e}, "
-                f"{cut:.1e} of it from the cutoff): lower the bandwidth or the duration, or raise max_vectors"
+                f"{basis.size} Krylov vectors leave an estimated error of {error:.1e} (tolerance {tolerance:.1e}): "
+                "lower the bandwidth or the duration, or raise max_vectors"
             )
     if (lost := basis.check()) > 1e-8:
         raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")

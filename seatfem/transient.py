@@ -18,7 +18,7 @@ import numpy as np
 from impact.greens import ErrorEstimate
 from impact.progress import Progress, silent
 from impact.sampled import SampledGreens
-from seatfem.factorization import Backend, factorize
+from seatfem.factorization import Backend, FactorizationError, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel, as_csr
 from seatfem.modes import ConvergenceError
 from seatfem.pulse import error_times
@@ -81,8 +81,9 @@ def transient_greens(
         if error <= tolerance:
             progress("stepping", 1.0)
             origin = {"steps": n, "step_s": duration / n}
+            known = ErrorEstimate(reduction=error)
             return SampledGreens(
-                fine.values, fine.dt, "forbid", model.port_names, fine.static, ErrorEstimate(reduction=error), origin
+                fine.values, fine.dt, "forbid", model.port_names, _static(model, backend), known, origin
             )
         n, coarse = 2 * n, fine
         if n > max_steps:
@@ -95,3 +96,12 @@ def transient_greens(
 def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, progress: Progress) -> SampledGreens:
     dt = duration / n
     return SampledGreens(march(model, dt, n, backend=backend, progress=progress), dt, port_names=model.port_names)
+
+
+def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
+    """(p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
+    try:
+        compliance = model.port_matrix.T @ factorize(model.K, backend=backend).solve(model.port_matrix)
+    except FactorizationError:
+        return None
+    return (compliance + compliance.T) / 2
