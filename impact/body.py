@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,29 +22,45 @@ class ModalState:
 
 
 @dataclass(frozen=True)
+class Load:
+    """A prescribed force with a fixed place and a given course in time: modal forces shape_k * amplitude(t).
+
+    Attributes:
+        shape: (M,) participation of each mode; the mode shapes at x for a point force [1/sqrt(kg)].
+        amplitude: force at the times given, (n,) s -> (n,) N; taken at the middle of each step.
+    """
+
+    shape: Array
+    amplitude: Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
 class Body:
-    """One of the two partners of an impact, at rest unless stated.
+    """One of the partners of an impact, at rest and without loads unless stated.
 
     Attributes:
         greens: its Green's function.
         velocity: uniform translation along the normal before contact [m/s]; only for a body free to move.
         state: initial modal state of a modal body (a deflected reed).
+        loads: prescribed forces on a modal body (pressure, gravity).
     """
 
     greens: GreensFunction
     velocity: float = 0.0
     state: ModalState | None = None
+    loads: tuple[Load, ...] = ()
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.velocity):
             raise GreensFunctionError(f"velocity = {self.velocity} must be finite")
         if self.velocity != 0.0 and math.isinf(self.mass):
             raise GreensFunctionError(f"a body that is held cannot translate at {self.velocity:g} m/s")
+        modes = len(self.greens.omega) if isinstance(self.greens, ModalGreens) else 0
         if self.state is not None:
-            modes = len(self.greens.omega) if isinstance(self.greens, ModalGreens) else 0
             for name, values in (("displacement", self.state.displacement), ("velocity", self.state.velocity)):
-                if values.shape != (modes,) or not np.all(np.isfinite(values)):
-                    raise GreensFunctionError(f"state.{name} must be {modes} finite modal values, got {values.shape}")
+                _modal_values(f"state.{name}", values, modes)
+        for number, load in enumerate(self.loads):
+            _modal_values(f"loads[{number}].shape", load.shape, modes)
 
     @property
     def mass(self) -> float:
@@ -78,3 +95,8 @@ def rigid_mass(*, mass: float, velocity: float) -> Body:
     return Body(
         ModalGreens(zero, zero, shape, Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin), velocity=velocity
     )
+
+
+def _modal_values(name: str, values: Array, modes: int) -> None:
+    if modes == 0 or values.shape != (modes,) or not np.all(np.isfinite(values)):
+        raise GreensFunctionError(f"{name} must be {modes} finite modal values, got shape {values.shape}")

@@ -1,29 +1,39 @@
 """Contact laws: force N >= 0 from penetration.
 
-Every law is stepped passively: the force of a step is the law's at the end of the step, N = law(pen_free - W0 N),
-which for a convex potential Psi loses energy, never gains it:
+Step rules. With the *passive* rule the force of a step is the law's at the end of the step, N = law(pen_end),
+pen_end = pen_free - W0 N; for a convex potential Psi
 
-    N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start).
+    N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start),
 
-To add a law: a frozen dataclass with ``code``, ``parameters`` and ``potential`` here, and its branch in
-`history.contact_force`.
+so a step can lose energy and never gain it. With the *conserving* rule the force is the discrete gradient
+N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), for which equality holds; it needs a potential and is
+refused with Signorini.
+
+To add a law: a frozen dataclass below with ``code``, ``parameters`` and ``potential``, and its line in
+`impact.march.law_force` (and, if it has a potential, in `impact.march.law_potential`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
+from numba import cfunc, types
 
 from impact.greens import Array
 
-SIGNORINI, SPRING, HERTZ = 0, 1, 2
+SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
+PASSIVE, CONSERVING = 0, 1
+
+Parameters = tuple[float, float, float]
+_SIGNATURE = types.float64(types.float64, types.float64, types.float64)
 
 
 class LawError(ValueError):
-    """A contact law with an impossible parameter."""
+    """A contact law with an impossible parameter, or one that the step rule cannot treat."""
 
 
 class Law(Protocol):
@@ -31,22 +41,25 @@ class Law(Protocol):
 
     @property
     def code(self) -> int:
-        """Branch of `history.contact_force`."""
+        """Branch of `impact.march.law_force`."""
 
     @property
-    def parameters(self) -> tuple[float, float]:
-        """Its two numbers."""
+    def parameters(self) -> Parameters:
+        """Its numbers."""
 
     def potential(self, penetration: Array) -> Array:
-        """Stored energy Psi [J]."""
+        """Stored energy Psi [J]; zero for a law that stores none."""
 
 
 @dataclass(frozen=True)
 class Signorini:
-    """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933."""
+    """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933.
 
-    code = SIGNORINI
-    parameters = (0.0, 0.0)
+    Passive: the force acts only at gap_end = 0, so its work N (gap_end - gap_start) <= 0.
+    """
+
+    code: ClassVar[int] = SIGNORINI
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
         """Zero."""
@@ -55,18 +68,18 @@ class Signorini:
 
 @dataclass(frozen=True)
 class LinearSpring:
-    """N = k max(0, pen); ``stiffness`` k [N/m]."""
+    """N = k max(0, pen); ``stiffness`` k [N/m]. Passive and conserving: convex potential k pen^2/2."""
 
     stiffness: float
-    code = SPRING
+    code: ClassVar[int] = SPRING
 
     def __post_init__(self) -> None:
         _positive("LinearSpring.stiffness", self.stiffness)
 
     @property
-    def parameters(self) -> tuple[float, float]:
+    def parameters(self) -> Parameters:
         """k."""
-        return (self.stiffness, 0.0)
+        return (self.stiffness, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
         """k pen^2/2."""
@@ -75,22 +88,98 @@ class LinearSpring:
 
 @dataclass(frozen=True)
 class Hertz:
-    """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882."""
+    """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
+
+    Passive and conserving: convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
+    a Green's function that holds it too must lose it first, see `impact.half_space.without_patch`.
+    """
 
     stiffness: float
-    code = HERTZ
+    code: ClassVar[int] = HERTZ
 
     def __post_init__(self) -> None:
         _positive("Hertz.stiffness", self.stiffness)
 
     @property
-    def parameters(self) -> tuple[float, float]:
+    def parameters(self) -> Parameters:
         """k."""
-        return (self.stiffness, 0.0)
+        return (self.stiffness, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
         """(2/5) k pen^(5/2)."""
         return np.asarray(0.4 * self.stiffness * np.maximum(penetration, 0.0) ** 2.5)
+
+
+@dataclass(frozen=True)
+class HuntCrossley:
+    """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
+
+    Passive: the elastic part by convexity, the damping part k pen^n d (pen')^2 >= 0 by itself, and where the bracket is
+    negative the force is zero while the potential falls. Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
+
+    Attributes:
+        stiffness: k [N/m^n].
+        damping: d [s/m] >= 0; 3 (1 - e)/(2 V) gives the coefficient of restitution e near 1 at the speed V.
+        exponent: n >= 1.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    exponent: float = 1.5
+    code: ClassVar[int] = HUNT_CROSSLEY
+
+    def __post_init__(self) -> None:
+        _positive("HuntCrossley.stiffness", self.stiffness)
+        if not (self.damping >= 0 and math.isfinite(self.damping)):
+            raise LawError(f"HuntCrossley.damping = {self.damping:g} s/m must be >= 0 and finite")
+        if not (self.exponent >= 1 and math.isfinite(self.exponent)):
+            raise LawError(f"HuntCrossley.exponent = {self.exponent:g} must be >= 1 (a convex potential) and finite")
+
+    @property
+    def parameters(self) -> Parameters:
+        """k, d, n."""
+        return (self.stiffness, self.damping, self.exponent)
+
+    def potential(self, penetration: Array) -> Array:
+        """k pen^(n + 1)/(n + 1)."""
+        n = self.exponent
+        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (n + 1) / (n + 1))
+
+
+@dataclass(frozen=True)
+class CompiledLaw:
+    """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
+
+    It is called for pen > 0 and clipped at zero. Passive if it does not decrease with pen and its elastic part has a
+    convex potential; the user answers for that, and the energy ledger shows it: ``contact_loss`` must never fall
+    below zero by more than round-off. All its work is booked as lost, as it declares no potential.
+
+    Attributes:
+        compiled: the law as a numba C callback, made by `compiled_law`.
+    """
+
+    compiled: Any
+    code: ClassVar[int] = USER
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """None declared."""
+        return np.zeros_like(penetration)
+
+
+def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
+    """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's complaint if it cannot be."""
+    try:
+        return CompiledLaw(cfunc(_SIGNATURE)(force))
+    except Exception as problem:
+        name = getattr(force, "__name__", repr(force))
+        raise LawError(f"the law {name} cannot be compiled: {str(problem).strip().splitlines()[0]}") from problem
+
+
+@cfunc(_SIGNATURE, cache=True)
+def no_user_law(pen, pen_start, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Stands in where the law is a built-in one."""
+    return 0.0
 
 
 def _positive(name: str, value: float) -> None:

@@ -8,8 +8,8 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import impact
-from impact import ModalGreens, Residual, history
-from impact.history import Recursion
+from impact import ModalGreens, Residual, history, march
+from impact.history import Poles
 
 RNG = np.random.default_rng(5)
 STEPS, DT = 3000, 0.01
@@ -47,14 +47,13 @@ def test_blocks_meet_every_pair_once(block: int) -> None:
 
 
 def test_poles_are_the_direct_sum() -> None:
-    zero = np.zeros(12)
-    r = Recursion.of(GREENS, 0, DT, zero, zero)
-    arrays = (r.coefficients, r.q, r.p, r.decay, r.gain, r.y)
+    rows, decay, gain = Poles.of([(GREENS, np.ones((1, 1)))], DT, 1).folded()
+    q, p, y = np.zeros(rows.shape[1]), np.zeros(rows.shape[1]), np.zeros(len(decay))
     own = float(GREENS.step_matrix(DT)[0, 0])
     out = np.zeros(STEPS)
     for n in range(STEPS):
         last = FORCE[n - 1] if n > 0 else 0.0
-        out[n] = history._advance(arrays, last) + own * FORCE[n]
+        out[n] = march._advance(rows, decay, gain, q, p, y, last) + own * FORCE[n]
     np.testing.assert_allclose(out, EXACT, atol=LIMIT)
 
 

@@ -1,0 +1,346 @@
+"""The compiled march: laws, several contacts at one time level, and the loop over steps.
+
+All that the loop calls is in this file: numba's cache is renewed when the caller's own file changes, not when another
+file that it calls into does.
+
+Several contacts: find N >= 0 with N_c = law_c(pen_c - (W N)_c), W symmetric positive definite. Rigid and linear-spring
+contacts form a linear complementarity problem (a spring k adds 1/k to its diagonal), solved exactly by block principal
+pivoting, warm-started from the last step's contacts. Other laws are solved by sweeps of exact scalar solves (nonlinear
+Gauss-Seidel), which descend the strictly convex energy of the step.
+Source: Judice & Pires, Comput. Oper. Res. 21 (1994) 587; Kim & Park, SIAM J. Sci. Comput. 33 (2011) 3261.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from impact.laws import CONSERVING, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
+
+FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
+
+
+@njit(cache=True)
+def law_force(code, a, b, c, user, pen, pen_start, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return a * pen
+    if code == HERTZ:
+        return a * pen * math.sqrt(pen)
+    if code == HUNT_CROSSLEY:
+        return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
+    if code == USER:
+        return max(0.0, user(pen, pen_start, dt))
+    return math.inf
+
+
+@njit(cache=True)
+def law_potential(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Psi [J] of the laws that the conserving rule admits."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return 0.5 * a * pen * pen
+    return 0.4 * a * pen * pen * math.sqrt(pen)
+
+
+@njit(cache=True)
+def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The N >= 0 of one step: N = law(pen - w0 N) (passive) or the discrete gradient (conserving).
+
+    Both are one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
+    """
+    if rule == CONSERVING:
+        return _discrete_gradient(code, a, b, c, pen, pen_start, w0)
+    if pen <= 0.0:
+        return 0.0
+    if code == SIGNORINI:
+        return pen / w0
+    if code == SPRING:
+        return a * pen / (1.0 + a * w0)
+    if code == HERTZ:
+        return _hertz_force(a, pen, w0)
+    return _bracketed(code, a, b, c, user, pen, pen_start, w0, dt)
+
+
+@njit(cache=True)
+def _hertz_force(k, pen, w0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 = pen.
+
+    The polynomial is increasing and convex for d > 0, so Newton from above falls monotonically; both d^2 <= pen and
+    w0 k d^3 <= pen bound the root, the smaller bound is the start.
+    """
+    d = math.sqrt(pen)
+    if w0 > 0.0:
+        d = min(d, (pen / (w0 * k)) ** (1.0 / 3.0))
+    for _ in range(60):
+        step = (d * d + w0 * k * d * d * d - pen) / (2.0 * d + 3.0 * w0 * k * d * d)
+        d -= step
+        if step <= 1e-16 * d:
+            break
+    return k * d * d * d
+
+
+@njit(cache=True)
+def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
+    high = law_force(code, a, b, c, user, pen, pen_start, dt)
+    if high <= 0.0 or w0 <= 0.0:
+        return high
+    high = min(high, pen / w0)
+    low = 0.0
+    r_low = -law_force(code, a, b, c, user, pen, pen_start, dt)
+    r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
+    if r_high <= 0.0:
+        return high
+    return _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high)
+
+
+@njit(cache=True)
+def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    top, side = high, 0
+    n = high
+    for count in range(200):
+        n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
+        r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
+        if r == 0.0 or high - low <= 4e-16 * top:
+            break
+        if r > 0.0:
+            high, r_high = n, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = n, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return n
+
+
+@njit(cache=True)
+def _discrete_gradient(code, a, b, c, pen, pen_start, w0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of N (p - p0) = Psi(p) - Psi(p0), p = pen - w0 N: N - secant slope of Psi is increasing in N; bisection.
+
+    The secant slope of a convex potential does not decrease with p, hence N >= 0 and one root.
+    """
+    high = _secant(code, a, b, c, pen, pen_start)
+    if high <= 0.0:
+        return 0.0
+    if w0 <= 0.0:
+        return high
+    low = 0.0
+    top = high
+    for _ in range(200):
+        n = 0.5 * (low + high)
+        if n - _secant(code, a, b, c, pen - w0 * n, pen_start) > 0.0:
+            high = n
+        else:
+            low = n
+        if high - low <= 4e-16 * top:
+            break
+    return 0.5 * (low + high)
+
+
+@njit(cache=True)
+def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
+    if p <= 0.0 and p0 <= 0.0:
+        return 0.0
+    if p > 0.0 and p0 > 0.0:
+        if code == SPRING:
+            return 0.5 * a * (p + p0)
+        x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
+        return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+    return (law_potential(code, a, b, c, p) - law_potential(code, a, b, c, p0)) / (p - p0)
+
+
+@njit(cache=True)
+def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set.
+
+    Whole blocks are exchanged while that lowers the number of violations; after three tries without progress only the
+    last violating index moves, which ends in finitely many exchanges.
+    """
+    p = pen.size
+    active = force > 0.0
+    scale = np.abs(pen).max()
+    for c in range(p):
+        scale = max(scale, w[c, c] * force[c])
+    fewest, tries = p + 1, 3
+    gap = np.empty(p)
+    for _ in range(50 + 20 * p):
+        index = np.flatnonzero(active)
+        force[:] = 0.0
+        if index.size > 0:
+            force[index] = _spd_solve(w, index, pen)
+        for c in range(p):
+            value = -pen[c]
+            for d in index:
+                value += w[c, d] * force[d]
+            gap[c] = value
+        bad = np.where(active, force < 0.0, gap < -1e-13 * scale)
+        count = bad.sum()
+        if count == 0:
+            break
+        if count < fewest:
+            fewest, tries = count, 3
+            active = active ^ bad
+        elif tries > 0:
+            tries -= 1
+            active = active ^ bad
+        else:
+            last = np.flatnonzero(bad)[-1]
+            active[last] = not active[last]
+    for c in range(p):
+        force[c] = max(force[c], 0.0)
+
+
+@njit(cache=True)
+def _spd_solve(w, index, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Solve w[index, index] x = pen[index] by Cholesky; a pivot lost to round-off (two ports almost at one place) is
+    held at 1e-14 of its diagonal."""
+    n = index.size
+    low = np.empty((n, n))
+    x = np.empty(n)
+    for i in range(n):
+        for j in range(i + 1):
+            value = w[index[i], index[j]]
+            for k in range(j):
+                value -= low[i, k] * low[j, k]
+            if i == j:
+                low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
+            else:
+                low[i, j] = value / low[j, j]
+    for i in range(n):
+        value = pen[index[i]]
+        for k in range(i):
+            value -= low[i, k] * x[k]
+        x[i] = value / low[i, i]
+    for i in range(n - 1, -1, -1):
+        value = x[i]
+        for k in range(i + 1, n):
+            value -= low[k, i] * x[k]
+        x[i] = value / low[i, i]
+    return x
+
+
+@njit(cache=True)
+def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """All forces of one step, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without the forces."""
+    p = pen.size
+    linear = True
+    for c in range(p):
+        linear = linear and rules[c] == PASSIVE and (codes[c] == SIGNORINI or codes[c] == SPRING)
+    if linear:
+        shifted = w.copy()
+        for c in range(p):
+            if codes[c] == SPRING:
+                shifted[c, c] += 1.0 / numbers[c, 0]
+        active_set(shifted, pen, force)
+        return
+    for _ in range(20000):
+        change, size = 0.0, 0.0
+        for c in range(p):
+            others = pen[c]
+            for d in range(p):
+                if d != c:
+                    others -= w[c, d] * force[d]
+            new = contact_force(
+                codes[c], rules[c], numbers[c, 0], numbers[c, 1], numbers[c, 2], user, others, pen_start[c], w[c, c], dt
+            )
+            change = max(change, abs(new - force[c]))
+            size = max(size, new)
+            force[c] = new
+        if change <= 1e-14 * size:
+            break
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _advance(rows, decay, gain, q, p, y, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """One contact: add the last step's force, step the free motion, return the gap's part."""
+    a11, a12, a21, a22, b1, b2 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    u = 0.0
+    for k in range(q.size):
+        qk = q[k] + b1[k] * force
+        pk = p[k] + b2[k] * force
+        r = a11[k] * qk + a12[k] * pk
+        q[k] = r + FLOOR
+        p[k] = a21[k] * qk + a22[k] * pk + FLOOR
+        u += r
+    for k in range(y.size):
+        r = decay[k] * (y[k] + gain[k] * force) + FLOOR
+        y[k] = r
+        u += r
+    return u
+
+
+@njit(cache=True)
+def march_one(start, stop, poles, state, free, memory, weights, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
+
+    poles: `Poles.folded`; state: (q, p, y). free (n,): gap at the end of each step without contact. memory (n,): what
+    finished blocks add through step weights. law: (code, rule, three numbers). rest: force carried since ever.
+    """
+    rows, decay, gain = poles
+    q, p, y = state
+    code, rule, a, b, c = law
+    for n in range(start, stop):
+        last = force[n - 1] - rest if n > 0 else 0.0
+        opening = free[n] + _advance(rows, decay, gain, q, p, y, last)
+        if weights.size > 0:
+            past = memory[n]
+            for m in range(n - n % block, n):
+                past += weights[n - m] * (force[m] - rest)
+            opening += past
+        opening -= w0 * rest
+        f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, dt)
+        force[n] = f
+        gap[n + 1] = opening + w0 * f
+
+
+@njit(cache=True)
+def march_many(start, stop, poles, state, free, memory, weights, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for p contacts: force (n, p), gap (n + 1, p), free and memory (n, p), weights (n, p, p), w0 (p, p)."""
+    steps, psi, decay, gain, rho = poles
+    q, v, y = state
+    codes, rules, numbers = laws
+    contacts = rest.size
+    opening = np.empty(contacts)
+    last = np.zeros(contacts)
+    warm = np.zeros(contacts)
+    if start > 0:
+        warm[:] = force[start - 1]
+    for n in range(start, stop):
+        if n > 0:
+            last[:] = force[n - 1] - rest
+        opening[:] = free[n] - w0 @ rest
+        for k in range(q.size):
+            f = 0.0
+            for c in range(contacts):
+                f += psi[k, c] * last[c]
+            qk = q[k] + steps[4, k] * f
+            pk = v[k] + steps[5, k] * f
+            r = steps[0, k] * qk + steps[1, k] * pk
+            q[k] = r + FLOOR
+            v[k] = steps[2, k] * qk + steps[3, k] * pk + FLOOR
+            for c in range(contacts):
+                opening[c] += psi[k, c] * r
+        for k in range(y.size):
+            f = 0.0
+            for c in range(contacts):
+                f += rho[k, c] * last[c]
+            y[k] = decay[k] * (y[k] + gain[k] * f) + FLOOR
+            for c in range(contacts):
+                opening[c] += rho[k, c] * y[k]
+        if weights.shape[0] > 0:
+            opening += memory[n]
+            for m in range(n - n % block, n):
+                opening += weights[n - m] @ (force[m] - rest)
+        contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm)
+        force[n] = warm
+        gap[n + 1] = opening + w0 @ warm
