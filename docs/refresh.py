@@ -1,0 +1,94 @@
+"""Refresh what the documents show: pictures of the demo, the verification table, the numbers in the README.
+
+    .venv/bin/python docs/refresh.py [FOLDER]
+
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run) and the verification cases, then rewrites
+docs/images/, docs/verification.md and what stands between the markers in README.md.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sys
+import tempfile
+from itertools import groupby
+from pathlib import Path
+
+from impact.atomic import whole_file
+from seatfem.cli import demo_scene
+from seatfem.pipeline import run_scene
+from seatfem.scene import load_scene
+from seatfem.verification.case import Row
+from seatfem.verify import markdown_table, verification_table
+
+ROOT = Path(__file__).resolve().parent.parent
+PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp())
+    if not (folder / "summary.json").is_file():
+        run_scene(load_scene(demo_scene()), folder)
+    for name in PICTURES:
+        shutil.copyfile(folder / name, ROOT / "docs" / "images" / name)
+    rows = verification_table()
+    write(ROOT / "docs" / "verification.md", "# Verification\n\n" + PREFACE + markdown_table(rows))
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    readme = between(readme, "verification", short_table(rows))
+    readme = between(readme, "demo", demo_table(json.loads((folder / "summary.json").read_text(encoding="utf-8"))))
+    write(ROOT / "README.md", readme)
+
+
+PREFACE = (
+    "Made by `docs/refresh.py` from the cases of `seatfem verify`. Errors and tolerances are relative; each case fails "
+    "when one of its inputs is 3 % off (a test asserts it).\n\n"
+)
+
+
+def short_table(rows: tuple[Row, ...]) -> str:
+    """One line a case: its quantities, the worst error and the tolerance there."""
+    lines = ["| case | quantities | worst error | allowed | verdict |", "|---|---|---|---|---|"]
+    for case, group in groupby(rows, key=lambda row: row.case):
+        members = list(group)
+        worst = max(members, key=lambda row: abs(row.error) / row.tolerance)
+        verdict = "pass" if all(row.verdict for row in members) else "FAIL"
+        lines.append(f"| {case} | {len(members)} | {abs(worst.error):.1e} | {worst.tolerance:.1e} | {verdict} |")
+    return "\n".join(lines)
+
+
+def demo_table(s: dict[str, float]) -> str:
+    """The demo's answer beside the spring's."""
+    quantities = (
+        ("peak force, mean over 1 us", "filtered_peak_force_N", 1.0, "N"),
+        ("impulse", "impulse_Ns", 1e3, "mN s"),
+        ("first contact", "first_contact_s", 1e6, "us"),
+        ("its duration", "contact_duration_s", 1e6, "us"),
+        ("largest seat displacement", "max_seat_displacement_m", 1e9, "nm"),
+        ("energy residual", "energy_residual", 1.0, ""),
+    )
+    lines = ["| | elastic seat | spring baseline | unit |", "|---|---|---|---|"]
+    lines += [f"| {n} | {s[k] * f:.4g} | {s['spring_' + k] * f:.4g} | {u} |" for n, k, f, u in quantities]
+    lines.append(
+        f"\n{s['seat_dof']} unknowns; estimated error of g after a 1 us pulse: reduction "
+        f"{100 * s['greens_error_reduction']:.2g} %, mesh {100 * s['greens_error_mesh']:.2g} %."
+    )
+    return "\n".join(lines)
+
+
+def between(text: str, name: str, content: str) -> str:
+    """``text`` with what stands between the markers of ``name`` replaced."""
+    pattern = rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)"
+    if not re.search(pattern, text, flags=re.DOTALL):
+        raise ValueError(f"README.md: no markers <!-- {name} --> ... <!-- /{name} -->")
+    return re.sub(pattern, lambda m: m[1] + content + "\n" + m[2], text, flags=re.DOTALL)
+
+
+def write(path: Path, text: str) -> None:
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
