@@ -15,7 +15,7 @@ import numpy as np
 from impact.atomic import whole_file
 from impact.closed_form import DampedFixedRod, DelayRod, PowerLaw
 from impact.energy import EnergyLedger
-from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
@@ -35,6 +35,10 @@ class StorageError(ValueError):
     """A file that cannot be read or written; the message names file, key and remedy."""
 
 
+class _Damage(ValueError):
+    """What is wrong with a key, for `_opened` to put file and remedy around."""
+
+
 def save_greens(greens: GreensFunction, path: str | os.PathLike[str]) -> None:
     """Write a Green's function with its provenance; the file is whole or absent."""
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
@@ -51,23 +55,23 @@ def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
     """Read a Green's function written by `save_greens`.
 
     Raises:
-        StorageError: no such file, truncated, not a Green's function, or of a newer schema.
+        StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema.
     """
     with _opened(path, "greens") as file:
         kind = str(file.attrs["kind"])
         origin = json.loads(str(file.attrs["provenance"]))
         error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
         if kind == "modal":
-            residual = Residual(*(file[f"residual/{n}"][...] for n in ("shapes", "rates", "compliance")))
-            omega, zeta, shapes = (file[n][...] for n in ("omega", "zeta", "shapes"))
+            residual = Residual(*(_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
+            omega, zeta, shapes = (_array(file, n) for n in ("omega", "zeta", "shapes"))
             return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin)
         if kind == "sampled":
             return SampledGreens(
-                file["values"][...],
+                _array(file, "values"),
                 float(file.attrs["dt"]),
                 tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
                 port_names=_names(file),
-                static=file["static"][...] if "static" in file else None,
+                static=_array(file, "static") if "static" in file else None,
                 error=error,
                 origin=origin,
             )
@@ -105,8 +109,8 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
     out = {}
     with _opened(path, "result") as file:
         for name, group in file.items():
-            ledger = {key: group[f"energy/{key}"][...] for key in _LEDGER}
-            values: dict[str, Any] = {key: group[key][...] for key in _SERIES}
+            ledger = {key: _array(group, f"energy/{key}") for key in _LEDGER}
+            values: dict[str, Any] = {key: _array(group, key) for key in _SERIES}
             values |= {key: float(group.attrs[key]) for key in _NUMBERS}
             out[name] = ImpactResult(
                 **values,
@@ -160,10 +164,22 @@ def _opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
                 )
             yield file
-    except (OSError, KeyError) as problem:
+    except StorageError:
+        raise
+    except (_Damage, GreensFunctionError) as problem:
+        raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as problem:  # RuntimeError: HDF5's own
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
-    except GreensFunctionError as problem:
-        raise StorageError(f"{name}: {problem}") from problem
+
+
+def _array(group: Any, key: str) -> Array:
+    """A dataset of finite numbers."""
+    if key not in group:
+        raise _Damage(f"{key} is missing")
+    values = np.asarray(group[key][...], dtype=float)
+    if bad := int(np.sum(~np.isfinite(values))):
+        raise _Damage(f"{key} has {bad} values that are not finite")
+    return values
 
 
 def _names(file: Any) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +13,12 @@ import numpy as np
 import impact
 from impact import measures
 from impact.atomic import whole_file
+from impact.closed_form import DampedFixedRod, DelayRod
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.progress import Progress, silent
 from impact.result import ImpactResult
+from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens, save_results
 from seatfem.pictures import draw_modes, draw_run
 from seatfem.scene import Cantilever, Scene
@@ -141,9 +143,10 @@ def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float
     for greens in (reed, seat):
         if isinstance(greens, ModalGreens) and len(greens.omega) and greens.omega.max() > 0:
             limits.append(1.0 / (STEPS_PER_RADIAN * float(greens.omega.max())))
-        transit = getattr(greens, "transit", None)
-        if transit is not None:
-            limits.append(transit / STEPS_PER_TRANSIT)
+        if isinstance(greens, DampedFixedRod):
+            limits.append(greens.transit / STEPS_PER_TRANSIT)
+        elif isinstance(greens, DelayRod):
+            limits.append(greens.round_trip / 2 / STEPS_PER_TRANSIT)
     return min(limits)
 
 
@@ -165,8 +168,8 @@ def _seat(scene: Scene, path: Path, watch: Stopwatch, progress: Progress) -> tup
         return SeatAnswer(kept, about={"seat_model": f"kept in {path.name}"}), True
     answer = build_seat(scene, watch, progress)
     greens = answer.greens
-    if isinstance(greens, ModalGreens):
-        greens = greens.with_error(greens.error, {**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
+    if isinstance(greens, ModalGreens | SampledGreens):  # a closed form costs nothing to make again
+        greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
     save_greens(greens, path)
     return answer, False
 

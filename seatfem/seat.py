@@ -13,6 +13,7 @@ import impact
 from impact.greens import ErrorEstimate, GreensFunction
 from impact.modal import ModalGreens
 from impact.progress import Progress, silent
+from impact.sampled import SampledGreens
 from impact.storage import load_greens
 from seatfem import scene as scenes
 from seatfem.assembly import assemble
@@ -88,7 +89,7 @@ def mesh_spec(seat: DrawnSeat) -> MeshSpec:
     """The mesh the scene asks for; sizes it leaves open follow the shear wavelength at the band edge."""
     material = _material(seat)
     size = seat.mesh.size or material.c_s / (PER_WAVELENGTH * seat.greens.bandwidth)
-    contact = seat.mesh.contact_size or min(size, 0.4 * size)
+    contact = seat.mesh.contact_size or 0.4 * size
     return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order)
 
 
@@ -114,7 +115,7 @@ def _solved(scene: Scene, seat: ElasticSeat, mesh: SeatMesh, watch: Stopwatch, p
         "seat_min_scaled_jacobian": mesh.quality.min_scaled_jacobian,
     }
     greens = reduction.greens
-    if isinstance(greens, ModalGreens):
+    if isinstance(greens, ModalGreens | SampledGreens):
         greens = replace(greens, origin={**greens.origin, "mesh": str(mesh), "mesh_hash": mesh.provenance.content_hash})
     return SeatAnswer(greens, mesh, model, reduction.modes, about)
 
@@ -135,11 +136,9 @@ def _with_mesh_error(
     fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     greens = answer.greens
-    assert isinstance(greens, ModalGreens)
-    error = ErrorEstimate(greens.error.reduction, difference)
-    return replace(
-        answer, greens=greens.with_error(error), about={**answer.about, "coarse_dof": coarse.about["seat_dof"]}
-    )
+    assert isinstance(greens, ModalGreens | SampledGreens)
+    greens = replace(greens, error=ErrorEstimate(greens.error.reduction, difference))
+    return replace(answer, greens=greens, about={**answer.about, "coarse_dof": coarse.about["seat_dof"]})
 
 
 def memory(scene: Scene) -> float:
