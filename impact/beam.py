@@ -2,49 +2,39 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from impact.body import Body, ModalState
-from impact.greens import Array, ErrorEstimate, GreensFunctionError
-from impact.modal import ModalGreens, Residual
+from impact.beam_modes import BeamModes, RectangularBeam, clamped_shape
+from impact.body import Body
+from impact.greens import Array, GreensFunctionError
+from impact.loads import ReedLoad
+from impact.modal import Residual
+from impact.reeds import Release, StaticShape, reed
 
 
 @dataclass(frozen=True)
-class Cantilever:
+class Cantilever(RectangularBeam):
     """Uniform clamped-free beam of rectangular section, bending about its thin side (all SI).
 
     EI w'''' + rho A w'' = p, w = w' = 0 at x = 0, M = Q = 0 at x = length.
     """
 
-    young: float
-    density: float
-    length: float
-    width: float
-    thickness: float
-
-    def __post_init__(self) -> None:
-        for name in ("young", "density", "length", "width", "thickness"):
-            value = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise GreensFunctionError(f"cantilever {name} = {value:g} must be positive and finite")
+    family: ClassVar[str] = "cantilever"
 
     @property
-    def rigidity(self) -> float:
-        """EI = E w h^3/12 [N m^2]."""
-        return self.young * self.width * self.thickness**3 / 12
+    def free_point(self) -> float:
+        """The tip [m]."""
+        return self.length
 
     @property
-    def line_density(self) -> float:
-        """rho A [kg/m]."""
-        return self.density * self.width * self.thickness
-
-    @property
-    def mass(self) -> float:
-        """rho A L [kg]."""
-        return self.line_density * self.length
+    def description(self) -> Mapping[str, object]:
+        """Kind and parameters."""
+        return {"kind": self.family, **asdict(self)}
 
     def wave_numbers(self, n_modes: int) -> Array:
         """(n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
@@ -58,34 +48,38 @@ class Cantilever:
 
     def frequencies(self, n_modes: int) -> Array:
         """(n,) undamped angular frequencies (k_n L)^2 sqrt(EI/(rho A L^4)) [rad/s]."""
-        scale = math.sqrt(self.rigidity / (self.line_density * self.length**4))
-        return np.asarray(self.wave_numbers(n_modes) ** 2 * scale)
+        return np.asarray(self.wave_numbers(n_modes) ** 2 * self.frequency_scale)
 
-    def shapes(self, n_modes: int, x: float) -> Array:
-        """(n,) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]; 2 (-1)^(n+1)/sqrt(mass) at the tip.
+    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]; 2 (-1)^(n+1)/sqrt(mass) at the tip.
 
-        cosh - cos - s (sinh - sin), rewritten without growing exponentials so that any n keeps its digits.
+        cosh - cos - s (sinh - sin), s = (sinh k - sin k)/(cosh k + cos k); any n keeps its digits.
         """
-        if not 0 <= x <= self.length * (1 + 1e-12):
-            raise GreensFunctionError(f"position {x:g} m is outside the cantilever, 0..{self.length:g} m")
+        xi = self.relative(x)
         k = self.wave_numbers(n_modes)
-        xi = min(x / self.length, 1.0)
-        # s = (sinh k - sin k)/(cosh k + cos k) = 1 - delta
         growth = np.exp(-k)
         denominator = 1 + growth**2 + 2 * growth * np.cos(k)
-        delta = 2 * growth * (growth + np.cos(k) + np.sin(k)) / denominator
-        s = 1 - delta
-        # cosh z - s sinh z = exp(-z) + delta sinh z, with sinh z exp(-k) bounded
-        scaled_sinh = (np.exp(k * (xi - 1)) - np.exp(-k * (xi + 1))) / 2
         ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
-        z = k * xi
-        w = np.exp(-z) + ratio * scaled_sinh - np.cos(z) + s * np.sin(z)
-        return np.asarray(w / math.sqrt(self.mass))
+        return np.asarray(clamped_shape(k, ratio * growth, ratio, xi) / np.sqrt(self.mass))
+
+    def modes(self, n_modes: int) -> BeamModes:
+        """The lowest modes."""
+        return BeamModes(
+            self.frequencies(n_modes),
+            lambda x: self.shapes(n_modes, x),
+            length=self.length,
+            width=self.width,
+            line_density=self.line_density,
+        )
 
     def compliance(self, x: float, load: float) -> float:
         """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI), a <= b."""
         a, b = sorted((x, load))
         return a * a * (3 * b - a) / (6 * self.rigidity)
+
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
+        """A bare spring: this beam has no finite impedance at t = 0, g starts like t^(1/2)."""
+        return Residual.spring(compliance)
 
 
 def cantilever_reed(
@@ -98,50 +92,36 @@ def cantilever_reed(
     damping_ratio: float = 0.0,
     n_modes: int = 40,
     tip_deflection: float = 0.0,
-    contact_at: float | None = None,
+    contact_at: float | tuple[float, ...] | None = None,
+    release: Release | None = None,
+    loads: Sequence[ReedLoad] = (),
 ) -> Body:
-    """Cantilever reed released at t = 0 from the static shape under a tip force.
+    """Cantilever reed released at t = 0, by default from the static shape under a tip force.
 
     Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
     as a bare spring (an Euler-Bernoulli beam has no finite impedance at t = 0: g starts like t^(1/2)).
+    Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``.
 
     Args:
         young, density, length, width, thickness: SI.
         damping_ratio: of every mode.
         n_modes: modes kept.
         tip_deflection: at release [m]; > 0 is away from the seat.
-        contact_at: distance of the contact point from the clamp [m]; ``None`` is the tip.
+        contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip.
+        release: another release than the static shape; then ``tip_deflection`` stays 0.
+        loads: of `impact.loads`.
 
     Raises:
-        GreensFunctionError: a length that is not positive, a contact point off the reed, no modes.
+        GreensFunctionError: a length that is not positive, a contact point off the reed, no modes, two releases.
     """
     beam = Cantilever(young, density, length, width, thickness)
-    if n_modes < 1:
-        raise GreensFunctionError(f"n_modes = {n_modes} must be at least 1")
-    if not damping_ratio >= 0:
-        raise GreensFunctionError(f"damping_ratio = {damping_ratio:g} must be >= 0")
-    x = length if contact_at is None else contact_at
-    if not 0 < x <= length * (1 + 1e-12):
-        raise GreensFunctionError(f"contact_at = {x:g} m is off the reed, 0..{length:g} m")
-    omega, shape, tip = beam.frequencies(n_modes), beam.shapes(n_modes, x), beam.shapes(n_modes, length)
-    left_out = max(beam.compliance(x, x) - math.fsum((shape / omega) ** 2), 0.0)
-    greens = ModalGreens(
-        omega,
-        np.full(n_modes, damping_ratio),
-        shape[:, None],
-        Residual.spring(left_out),
-        port_names=("contact",),
-        error=ErrorEstimate(),
-        origin={
-            "kind": "cantilever",
-            "young": young,
-            "density": density,
-            "length": length,
-            "width": width,
-            "thickness": thickness,
-            "damping_ratio": damping_ratio,
-            "contact_at": x,
-        },
+    if release is not None and tip_deflection != 0.0:
+        raise GreensFunctionError(f"give tip_deflection = {tip_deflection:g} m or release, not both")
+    return reed(
+        beam,
+        damping_ratio=damping_ratio,
+        n_modes=n_modes,
+        contact_at=contact_at,
+        release=StaticShape(tip_deflection) if release is None else release,
+        loads=loads,
     )
-    force = tip_deflection / beam.compliance(length, length)
-    return Body(greens, state=ModalState(force * tip / omega**2, np.zeros(n_modes)))
