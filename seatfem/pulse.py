@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.modal import ModalGreens
+from impact.modal import ModalGreens, Residual
 from seatfem.model import Array
 
 Complex = NDArray[np.complex128]
@@ -37,15 +37,28 @@ def filtered(greens: ModalGreens, t: Array, width: float) -> Array:
 
     The same as ``greens.filtered`` for every pair of ports, hundreds of times faster.
     """
-    omega, zeta, phi = greens.omega, greens.zeta, greens.shapes
+    out = combine(greens.shapes, mode_responses(greens.omega, greens.zeta, t, width))
+    return out + residual_response(greens.residual, t, width)
+
+
+def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
+    """(M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
     rigid = omega == 0
-    responses = np.zeros((len(omega), len(t)))
-    responses[rigid] = _rigid(t, width)
-    responses[~rigid] = _oscillators(t, width, omega[~rigid], zeta[~rigid])
-    out = np.einsum("ki,kj,kt->ijt", phi, phi, responses, optimize=True)
-    decays = _exponentials(t, width, -greens.residual.rates.astype(complex)).real
-    out += np.einsum("ri,rj,rt->ijt", greens.residual.shapes, greens.residual.shapes, decays, optimize=True)
-    return np.asarray(out + greens.residual.compliance[:, :, None] * hann(t, width))
+    out = np.zeros((len(omega), len(t)))
+    out[rigid] = _rigid(t, width)
+    out[~rigid] = _oscillators(t, width, omega[~rigid], zeta[~rigid])
+    return out
+
+
+def combine(shapes: Array, responses: Array) -> Array:
+    """(p, p, nt) sum over modes of shapes_ki shapes_kj responses_kt."""
+    return np.stack([(shapes * column[:, None]).T @ responses for column in shapes.T])
+
+
+def residual_response(residual: Residual, t: Array, width: float) -> Array:
+    """(p, p, nt) the residual's part of g after the pulse."""
+    decays = _exponentials(t, width, -residual.rates.astype(complex)).real
+    return combine(residual.shapes, decays) + residual.compliance[:, :, None] * hann(t, width)
 
 
 def _rigid(t: Array, width: float) -> Array:

@@ -1,0 +1,297 @@
+"""The three roads from M, C, K to g on small models whose modes are all known."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+import skfem
+from scipy import sparse
+
+import impact
+from impact.modal import ModalGreens, Residual
+from seatfem.assembly import assemble
+from seatfem.damping import Damping, damping_of, residual, truncate
+from seatfem.greens import greens_function, reduce_model
+from seatfem.krylov import krylov_greens
+from seatfem.model import ModelError, Port, SecondOrderModel
+from seatfem.modes import ConvergenceError, modal_greens, solve_modes
+from seatfem.pulse import filtered
+from seatfem.rod1d import rod_model
+from seatfem.transient import march, transient_greens
+
+ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
+C0 = np.sqrt(200e9 / 7850.0)
+BLOCK_PORTS = {
+    "fixed": lambda x: x[2] < 1e-9,
+    "left": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] < 6e-3),
+    "right": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] > 6e-3),
+}
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return rod_model(**ROD, elements=200)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Steel block, two patches on its top, about 1000 unknowns, not symmetric."""
+    mesh = skfem.MeshTet.init_tensor(
+        np.linspace(0, 12e-3, 5) ** 1.05, np.linspace(0, 11e-3, 5), np.linspace(0, 4e-3, 3)
+    )
+    mesh = skfem.MeshTet(mesh.p * np.array([[12e-3 / mesh.p[0].max()], [1], [1]]), mesh.t)
+    return assemble(
+        mesh.with_boundaries(BLOCK_PORTS),
+        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
+        ports={"left": "left", "right": "right"},
+        order=2,
+    )
+
+
+def all_modes(model, damping):
+    values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
+    omega = np.sqrt(np.where(values < 1e-9 * values[-1] * 1e-4, 0.0, values))
+    p = model.port_matrix.shape[1]
+    return truncate(omega, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
+
+
+def true_error(greens, model, damping, bandwidth, duration):
+    t = np.linspace(0, duration, 3001)
+    reference = filtered(all_modes(model, damping), t, 1 / bandwidth)
+    return np.abs(filtered(greens, t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.0, 2.5])
+def test_closed_form_pulse_response_is_the_quadrature(zeta):
+    omega = np.array([0.0, 0.3, 1.0, 2 * np.pi / 1.3, 20.0])
+    shapes = np.random.default_rng(0).random((5, 2))
+    rest = Residual.exponential(0.1 * np.eye(2), [[2.0, 0.5], [0.5, 1.0]])
+    greens = ModalGreens(omega, zeta * (omega > 0), shapes, rest, ("a", "b"))
+    t = np.linspace(0, 5, 23)
+    quadrature = greens.filtered(t, 1.3, 0, 1)
+    # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
+    assert filtered(greens, t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
+
+
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.1), Damping(0.0, 1e3, 1e-8)])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("bandwidth", [1e5, 4e5])
+def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
+    for model in (rod, block):
+        greens, _ = krylov_greens(model, damping, bandwidth=bandwidth, duration=8 / bandwidth, tolerance=tolerance)
+        stated = greens.error_estimate.reduction
+        error = true_error(greens, model, damping, bandwidth, 8 / bandwidth)
+        assert stated <= tolerance
+        # the measuring points miss the largest value by a few percent; an estimate beyond 15 times tells nothing
+        assert error <= 1.1 * stated
+        assert stated <= 15 * error
+
+
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
+def test_modal_error_is_below_its_estimate(block, damping):
+    greens, modes = modal_greens(block, damping, bandwidth=1e5, duration=5e-5, tolerance=2e-2)
+    stated = greens.error_estimate.reduction
+    error = true_error(greens, block, damping, 1e5, 5e-5)
+    assert error <= stated <= 2e-2
+    assert stated <= 10 * error
+    assert modes.frequencies_hz[-1] < 6e5
+
+
+def test_krylov_keeps_the_static_compliance_and_starts_at_one_over_z(block):
+    greens, _ = krylov_greens(block, Damping(), bandwidth=3e5, duration=2e-5, tolerance=3e-3)
+    static = block.port_matrix.T @ sparse.linalg.spsolve(block.K.tocsc(), block.port_matrix)
+    # the Galerkin compliance converges twice as fast as the basis: far below the tolerance
+    assert greens.static_compliance() == pytest.approx(static, rel=3e-4)
+    start = np.diag([1 / port.impedance for port in block.ports.values()])
+    assert greens.initial_value() == pytest.approx(start, abs=1e-9 * start.max())
+
+
+def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
+    """What n modes of a rod leave out: tau = r0 Z = (2/pi)/w_cut for large n; Rayleigh damping adds beta."""
+    modes = all_modes(rod, Damping())
+    above = (modes.omega[30] + modes.omega[31]) / 2
+    nothing = np.zeros((1, 1))
+    for damping, extra in ((Damping(), 0.0), (Damping(0, 0, 3e-8), 3e-8)):
+        cut = truncate(modes.omega, modes.shapes, above, nothing, rod, damping)
+        # the sum over n > N of 1/(2 n - 1)^2 is 1/(4 N) to 1/N^2, N = 31; the static compliance is exact
+        assert 1 / cut.residual.rates[0] == pytest.approx(2 / np.pi / above + extra, rel=2e-3)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
+    if zeta < 1:
+        start = impact.fixed_rod(**ROD, damping_ratio=zeta).initial_value()[0, 0]
+        assert Damping(zeta).first_velocity() == pytest.approx(start * 1e-4 * np.sqrt(200e9 * 7850.0), rel=1e-9)
+    w = np.geomspace(1e-4, 1e5, 400001)  # the integral over modes at t = 1, any zeta
+    integral = np.trapezoid(impact.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    if zeta > 0:
+        assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+
+
+def test_an_unknown_impedance_gives_a_bare_spring(rod):
+    bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
+    assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
+    relaxed = residual(np.array([[2e-9]]), bare, Damping(0, 0, 1e-7))
+    assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
+
+
+def test_a_free_rod_runs_away_with_its_mass():
+    model = rod_model(**ROD, elements=200, fixed_end=False)
+    greens = greens_function(model, bandwidth=3e5, duration=1e-4, tolerance=1e-2, method="krylov")
+    assert greens.omega[0] == 0.0
+    assert greens.shapes[0, 0] ** 2 == pytest.approx(1 / (7850.0 * 1e-4 * 30e-3), rel=1e-9)
+    assert true_error(greens, model, Damping(), 3e5, 1e-4) <= 1.1 * greens.error_estimate.reduction
+
+
+def test_converged_ritz_pairs_are_modes(block):
+    found = reduce_model(block, bandwidth=4e5, duration=2e-5, tolerance=1e-3, method="krylov").modes
+    values = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())) / (2 * np.pi)
+    assert len(found.frequencies_hz) >= 5
+    for frequency, shape in zip(found.frequencies_hz, found.shapes.T, strict=True):
+        # a residual below 1e-3 bounds the relative error of w^2 by about that
+        assert np.abs(values / frequency - 1).min() < 1e-3
+        assert shape @ block.M @ shape == pytest.approx(1.0, rel=1e-8)
+
+
+def test_solve_modes_finds_all_and_repeats(block):
+    modes = solve_modes(block, 12)
+    exact = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())[:12]) / (2 * np.pi)
+    assert modes.frequencies_hz == pytest.approx(exact, rel=1e-9)
+    assert modes.complete
+    assert modes.residuals.max() < 1e-8
+    gram = modes.shapes.T @ block.M @ modes.shapes
+    assert gram == pytest.approx(np.eye(12), abs=1e-9)
+    assert np.array_equal(
+        solve_modes(block, 12, backend="superlu").shapes, solve_modes(block, 12, backend="superlu").shapes
+    )
+
+
+def test_a_free_body_has_six_rigid_modes_at_zero():
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1e-2, n) for n in (6, 5, 4))).with_boundaries(
+        {"contact": lambda x: x[2] > 1e-2 - 1e-9}
+    )
+    model = assemble(mesh, {"young": 200e9, "poisson": 0.3, "density": 7850.0}, fixed=(), order=2)
+    assert model.size > 600  # the sparse solver, not LAPACK
+    modes = solve_modes(model, 9)
+    assert np.array_equal(modes.frequencies_hz[:6], np.zeros(6))
+    assert modes.frequencies_hz[6] > 1e4
+    assert modes.complete
+
+
+def test_a_missing_mode_is_noticed(block, monkeypatch):
+    import seatfem.modes as module
+
+    whole = module._lanczos
+
+    def forgetful(*arguments, **named):
+        values, shapes = whole(*arguments, **named)
+        return np.delete(values, 3), np.delete(shapes, 3, axis=1)
+
+    monkeypatch.setattr(module, "_lanczos", forgetful)
+    with pytest.raises(ConvergenceError, match="1 modes below the 8th are still missing"):
+        solve_modes(block, 8)
+
+
+def test_the_marched_samples_are_second_order(rod):
+    """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
+    duration, width = 4e-5, 1e-5
+    t = np.linspace(0, duration, 161)
+    exact = filtered(all_modes(rod, Damping()), t, width)[0, 0]
+    errors = []
+    for n in (200, 400, 800):
+        g = impact.sampled.SampledGreens(march(rod, duration / n, n), duration / n)
+        errors.append(np.abs(g.filtered(t, width) - exact).max() / np.abs(exact).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(np.abs(orders - 2) < 0.15)  # the next term is O(h^2) of the first: 5 % at these steps
+    assert errors[-1] < 0.01
+
+
+@pytest.mark.parametrize("rayleigh", [None, (1e4, 3e-8)])
+def test_transient_error_is_below_its_estimate(rod, rayleigh):
+    model = rod_model(**ROD, elements=100, damping=rayleigh)
+    greens = transient_greens(model, bandwidth=1e5, duration=5e-5, tolerance=1e-2)
+    t = np.linspace(0, 5e-5, 201)
+    exact = filtered(all_modes(model, damping_of(model, 0.0)), t, 1e-5)[0, 0]
+    error = np.abs(greens.filtered(t, 1e-5) - exact).max() / np.abs(exact).max()
+    assert error <= greens.error_estimate.reduction <= 1e-2
+    assert greens.error_estimate.reduction <= 10 * error
+    static = 30e-3 / (200e9 * 1e-4)
+    assert greens.static_compliance()[0, 0] == pytest.approx(static, rel=1e-6)
+    if rayleigh is None:  # the first half step averages g over less than an element's transit time
+        assert greens.initial_value()[0, 0] == pytest.approx(1 / (1e-4 * np.sqrt(200e9 * 7850.0)), rel=0.1)
+
+
+def test_auto_chooses_and_says_why(block):
+    small = rod_model(**ROD, elements=20)
+    chosen = greens_function(small, bandwidth=1e5, duration=2e-5, tolerance=2e-2)
+    assert chosen.provenance["method"] == "modes"
+    large = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=2e-2, damping_ratio=0.1, ports=["right"])
+    assert large.provenance["method"] == "krylov"
+    assert "one factorization" in large.provenance["reason"]
+    assert large.ports == ("right",)
+    assert large.provenance["dof"] == block.size
+    dashpot = sparse.csr_array(np.outer(small.port_matrix[:, 0], small.port_matrix[:, 0]) * 10.0)
+    damped = SecondOrderModel(small.M, dashpot, small.K, small.ports)
+    stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
+    assert stepped.provenance["method"] == "transient"
+    assert "not alpha M + beta K" in stepped.provenance["reason"]
+
+
+def test_a_matched_dashpot_ends_the_echo():
+    """Impedance Z at the port of a fixed rod: half the velocity, echo swallowed, nothing after 2 l/c + pulse."""
+    model = rod_model(**ROD, elements=60)
+    b, Z = model.port_matrix[:, 0], 1e-4 * np.sqrt(200e9 * 7850.0)
+    damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b, 1e-4, Z)})
+    round_trip, width = 2 * 30e-3 / C0, 4e-6
+    greens = greens_function(damped, bandwidth=1 / width, duration=3 * round_trip, tolerance=2e-2)
+    plateau = greens.filtered(np.array([0.8 * round_trip]), width)[0]
+    assert plateau == pytest.approx(1 / (2 * Z), rel=0.02)
+    late = greens.filtered(np.linspace(round_trip + 2 * width, 3 * round_trip, 50), width)
+    assert np.abs(late).max() < 0.02 * plateau + 0.02 / (2 * Z)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"bandwidth": 0.0}, "bandwidth = 0.0 must be positive"),
+        ({"method": "magic"}, "method 'magic' is unknown"),
+        ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1 must be >= 0"),
+        ({"damping_ratio": 0.1, "method": "transient"}, "uniform modal damping is a function of M\\^-1 K"),
+        ({"ports": ["lip"]}, "no port lip; the model has contact"),
+    ],
+)
+def test_refused_arguments(rod, arguments, message):
+    with pytest.raises(ModelError, match=message):
+        greens_function(rod, **{"bandwidth": 1e5, "duration": 1e-5, "tolerance": 1e-2, **arguments})
+
+
+def test_refused_damping(rod):
+    rayleigh = rod_model(**ROD, elements=10, damping=(0.0, 1e-8))
+    with pytest.raises(ModelError, match="and a damping matrix C at once"):
+        damping_of(rayleigh, 0.1)
+    dashpot = SecondOrderModel(rod.M, sparse.diags_array(np.arange(rod.size, dtype=float)), rod.K, rod.ports)
+    with pytest.raises(ModelError, match="use method='transient'"):
+        greens_function(dashpot, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="krylov")
+    free = rod_model(**ROD, elements=300, fixed_end=False, damping=(1e3, 0.0))
+    with pytest.raises(ModelError, match="damps the rigid motion"):
+        greens_function(free, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="krylov")
+    feeding = rod_model(**ROD, elements=10, damping=(0.0, -1e-8))
+    with pytest.raises(ModelError, match="feed energy"):
+        damping_of(feeding, 0.0)
+
+
+def test_what_is_not_reached_is_stated_with_numbers(rod, block):
+    with pytest.raises(ConvergenceError, match=r"30 Krylov vectors leave an estimated error of \d"):
+        krylov_greens(rod, Damping(), bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_vectors=30)
+    with pytest.raises(ConvergenceError, match=r"modes lie below .* Hz \(limit 5\)"):
+        modal_greens(block, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-3, max_modes=5)
+    with pytest.raises(ConvergenceError, match=r"\d+ steps would be needed \(limit 100\)"):
+        transient_greens(rod, bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_steps=100)
+
+
+def test_an_indefinite_stiffness_is_refused(rod):
+    square = (2 * np.pi * 1e5) ** 2  # K - w^2 M has the diagonal of a stiffness, and negative eigenvalues
+    indefinite = SecondOrderModel(rod.M, None, rod.K - square * rod.M, rod.ports)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        krylov_greens(indefinite, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        solve_modes(indefinite, 3)
