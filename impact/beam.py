@@ -77,9 +77,13 @@ class Cantilever(RectangularBeam):
         a, b = sorted((x, load))
         return a * a * (3 * b - a) / (6 * self.rigidity)
 
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
-        """A bare spring: this beam has no finite impedance at t = 0, g starts like t^(1/2)."""
-        return Residual.spring(compliance)
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """The exponential that relaxes within half a radian of the highest mode kept, tau = 1/(2 highest).
+
+        The continuum has no finite impedance at t = 0 (g starts like t^(1/2)); the higher modes carry energy away. A
+        bare spring in their place rings against the contact at the highest frequency kept instead (docs/methods.md).
+        """
+        return Residual.relaxing(compliance, 2 * highest)
 
 
 def cantilever_reed(
@@ -99,7 +103,7 @@ def cantilever_reed(
     """Cantilever reed released at t = 0, by default from the static shape under a tip force.
 
     Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
-    as a bare spring (an Euler-Bernoulli beam has no finite impedance at t = 0: g starts like t^(1/2)).
+    as an exponential of their time scale, see `Cantilever.residual`.
     Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``.
 
     Args:

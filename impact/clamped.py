@@ -75,6 +75,6 @@ class ClampedClamped(RectangularBeam):
         c = max(self.length - b, 0.0)
         return a**2 * c**2 * (3 * b * self.length - a * (3 * b + c)) / (6 * self.rigidity * self.length**3)
 
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
-        """A bare spring, as for `Cantilever`."""
-        return Residual.spring(compliance)
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """The exponential of half a radian of the highest mode kept, as for `Cantilever`."""
+        return Residual.relaxing(compliance, 2 * highest)

@@ -41,6 +41,20 @@ class Residual:
         return Residual(np.zeros((0, len(r0))), np.zeros(0), r0)
 
     @staticmethod
+    def relaxing(compliance: ArrayLike, rate: float) -> Residual:
+        """The exponential with integral R0 = ``compliance`` (scalar or (p, p)) [m/N] and a given ``rate`` [1/s].
+
+        g_res(t) = R0 rate exp(-rate t): springs R0, each beside a dashpot.
+        """
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        if not (rate > 0 and np.isfinite(rate)):
+            raise GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
+        values, vectors = np.linalg.eigh(r0)
+        kept = values > 1e-14 * max(values[-1], 0.0)
+        shapes = (vectors[:, kept] * np.sqrt(values[kept] * rate)).T.copy()
+        return Residual(shapes, np.full(int(kept.sum()), rate), np.zeros_like(r0))
+
+    @staticmethod
     def exponential(compliance: ArrayLike, initial_value: ArrayLike) -> Residual:
         """The exponential with integral R0 = ``compliance`` and initial value G0 = ``initial_value``, (p, p) or scalar.
 

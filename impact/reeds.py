@@ -40,8 +40,8 @@ class Beam(Protocol):
     def compliance(self, x: float, load: float) -> float:
         """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
 
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
-        """What the modes leave out at the points ``at``, given its static (p, p) part [m/N]."""
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """What the modes up to ``highest`` [rad/s] leave out at the points ``at``, given its static (p, p) part."""
 
 
 class Release(Protocol):
@@ -151,7 +151,7 @@ def reed(
         modes.omega,
         np.full(n_modes, damping_ratio),
         shapes,
-        beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio),
+        beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
         port_names=("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))),
         error=ErrorEstimate(),
         origin={

@@ -132,7 +132,7 @@ class TimoshenkoCantilever(RectangularBeam):
         impedance = math.sqrt(self.shear_rigidity * self.line_density)
         return (1.0 if x >= self.length * (1 - 1e-9) else 0.5) / impedance
 
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
         """The exponential with static part ``compliance`` and the beam's own g(0+), as its modal damping leaves it."""
         start = np.diag([self.initial_value(x) for x in at]) * damped_start(damping_ratio)
         return Residual.exponential(compliance, start)

@@ -101,6 +101,6 @@ class TipMassCantilever(RectangularBeam):
         a, b = sorted((x, load))
         return a * a * (3 * b - a) / (6 * self.rigidity)
 
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float) -> Residual:
-        """A bare spring, as for `Cantilever`; at the mass itself it is small, for g starts there like t/tip_mass."""
-        return Residual.spring(compliance)
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """As for `Cantilever`; at the mass itself it is small, for g starts there like t/tip_mass."""
+        return Residual.relaxing(compliance, 2 * highest)

@@ -43,7 +43,7 @@ class Cantilever(Table):
     thickness: Length = Field(description="thickness, in the direction of the motion")
     material: Material = Field(description="the reed's material")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    n_modes: int = Field(20, strict=True, ge=1, le=1000, description="number of beam modes")
+    n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
     release: Release = Field(description="how the reed starts")
 
 
