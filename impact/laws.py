@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -176,9 +177,13 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
         raise LawError(f"the law {name} cannot be compiled: {str(problem).strip().splitlines()[0]}") from problem
 
 
-@cfunc(_SIGNATURE, cache=True)
-def no_user_law(pen, pen_start, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Stands in where the law is a built-in one."""
+@cache
+def no_user_law() -> Any:
+    """Stands in where the law is a built-in one; compiled when first needed."""
+    return cfunc(_SIGNATURE, cache=True)(_zero)
+
+
+def _zero(pen: float, pen_start: float, dt: float) -> float:
     return 0.0
 
 

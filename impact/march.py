@@ -261,86 +261,93 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _advance(rows, decay, gain, q, p, y, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """One contact: add the last step's force, step the free motion, return the gap's part."""
-    a11, a12, a21, a22, b1, b2 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """One contact: one step of all poles after the last step's force; returns their sum, the gap's part."""
+    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
     u = 0.0
     for k in range(q.size):
-        qk = q[k] + b1[k] * force
-        pk = p[k] + b2[k] * force
-        r = a11[k] * qk + a12[k] * pk
-        q[k] = r + FLOOR
-        p[k] = a21[k] * qk + a22[k] * pk + FLOOR
-        u += r
-    for k in range(y.size):
-        r = decay[k] * (y[k] + gain[k] * force) + FLOOR
-        y[k] = r
+        qk, pk = q[k], p[k]
+        r = a11[k] * qk + (pk + c1[k] * force)
+        q[k] = r
+        p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * force + FLOOR))
         u += r
     return u
 
 
-@njit(cache=True)
-def march_one(start, stop, poles, state, free, memory, weights, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for several contacts: ``opening`` (p,) gains the poles' part."""
+    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    drive[:] = 0.0
+    for c in range(force.size):
+        if force[c] != 0.0:
+            seen, f = psi[c], force[c]
+            for k in range(q.size):
+                drive[k] += seen[k] * f
+    for k in range(q.size):
+        qk, pk, f = q[k], p[k], drive[k]
+        q[k] = a11[k] * qk + (pk + c1[k] * f)
+        p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * f + FLOOR))
+    for c in range(force.size):
+        seen, u = psi[c], 0.0
+        for k in range(q.size):
+            u += seen[k] * q[k]
+        opening[c] += u
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _past(weights, force, rest, first, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """What the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``."""
+    u = 0.0
+    for m in range(first, n):
+        u += weights[n - m] * (force[m] - rest)
+    return u
+
+
+@njit(cache=True, nogil=True)
+def march_one(start, stop, rows, state, free, memory, weights, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
-    poles: `Poles.folded`; state: (q, p, y). free (n,): gap at the end of each step without contact. memory (n,): what
-    finished blocks add through step weights. law: (code, rule, three numbers). rest: force carried since ever.
+    rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
+    finished blocks add through step weights (n,). law: (code, rule, three numbers). rest: force carried since ever.
     """
-    rows, decay, gain = poles
-    q, p, y = state
+    q, p = state
     code, rule, a, b, c = law
     for n in range(start, stop):
         last = force[n - 1] - rest if n > 0 else 0.0
-        opening = free[n] + _advance(rows, decay, gain, q, p, y, last)
+        opening = free[n] + _advance(rows, q, p, last)
         if weights.size > 0:
-            past = memory[n]
-            for m in range(n - n % block, n):
-                past += weights[n - m] * (force[m] - rest)
-            opening += past
+            opening += memory[n] + _past(weights, force, rest, n - n % block, n)
         opening -= w0 * rest
         f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def march_many(start, stop, poles, state, free, memory, weights, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The same for p contacts: force (n, p), gap (n + 1, p), free and memory (n, p), weights (n, p, p), w0 (p, p)."""
-    steps, psi, decay, gain, rho = poles
-    q, v, y = state
+    """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), weights (p, p, n), w0 (p, p)."""
+    rows, psi = poles
+    q, v = state
     codes, rules, numbers = laws
     contacts = rest.size
+    carried = w0 @ rest
     opening = np.empty(contacts)
     last = np.zeros(contacts)
+    drive = np.empty(q.size)
     warm = np.zeros(contacts)
     if start > 0:
-        warm[:] = force[start - 1]
+        warm[:] = force[:, start - 1]
     for n in range(start, stop):
         if n > 0:
-            last[:] = force[n - 1] - rest
-        opening[:] = free[n] - w0 @ rest
-        for k in range(q.size):
-            f = 0.0
+            last[:] = force[:, n - 1] - rest
+        opening[:] = free[n] - carried
+        _advance_many(rows, psi, q, v, drive, last, opening)
+        if weights.size > 0:
             for c in range(contacts):
-                f += psi[k, c] * last[c]
-            qk = q[k] + steps[4, k] * f
-            pk = v[k] + steps[5, k] * f
-            r = steps[0, k] * qk + steps[1, k] * pk
-            q[k] = r + FLOOR
-            v[k] = steps[2, k] * qk + steps[3, k] * pk + FLOOR
-            for c in range(contacts):
-                opening[c] += psi[k, c] * r
-        for k in range(y.size):
-            f = 0.0
-            for c in range(contacts):
-                f += rho[k, c] * last[c]
-            y[k] = decay[k] * (y[k] + gain[k] * f) + FLOOR
-            for c in range(contacts):
-                opening[c] += rho[k, c] * y[k]
-        if weights.shape[0] > 0:
-            opening += memory[n]
-            for m in range(n - n % block, n):
-                opening += weights[n - m] @ (force[m] - rest)
+                opening[c] += memory[c, n]
+                for d in range(contacts):
+                    opening[c] += _past(weights[c, d], force[d], rest[d], n - n % block, n)
         contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm)
-        force[n] = warm
+        force[:, n] = warm
         gap[n + 1] = opening + w0 @ warm

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from impact import history
 from impact.energy import EnergyLedger, ledger
+from impact.engines import Engine
 from impact.greens import Array
 from impact.modal import ModalGreens
 from impact.motion import Motion
@@ -23,23 +25,27 @@ def solve(
     dt: float,
     duration: float,
     rule: str = "passive",
-    block: int = history.BLOCK,
+    engine: Engine = "auto",
+    block: int | None = None,
     progress: Progress = silent,
 ) -> ImpactResult:
     """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
 
     The passive rule is first order at force jumps and separation, second order between them, and never gains energy;
-    ``rule="conserving"`` keeps it exactly (laws with a potential only). ``block`` is the length in steps over which
-    step weights are summed directly (at least the number of steps: the direct sum throughout).
+    ``rule="conserving"`` keeps it exactly (laws with a potential only).
+
+    ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
+    blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;
+    ``result.engine`` says which. ``block`` is the number of steps that the FFT leaves to the direct sum.
 
     Raises:
         ContactError: a step or duration that is not positive; two bodies without any immediate response
             (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
-            the law cannot follow; a preload on bodies that nothing holds.
+            the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
-    prepared = prepare(problem, dt, duration, rule)
-    stepper = ContactStepper(prepared, block)
-    chunk = max(block, -(-prepared.steps // 50))
+    prepared = prepare(problem, dt, duration, rule, engine, block)
+    stepper = ContactStepper(prepared)
+    chunk = max(512, -(-prepared.steps // 50))
     while stepper.done < prepared.steps:
         stepper.advance(chunk)
         progress("stepping", stepper.done / prepared.steps)
@@ -50,9 +56,11 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     """The result of the steps marched so far."""
     s, n = stepper.prepared, stepper.done
     force = stepper.force[:n]
-    motions = tuple(b.motion(s.problem.directions(b.body) @ force.T) for b in s.bodies)
+    striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
+    bodies = (striker, *s.bodies[1:])
+    motions = tuple(b.motion(s.problem.directions(b.body) @ force.T) for b in bodies)
     gap = np.array([c.gap for c in s.problem.contacts])
-    for body, motion in zip(s.bodies, motions, strict=True):
+    for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
     energy = ledger(s.problem, motions, force, gap)
     single = len(s.rest) == 1
@@ -70,10 +78,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         target_mass=first.target.mass,
         striker_velocity=s.problem.striker.velocity,
         target_velocity=first.target.velocity,
-        engine="; ".join(
-            f"{name}: {b.kernel.engine}"
-            for name, b in zip(("striker", *["target"] * len(s.bodies)), s.bodies, strict=False)
-        ),
+        engine=s.plan.words,
         advice=_advice(s, energy),
     )
 

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impact import history, march
+from impact import engines, history, march
+from impact.engines import Engine
 from impact.greens import Array
 from impact.laws import CONSERVING, PASSIVE, Signorini, no_user_law
+from impact.live_loads import LiveLoads
 from impact.modal import ModalGreens
 from impact.motion import Discrete
 from impact.problem import ContactError, ContactProblem
@@ -33,10 +35,11 @@ class Prepared:
         bodies: the discretised bodies, striker first.
         free: (n + 1, p) gaps without contact forces beyond the preload [m].
         rest: (p,) contact forces carried since ever [N].
-        poles: all poles seen from the contacts.
-        weights: (n, p, p) step weights of the gaps, or (0, p, p) without.
+        poles: the poles that are marched, seen from the contacts.
+        weights: (p, p, n) step weights of the gaps, or (p, p, 0) without.
         own: (p, p) W_0 [m/N].
         rule: code of the step rule.
+        plan: which engine remembers what.
     """
 
     problem: ContactProblem
@@ -49,9 +52,26 @@ class Prepared:
     weights: Array
     own: Array
     rule: int
+    plan: engines.Plan
 
 
-def prepare(problem: ContactProblem, dt: float, duration: float, rule: str = "passive") -> Prepared:
+@dataclass(frozen=True)
+class StepState:
+    """Where the march stands: time [s], force (p,) of the step just done [N], gap (p,) at its end [m]."""
+
+    time: float
+    force: Array
+    gap: Array
+
+
+def prepare(
+    problem: ContactProblem,
+    dt: float,
+    duration: float,
+    rule: str = "passive",
+    engine: Engine = "auto",
+    block: int | None = None,
+) -> Prepared:
     """Discretise the bodies and their free motion; raises `ContactError` for what cannot be marched."""
     n, code = _steps(dt, duration), _rule(problem, rule)
     _refuse_ill_posed(problem)
@@ -60,112 +80,170 @@ def prepare(problem: ContactProblem, dt: float, duration: float, rule: str = "pa
     rest = np.zeros(len(problem.contacts))
     if problem.preload:
         bodies, rest = _preloaded(problem, bodies, turns)
-    p = len(problem.contacts)
+    p = len(rest)
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
-    for body, turn in zip(bodies, turns, strict=True):
-        if body.moves_by_itself:
-            held = np.repeat(body.rest[:, None], n, axis=1)
-            gaps += (turn.T @ body.motion(held).displacement).T
-    modal = [(b.kernel.modal, t) for b, t in zip(bodies, turns, strict=True) if b.kernel.modal is not None]
-    weights = np.zeros((0, p, p))
     own = np.zeros((p, p))
     for body, turn in zip(bodies, turns, strict=True):
         own += turn.T @ body.kernel.self_weight(dt) @ turn
+        if body.moves_by_itself:
+            held = np.repeat(body.rest[:, None], n, axis=1)
+            gaps += (turn.T @ body.motion(held).displacement).T
+    plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
+    poles, weights = _memory(bodies, turns, plan, own, n)
+    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, code, plan)
+
+
+def _memory(
+    bodies: tuple[Discrete, ...], turns: list[Array], plan: engines.Plan, own: Array, n: int
+) -> tuple[history.Poles, Array]:
+    """The poles to march and the (p, p, n) step weights of all the rest."""
+    p = len(own)
+    marched: list[tuple[ModalGreens, Array]] = []
+    turned: list[tuple[ModalGreens, Array]] = []
+    weights = np.zeros((p, p, 0))
+    for body, turn, by_poles in zip(bodies, turns, plan.by_poles, strict=True):
+        if body.kernel.modal is not None:
+            (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
-            if weights.size == 0:
-                weights = np.zeros((n, p, p))
-            weights += np.einsum("ic,ijn,jd->ncd", turn, body.kernel.weights, turn, optimize=True)
-    return Prepared(
-        problem, dt, n, bodies, gaps, rest, history.Poles.of(modal, dt, p), np.ascontiguousarray(weights), own, code
-    )
+            part = np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True)
+            weights = weights + part if weights.size else part
+    if turned:
+        part = history.Poles.of(turned, body.dt, p).weights(own, n)
+        weights = weights + part if weights.size else part
+    if weights.size:
+        weights[:, :, 0] = own
+    return history.Poles.of(marched, bodies[0].dt, p), np.ascontiguousarray(weights)
 
 
 class ContactStepper:
-    """Marches a prepared problem; the arrays `force` (n, p) and `gap` (n + 1, p) fill as it goes.
+    """Marches a prepared problem, in the hands of the user; `impact.collect` makes a result of the steps done.
 
+    `step` goes one step and takes forces that depend on what happened so far (co-simulation); `advance` goes many.
     The state (`checkpoint`) is all it takes to go on later: split runs equal single runs bit for bit.
+
+    Attributes:
+        prepared: the problem.
+        done: steps marched.
+        force: (n, p) force of each step [N], filled as it goes.
+        gap: (n + 1, p) openings [m].
     """
 
-    def __init__(self, prepared: Prepared, block: int = history.BLOCK) -> None:
+    def __init__(self, prepared: Prepared) -> None:
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
-        self.block = block
         self.done = 0
-        self.force = np.zeros((n, p))
+        self.force = np.zeros((p, n)).T
         self.gap = np.zeros((n + 1, p))
         self.gap[0] = prepared.free[0]
+        striker = prepared.bodies[0]
+        self.live = LiveLoads(striker, prepared.problem.directions(striker.body), n)
+        self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
         poles = prepared.poles
-        self._state = (np.zeros(poles.steps.shape[1]), np.zeros(poles.steps.shape[1]), np.zeros(len(poles.decay)))
-        self._memory = np.zeros((n if prepared.weights.size else 0, p))
+        self._rows = poles.folded() if p == 1 else poles.steps
+        self._state = (np.zeros(poles.steps.shape[1]), np.zeros(poles.steps.shape[1]))
+        self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
+        contacts = prepared.problem.contacts
+        self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
+        self._laws = (
+            np.array([c.law.code for c in contacts]),
+            np.full(p, prepared.rule),
+            np.array([c.law.parameters for c in contacts]),
+        )
 
     @property
     def time(self) -> float:
         """Time reached [s]."""
         return self.done * self.prepared.dt
 
+    @property
+    def state(self) -> StepState:
+        """Where the march stands; before the first step the force is the preload."""
+        force = self.force[self.done - 1] if self.done else self.prepared.rest
+        return StepState(self.time, force.copy(), self.gap[self.done].copy())
+
+    def step(self, loads: Array | None = None) -> StepState:
+        """One step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
+
+        ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
+        ``Load(shape, numpy.zeros_like)``. The result's energy ledger counts its work.
+
+        Raises:
+            ContactError: the run is over; loads that are not L finite numbers.
+        """
+        if self.done == self.prepared.steps:
+            raise ContactError(f"the run is over after {self.done} steps; prepare it with a longer duration")
+        if loads is not None:
+            self.live.record(self.done, loads)
+        self.advance(1)
+        return self.state
+
     def advance(self, steps: int = 1) -> None:
         """March up to ``steps`` steps (less at the end of the run)."""
         stop = min(self.done + steps, self.prepared.steps)
+        if self.live.awake:
+            for n in range(self.done, stop):
+                self._free[n] += self.live.advance(n)
+        block = self._past.block
         while self.done < stop:
-            edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // self.block + 1) * self.block)
+            edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // block + 1) * block)
             self._march(self.done, edge)
             self.done = edge
-            if self.prepared.weights.size and edge % self.block == 0:
-                self._fold(edge // self.block)
+            if self.prepared.weights.size and edge % block == 0:
+                self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
     def checkpoint(self) -> dict[str, Array]:
-        """Everything the future depends on, as arrays."""
-        q, p, y = self._state
+        """Everything the future depends on, as arrays; `impact.checkpoint` keeps it in a file."""
+        q, p = self._state
         return {
             "done": np.array(self.done),
             "force": self.force[: self.done].copy(),
             "gap": self.gap[: self.done + 1].copy(),
-            "memory": self._memory.copy(),
+            "memory": self._past.memory.copy(),
             "q": q.copy(),
             "p": p.copy(),
-            "y": y.copy(),
+            "live_amplitudes": self.live.amplitudes.copy(),
+            "live_state": self.live.state.copy(),
         }
 
     def restore(self, state: dict[str, Array]) -> None:
-        """Continue from a `checkpoint` of the same problem; raises `ContactError` if it does not fit."""
+        """Continue a fresh stepper from a `checkpoint` of the same problem; `ContactError` if it does not fit."""
         done = int(state["done"])
-        for name, mine in zip(("q", "p", "y", "memory"), (*self._state, self._memory), strict=True):
-            if state[name].shape != mine.shape or done > self.prepared.steps:
+        if self.done:
+            raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
+        mine = {
+            "force": self.force[:done],
+            "gap": self.gap[: done + 1],
+            "memory": self._past.memory,
+            "q": self._state[0],
+            "p": self._state[1],
+            "live_amplitudes": self.live.amplitudes,
+            "live_state": self.live.state,
+        }
+        for name, values in mine.items():
+            if state[name].shape != values.shape:
                 raise ContactError(
-                    f"the checkpoint's {name} has shape {state[name].shape}, this run needs {mine.shape}"
+                    f"the checkpoint's {name} has shape {state[name].shape}, this run needs {values.shape}"
                 )
-            mine[...] = state[name]
-        self.force[:done], self.gap[: done + 1], self.done = state["force"], state["gap"], done
+        for name, values in mine.items():
+            values[...] = state[name]
+        self.done = done
+        self.live.awake = bool(np.any(self.live.amplitudes))
 
     def _march(self, start: int, stop: int) -> None:
-        s = self.prepared
-        contacts = s.problem.contacts
-        user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), no_user_law)
-        free = s.free[1:]
-        if len(contacts) == 1:
-            law = (contacts[0].law.code, s.rule, *contacts[0].law.parameters)
+        s, force = self.prepared, self.force.T
+        memory, weights, block = self._past.memory, self._past.weights, self._past.block
+        codes, rules, numbers = self._laws
+        if len(codes) == 1:
+            law = (codes[0], rules[0], *numbers[0])
             march.march_one(
-                start, stop, s.poles.folded(), self._state, free[:, 0], self._memory[:, 0], s.weights[:, 0, 0],
-                self.block, s.own[0, 0], law, user, s.dt, s.rest[0], self.force[:, 0], self.gap[:, 0],
+                start, stop, self._rows, self._state, self._free[:, 0], memory[0], weights[0, 0],
+                block, s.own[0, 0], law, self._user, s.dt, s.rest[0], force[0], self.gap[:, 0],
             )  # fmt: skip
-            return
-        laws = (
-            np.array([c.law.code for c in contacts]),
-            np.full(len(contacts), s.rule),
-            np.array([c.law.parameters for c in contacts]),
-        )
-        poles = (s.poles.steps, s.poles.psi, s.poles.decay, s.poles.gain, s.poles.rho)
-        march.march_many(
-            start, stop, poles, self._state, free, self._memory, s.weights, self.block,
-            s.own, laws, user, s.dt, s.rest, self.force, self.gap,
-        )  # fmt: skip
-
-    def _fold(self, done: int) -> None:
-        s = self.prepared
-        for c in range(len(s.rest)):
-            for d in range(len(s.rest)):
-                past = self.force[:, d] - s.rest[d]
-                history.fold_block(self._memory[:, c], past, s.weights[:, c, d], done, self.block)
+        else:
+            march.march_many(
+                start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, weights,
+                block, s.own, self._laws, self._user, s.dt, s.rest, force, self.gap,
+            )  # fmt: skip
 
 
 def _preloaded(

@@ -36,24 +36,23 @@ def test_fft_is_the_direct_sum() -> None:
 
 @pytest.mark.parametrize("block", [1, 7, 64, 512, 5000])
 def test_blocks_meet_every_pair_once(block: int) -> None:
-    memory = np.zeros(STEPS)
-    out = np.zeros(STEPS)
+    blocked, rest, out = history.BlockedSum(WEIGHTS[None, None], block), np.zeros(1), np.zeros(STEPS)
     for done, first in enumerate(range(0, STEPS, block), start=1):
         last = min(first + block, STEPS)
         for n in range(first, last):
-            out[n] = memory[n] + WEIGHTS[n - first :: -1][: n - first + 1] @ FORCE[first : n + 1]
-        history.fold_block(memory, FORCE, WEIGHTS, done, block)
+            out[n] = blocked.memory[0, n] + WEIGHTS[n - first :: -1][: n - first + 1] @ FORCE[first : n + 1]
+        blocked.fold(FORCE[None], rest, done)
     np.testing.assert_allclose(out, EXACT, atol=LIMIT)
 
 
 def test_poles_are_the_direct_sum() -> None:
-    rows, decay, gain = Poles.of([(GREENS, np.ones((1, 1)))], DT, 1).folded()
-    q, p, y = np.zeros(rows.shape[1]), np.zeros(rows.shape[1]), np.zeros(len(decay))
+    rows = Poles.of([(GREENS, np.ones((1, 1)))], DT, 1).folded()
+    q, p = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
     own = float(GREENS.step_matrix(DT)[0, 0])
     out = np.zeros(STEPS)
     for n in range(STEPS):
         last = FORCE[n - 1] if n > 0 else 0.0
-        out[n] = march._advance(rows, decay, gain, q, p, y, last) + own * FORCE[n]
+        out[n] = march._advance(rows, q, p, last) + own * FORCE[n]
     np.testing.assert_allclose(out, EXACT, atol=LIMIT)
 
 
