@@ -17,11 +17,13 @@ from impact.sampled import SampledGreens
 from impact.storage import load_greens
 from seatfem import scene as scenes
 from seatfem.assembly import assemble
+from seatfem.geometry import GeometryError
 from seatfem.greens import reduce_model
 from seatfem.mesh_spec import MeshSpec
 from seatfem.meshing import SeatMesh, make_mesh, read_mesh
 from seatfem.model import Material, SecondOrderModel
 from seatfem.modes import Modes
+from seatfem.pulse import filtered
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.stopwatch import Stopwatch
@@ -75,7 +77,7 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
         case scenes.Annular() | scenes.BarSeat() | scenes.BlockSeat() | scenes.Cad():
             spec = mesh_spec(seat)
             with watch("mesh"):
-                mesh = make_mesh(seat.geometry(), spec, progress)
+                mesh = _drawn(seat, spec, progress)
             answer = _solved(scene, seat, mesh, watch, progress)
             if not mesh_error:
                 return answer
@@ -91,6 +93,16 @@ def mesh_spec(seat: DrawnSeat) -> MeshSpec:
     size = seat.mesh.size or material.c_s / (PER_WAVELENGTH * seat.greens.bandwidth)
     contact = seat.mesh.contact_size or 0.4 * size
     return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order)
+
+
+def _drawn(seat: DrawnSeat, spec: MeshSpec, progress: Progress = silent) -> SeatMesh:
+    """The mesh; what is wrong with a CAD file's faces names the file."""
+    try:
+        return make_mesh(seat.geometry(), spec, progress)
+    except GeometryError as error:
+        if isinstance(seat, scenes.Cad) and str(seat.file) not in str(error):
+            raise GeometryError(f"{seat.file}: {error}") from error
+        raise
 
 
 def _solved(scene: Scene, seat: ElasticSeat, mesh: SeatMesh, watch: Stopwatch, progress: Progress) -> SeatAnswer:
@@ -129,11 +141,14 @@ def _with_mesh_error(
     def quiet(stage: str, done: float) -> None:
         progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
 
-    coarse = _solved(scene, seat, make_mesh(seat.geometry(), coarse_spec), Stopwatch(), quiet)
+    coarse = _solved(scene, seat, _drawn(seat, coarse_spec), Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     width = 1.0 / seat.greens.bandwidth
     t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
-    fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
+    fine, other = (
+        filtered(g, t, width)[0, 0] if isinstance(g, ModalGreens) else g.filtered(t, width)
+        for g in (answer.greens, coarse.greens)
+    )
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     greens = answer.greens
     assert isinstance(greens, ModalGreens | SampledGreens)

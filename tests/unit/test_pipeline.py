@@ -1,0 +1,393 @@
+"""A scene, carried out: what is written, what is used again, and what an interrupted run leaves."""
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impact import measures
+from impact.storage import load_greens, load_results
+from seatfem import pictures, pipeline
+from seatfem.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.scene import load_scene
+
+ROOT = Path(__file__).parents[2]
+REED = """
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+width = "10 mm"
+thickness = "0.305 mm"
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+damping_ratio = 0.03
+n_modes = 8
+release = { tip_deflection = "1 mm" }
+
+[run]
+duration = "0.7 ms"
+"""
+SPRING = '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n' + REED
+ROD = '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "30 mm"\narea = "1 mm^2"\n' + REED
+STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+ANNULAR = (
+    '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "2 mm"\nlip_edge_radius = "0 mm"\n'
+    'damping_ratio = 0.1\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
+    'greens = { bandwidth = "100 kHz", tolerance = "3 %" }\n' + STEEL + REED
+)
+BAR = (
+    '[seat]\nkind = "bar"\nlength = "12 mm"\nwidth = "4 mm"\nheight = "4 mm"\ndamping_ratio = 0.1\n'
+    'mesh = { size = "3 mm", contact_size = "3 mm" }\ngreens = { bandwidth = "100 kHz", tolerance = "3 %" }\n'
+    + STEEL
+    + REED
+)
+DEMANDED = {
+    "peak_force_N", "filtered_peak_force_N", "filter_width_s", "impulse_Ns", "first_contact_s", "contact_duration_s",
+    "contact_count", "contact_count_raw", "max_seat_displacement_m", "energy_residual", "wall_time_s",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A finished run."""
+
+    scene: Path
+    folder: Path
+    outcome: RunOutcome
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        data: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
+        return data
+
+
+def run(text: str, folder: Path, progress: Callable[[str, float], None] = lambda stage, done: None) -> Ran:
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = folder.parent / f"{folder.name}.toml"
+    scene.write_text(text, encoding="utf-8")
+    return Ran(scene, folder, run_scene(load_scene(scene), folder, progress))
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pictures, which are tested elsewhere and take most of a small run's time."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+
+@pytest.fixture(scope="module")
+def annular(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    return run(ANNULAR, tmp_path_factory.mktemp("annular") / "out")
+
+
+def assert_same_results(one: Path, other: Path) -> None:
+    """Bit for bit."""
+    a, b = load_results(one / "result.h5"), load_results(other / "result.h5")
+    assert set(a) == set(b) == {"wave", "spring"}
+    for name in a:
+        for series in ("time", "force", "gap", "striker_displacement", "target_displacement"):
+            np.testing.assert_array_equal(getattr(a[name], series), getattr(b[name], series))
+
+
+def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: Ran) -> None:
+    assert DEMANDED | {f"spring_{key}" for key in DEMANDED} <= set(annular.summary)
+    results = load_results(annular.folder / "result.h5")
+    for prefix, name in (("", "wave"), ("spring_", "spring")):
+        found, result = annular.summary, results[name]
+        assert found[prefix + "filter_width_s"] == 1e-6
+        assert found[prefix + "peak_force_N"] == measures.peak_force(result) > 0
+        assert found[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
+        assert found[prefix + "impulse_Ns"] == measures.impulse(result)
+        groups, raw = measures.contact_groups(result, 30e-6), measures.contact_intervals(result)
+        assert found[prefix + "contact_count"] == len(groups)
+        assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
+        assert found[prefix + "first_contact_s"] == groups[0, 0] == raw[0, 0]
+        assert found[prefix + "contact_duration_s"] == groups[0, 1] - groups[0, 0]
+        assert found[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
+        assert found[prefix + "energy_residual"] == result.energy.residual < 1e-9
+        assert 0 < found[prefix + "wall_time_s"] < 600
+
+
+def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
+    greens = load_greens(annular.folder / "seat.h5")
+    assert annular.summary["seat_static_stiffness_N_per_m"] == 1 / greens.static_compliance()[0, 0]
+    spring = load_results(annular.folder / "result.h5")["spring"]
+    deflection = -spring.force / annular.summary["seat_static_stiffness_N_per_m"]
+    np.testing.assert_allclose(spring.target_displacement, deflection, rtol=1e-9, atol=1e-18)
+
+
+def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
+    """The mesh error from a coarser mesh, the reduction error within the tolerance of the scene."""
+    found = annular.summary
+    assert 0 < found["greens_error_reduction"] <= 0.03
+    assert 1e-4 < found["greens_error_mesh"] < 0.1
+    assert found["greens_error"] == pytest.approx(found["greens_error_reduction"] + found["greens_error_mesh"])
+    assert found["coarse_dof"] < found["seat_dof"]
+    stored = load_greens(annular.folder / "seat.h5")
+    assert stored.error_estimate.total == found["greens_error"]
+    assert stored.provenance["dof"] == found["seat_dof"]
+
+
+def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
+    written = {path.name for path in annular.outcome.files}
+    assert {"summary.json", "result.h5", "seat.h5", "force.png", "motion.png", "energy.png", "greens.png"} <= written
+    assert {path.name for path in annular.folder.iterdir()} == written
+    if not annular.outcome.messages:  # pictures of meshes need a driver for off-screen rendering
+        assert {"mesh.png", "modes.png", "mode_1.gif"} <= written
+    assert {"mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "files", "pictures"} == set(
+        annular.outcome.stages
+    )
+    assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
+    assert annular.summary["seat_reused"] is False
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "seat.h5").write_bytes((annular.folder / "seat.h5").read_bytes())
+    again = run(ANNULAR, folder)
+    assert again.summary["seat_reused"] is True
+    assert "reduction" not in again.outcome.stages
+    assert_same_results(again.folder, annular.folder)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
+    scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
+    found = run(scene, tmp_path / "out")
+    assert_same_results(found.folder, annular.folder)
+    assert found.summary["greens_error"] == annular.summary["greens_error"]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("old", "new", "reused"),
+    [
+        ("", "", True),
+        ("1 mm", "2 mm", True),  # another release of the reed
+        ('"0.7 ms"', '"0.6 ms"', True),
+        ('"0.7 ms"', '"0.8 ms"', False),  # the kernel of an undamped seat is needed for longer
+        ("27.8 N/um", "27.9 N/um", False),
+        ("27.8 N/um", "27800 N/mm", True),  # the same seat in other words
+    ],
+)
+def test_when_a_seat_is_used_again(old: str, new: str, reused: bool, tmp_path: Path) -> None:
+    run(SPRING, tmp_path / "out")
+    assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
+    first = run(SPRING, tmp_path / "out")
+    seat = first.folder / "seat.h5"
+    seat.write_bytes(seat.read_bytes()[:-100])
+    assert run(SPRING, tmp_path / "out").summary["seat_reused"] is False
+    load_greens(seat)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_mesh_file_is_a_seat(tmp_path: Path) -> None:
+    """The seat of meshes/, whose ring is 22.62 mm^2 and which is about as stiff as when drawn by parameters."""
+    text = ANNULAR.partition("[reed]")[0].splitlines()
+    kept = [line for line in text if line.startswith(("damping", "greens", "material"))]
+    msh = (ROOT / "meshes" / "annular_seat.msh").as_posix()
+    found = run("\n".join(["[seat]", 'kind = "mesh"', f'file = "{msh}"', *kept]) + REED, tmp_path / "out").summary
+    assert found["seat_model"] == "finite elements, 3-D"
+    assert found["greens_error_mesh"] is None  # nothing coarser to compare with
+    # drawn by parameters: 1.785e9 N/m on a mesh twice as coarse, from above
+    assert 0.97 * 1.785e9 < found["seat_static_stiffness_N_per_m"] < 1.785e9
+    assert found["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_transient_road_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
+    """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
+    striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
+    ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker
+    text = ritz.replace("bandwidth", 'method = "transient", bandwidth')
+    found, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
+    assert load_greens(tmp_path / "stepped" / "seat.h5").provenance["method"] == "transient"
+    assert 0 < found["greens_error_reduction"] <= 0.03
+    assert 0 < found["greens_error_mesh"] < 0.05
+    for key, within in (("impulse_Ns", 0.06), ("seat_static_stiffness_N_per_m", 1e-6)):  # 0.06: both tolerances
+        assert found[key] == pytest.approx(expected[key], rel=within)
+    assert run(text, tmp_path / "stepped").summary["seat_reused"] is True
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) -> None:
+    """Forty steps per transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
+    text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
+    found = run(text.replace('"0.7 ms"', '"0.02 ms"'), tmp_path / "out").summary
+    assert found["time_step_s"] == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
+    """As heavy as the rod: 2.1353 rho c V A, contact ends at 3.0677 l/c, rebound 0.68762 V (Timoshenko & Goodier)."""
+    mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
+    striker = f'[reed]\nkind = "rigid_mass"\nmass = "{mass} kg"\nvelocity = "-1 m/s"\n[run]\nduration = "18.7 us"\n'
+    found = run(ROD.partition("[reed]")[0] + striker, tmp_path / "out").summary
+    # first order in the step: a fortieth of a transit or less, times a slope of order one
+    step = found["time_step_s"] / transit
+    assert step <= 1 / 40
+    assert found["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
+    assert found["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
+    assert found["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
+    found = run(SPRING.replace('"0.7 ms"', '"0.1 ms"'), tmp_path / "out").summary
+    assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
+    assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
+
+
+def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *given: [])
+    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
+    scene = load_scene(tmp_path / "bar.toml")
+    first = compute_greens(scene, tmp_path / "g.h5")
+    assert first.summary["seat_reused"] is False
+    assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
+    assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
+    found = write_modes(scene, tmp_path / "modes")
+    table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
+    frequencies: Any = found.summary["frequencies_hz"]
+    assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
+    assert {path.name for path in found.files} == {path.name for path in (tmp_path / "modes").iterdir()}
+
+
+class Stop:
+    """Progress that is interrupted (as by Ctrl-C) at the first report of a stage, or at its last."""
+
+    def __init__(self, stage: str, at: float) -> None:
+        self.stage, self.at = stage, at
+
+    def __call__(self, stage: str, done: float) -> None:
+        if stage == self.stage and done >= self.at:
+            raise KeyboardInterrupt
+
+
+def assert_whole(folder: Path) -> None:
+    """Whatever is there can be read; nothing temporary is left."""
+    for path in folder.iterdir():
+        assert not path.name.startswith("."), path
+        match path.suffix:
+            case ".json":
+                json.loads(path.read_text(encoding="utf-8"))
+            case ".h5":
+                load_results(path) if path.stem == "result" else load_greens(path)
+            case ".png":
+                assert path.read_bytes().endswith(b"IEND\xaeB`\x82")
+
+
+@pytest.mark.parametrize(
+    ("stage", "at", "left"),
+    [
+        ("meshing", 0.0, set()),
+        ("assembly", 1.0, set()),
+        ("reduction", 1.0, set()),
+        ("coarser mesh, for the error estimate", 0.0, set()),
+        ("stepping", 0.0, {"seat.h5"}),
+        ("stepping", 1.0, {"seat.h5"}),
+        ("pictures", 0.0, {"seat.h5", "result.h5", "force.png"}),
+    ],
+)
+def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(BAR, tmp_path / "out", Stop(stage, at))
+    assert {path.name for path in (tmp_path / "out").iterdir()} == left
+    assert_whole(tmp_path / "out")
+
+
+def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
+    """The command line of `seatfem`, in an interpreter where some libraries are not installed."""
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({blocked!r})); from seatfem.cli import main; main()"
+        if blocked
+        else "from seatfem.cli import main; main()"
+    )
+    return [sys.executable, "-c", code, *arguments]
+
+
+def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert "Traceback" not in done.stdout + done.stderr
+    return done
+
+
+def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
+    done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista", "imageio")), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]
+    assert any(line.startswith("note: skipped pictures: ") and "matplotlib" in line for line in notes), notes
+    assert any(line.startswith("note: skipped pictures: ") and "pyvista" in line for line in notes), notes
+    assert len(notes) == len(set(notes))
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "code", "message"),
+    [
+        (SPRING, ("run", "s.toml", "-o", "out", "--quiet"), 0, ""),
+        (SPRING, ("greens", "s.toml", "-o", "s.toml/g.h5"), 1, "s.toml"),  # a file where a folder is needed
+        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring' has no finite element modes; use annular, bar"),
+        (SPRING.replace("27.8 N/um", "27.8 mm"), ("run", "s.toml"), 2, "s.toml:3: seat.stiffness: '27.8 mm' is a leng"),
+        (
+            SPRING.replace("[run]", "[run]\ntime_step = '1 us'"),
+            ("run", "s.toml"),
+            2,
+            "run.time_step = 1e-06 s does not",
+        ),
+        (SPRING, ("run", "absent.toml"), 2, "absent.toml"),
+        (SPRING, ("rum", "s.toml"), 2, "run"),
+    ],
+)
+def test_exit_codes_of_the_program(
+    text: str, arguments: tuple[str, ...], code: int, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    done = told(program(*arguments), tmp_path)
+    assert done.returncode == code, done.stderr
+    assert message in done.stdout + done.stderr
+    assert (done.stdout + done.stderr == "") == (code == 0)
+
+
+def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
+    """Ctrl-C once meshing is over, in the middle of the numbers."""
+    (tmp_path / "s.toml").write_text(ANNULAR.replace("3 mm", "2 mm"), encoding="utf-8")
+    command = program("run", "s.toml", "-o", "out")
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("meshing")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted; files are written whole or not at all" in errors
+    assert "Traceback" not in errors
+    if (tmp_path / "out").exists():
+        assert_whole(tmp_path / "out")
+        assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_summary_is_plain_json(annular: Ran) -> None:
+    def plain(value: object) -> bool:
+        if isinstance(value, Mapping):
+            return all(plain(v) for v in value.values())
+        return value is None or isinstance(value, str | int | float | bool)
+
+    assert plain(annular.summary)
+    assert annular.summary["title"] == ""
+    text = (annular.folder / "summary.json").read_text(encoding="utf-8")
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert "e-0" in text  # numbers, not strings
