@@ -10,8 +10,9 @@ import sys
 from pathlib import Path
 
 from impact import measures
-from impact.paper import CASES, comparison, markdown, strike, strike_spring, write_table
+from impact.paper import CASES, comparison, markdown, strike, strike_spring
 from impact.paper_plots import plot_comparison, plot_contact_forces
+from impact.table import write_rows
 
 
 def main(folder: Path) -> None:
@@ -27,7 +28,7 @@ def main(folder: Path) -> None:
         wave, spring, folder / "paper_figure_6.png", title="Figure 6: first contact, waves against constant K"
     )
     rows = [comparison(case, wave[case], spring[case]) for case in CASES]
-    write_table(folder / "paper_table1.csv", rows)
+    write_rows(folder / "paper_table1.csv", rows)
     (folder / "paper_table1.md").write_text(markdown(rows), encoding="utf-8")
     print(markdown(rows))
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from impact.paper import CASES, Numbers, strike, strike_spring, write_table
+from impact.paper import CASES, Numbers, strike, strike_spring
 from impact.paper_plots import plot_stiffness_sweep
+from impact.table import write_rows
 
 STEP = 50e-9  # a twentieth of the filter, 0.13 radian of the reed's highest mode
 
@@ -31,7 +32,7 @@ def main(folder: Path) -> None:
             *((f"rod with waves, {c.reading}, {1e3 * c.length:g} mm", c.stiffness, n) for c, n in waves.items()),
         )
     ]
-    write_table(folder / "stiffness_sweep.csv", rows)
+    write_rows(folder / "stiffness_sweep.csv", rows)
     plot_stiffness_sweep(stiffness, springs, waves, folder / "paper_stiffness_sweep.png")
     for name in ("peak", "filtered_peak", "impulse"):
         values = [getattr(n, name) for n in springs]

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import impact
 from impact import measures
-from impact.atomic import whole_file
 from impact.closed_form import DampedFixedRod
 from impact.greens import GreensFunction
 from impact.result import ImpactResult
@@ -130,14 +127,6 @@ def comparison(case: Case, wave: ImpactResult, spring: ImpactResult) -> dict[str
         "impulse_error_percent": 100 * total,
         "first_contact_s": float(measures.contact_groups(wave)[0, 0]),
     }
-
-
-def write_table(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]]) -> None:
-    """Rows of equal keys as CSV."""
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows([{k: f"{v:.7g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows])
 
 
 def markdown(rows: Sequence[Mapping[str, object]]) -> str:

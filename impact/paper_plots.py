@@ -42,7 +42,7 @@ def plot_contact_forces(runs: Runs, path: str | os.PathLike[str], *, title: str)
                 axes.set_ylabel("force [N]")
             row[0].set_title(_READINGS[reading])
             row[1].set_title("first contact")
-            row[0].legend(loc="upper left")
+            row[0].legend(loc="upper center")
 
 
 def plot_comparison(wave: Runs, spring: Runs, path: str | os.PathLike[str], *, title: str) -> None:
