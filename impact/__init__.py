@@ -1,4 +1,10 @@
-"""Contact between bodies known by their driving-point Green's functions."""
+"""Contact between bodies known by their driving-point Green's functions.
+
+What every contact needs is loaded at once; the rest of the names below on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from impact import measures
 from impact.beam import Cantilever, cantilever_reed
@@ -23,10 +29,25 @@ from impact.sampled import SampledGreens
 from impact.solver import collect, solve
 from impact.stepper import ContactStepper, prepare
 
+if TYPE_CHECKING:
+    from impact.batch import ImpactBatch, solve_many
+    from impact.clamped import ClampedClamped
+    from impact.half_space import HalfSpacePatch, half_space_patch, without_patch
+    from impact.loads import Gravity, PointForce, Pressure, PressureField
+    from impact.reeds import GivenShape, ModeShape, StaticShape, reed
+    from impact.regime import Regime, regime_card
+    from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
+    from impact.stress import rod_stress
+    from impact.sums import SumGreens
+    from impact.time_series import TimeSeries, read_time_series
+    from impact.timoshenko import TimoshenkoCantilever
+    from impact.tip_mass import TipMassCantilever
+
 __all__ = [
     "Advice",
     "Body",
     "Cantilever",
+    "ClampedClamped",
     "CompiledLaw",
     "Contact",
     "ContactError",
@@ -34,33 +55,99 @@ __all__ = [
     "ContactStepper",
     "EnergyLedger",
     "ErrorEstimate",
+    "GivenShape",
+    "Gravity",
     "GreensFunction",
     "GreensFunctionError",
+    "HalfSpacePatch",
     "Hertz",
     "HuntCrossley",
+    "ImpactBatch",
     "ImpactResult",
     "LawError",
     "LinearSpring",
     "Load",
     "ModalGreens",
     "ModalState",
+    "ModeShape",
+    "PointForce",
+    "Pressure",
+    "PressureField",
+    "Regime",
     "Residual",
     "SampledGreens",
     "Signorini",
+    "StaticShape",
     "StepKernel",
+    "StorageError",
+    "SumGreens",
+    "TimeSeries",
+    "TimoshenkoCantilever",
+    "TipMassCantilever",
     "cantilever_reed",
     "collect",
     "compiled_law",
     "fixed_rod",
     "free_rod",
+    "half_space_patch",
     "infinite_beam",
     "infinite_plate",
+    "load_greens",
+    "load_results",
     "measures",
     "prepare",
+    "read_time_series",
+    "reed",
+    "regime_card",
     "rigid_mass",
+    "rod_stress",
     "rod_with_end_impedance",
+    "save_greens",
+    "save_results",
     "semi_infinite_rod",
     "single_mode",
     "solve",
+    "solve_many",
     "spring",
+    "without_patch",
 ]
+
+_HOME = {
+    "ImpactBatch": "batch",
+    "solve_many": "batch",
+    "ClampedClamped": "clamped",
+    "HalfSpacePatch": "half_space",
+    "half_space_patch": "half_space",
+    "without_patch": "half_space",
+    "Gravity": "loads",
+    "PointForce": "loads",
+    "Pressure": "loads",
+    "PressureField": "loads",
+    "GivenShape": "reeds",
+    "ModeShape": "reeds",
+    "StaticShape": "reeds",
+    "reed": "reeds",
+    "Regime": "regime",
+    "regime_card": "regime",
+    "StorageError": "storage",
+    "load_greens": "storage",
+    "load_results": "storage",
+    "save_greens": "storage",
+    "save_results": "storage",
+    "rod_stress": "stress",
+    "SumGreens": "sums",
+    "TimeSeries": "time_series",
+    "read_time_series": "time_series",
+    "TimoshenkoCantilever": "timoshenko",
+    "TipMassCantilever": "tip_mass",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'impact' has no attribute {name!r}")
+    return getattr(import_module(f"impact.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
