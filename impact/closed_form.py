@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import spence
 
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
 from impact.modal import ModalGreens, Residual
@@ -321,6 +320,8 @@ def _weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
 
 def _legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
+    from scipy.special import spence  # here, as it would be a third of the time to import this package
+
     return np.asarray((spence(1 - q) - spence(1 + q)) / 2)
 
 
