@@ -74,6 +74,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         **_error_keys(seat.greens),
         **seat.about,
         "seat_reused": reused,
+        "regime": impact.regime_card(striker, impact.Body(seat.greens), result),
     }
     with watch("files"):
         save_results(folder / "result.h5", {"wave": result, "spring": baseline}, {"title": scene.title})
@@ -84,7 +85,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     _write_json(folder / "summary.json", summary)
     advice = tuple(str(a) for a in result.advice)
     files = (folder / "summary.json", folder / "result.h5", folder / "seat.h5", *pictures)
-    return RunOutcome(summary, advice + gaps, files, watch.stages)
+    return RunOutcome(summary, _accuracy_note(scene, seat.greens) + advice + gaps, files, watch.stages)
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
@@ -222,6 +223,16 @@ def _static_stiffness(greens: GreensFunction) -> float:
 def _error_keys(greens: GreensFunction) -> dict[str, object]:
     error = greens.error_estimate
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
+
+
+def _accuracy_note(scene: Scene, greens: GreensFunction) -> tuple[str, ...]:
+    error, target = greens.error_estimate.total, scene.accuracy.target
+    if error is None or error <= target:
+        return ()
+    return (
+        f"the estimated error of the seat's Green's function is {error:.2g}, above accuracy.target = {target:g}: "
+        "refine seat.mesh, or lower seat.greens.tolerance",
+    )
 
 
 def _write_json(path: Path, data: Mapping[str, object]) -> None:
