@@ -12,7 +12,7 @@ from impact.paper import CASES, Numbers, strike, strike_spring
 from impact.paper_plots import plot_stiffness_sweep
 from impact.table import write_rows
 
-STEP = 50e-9  # a twentieth of the filter, 0.13 radian of the reed's highest mode
+STEP = 40e-9  # 1/25 of the filter, 0.42 radian of the reed's highest mode
 
 
 def main(folder: Path) -> None:

@@ -18,6 +18,7 @@ ROD_DAMPING = 0.10
 AREAS = {"strip": 4.17e-9, "area": 4.17e-7}
 LENGTHS = (3e-3, 30e-3)
 TIME_STEP, DURATION, FILTER_WIDTH = 25e-9, 3e-3, 1e-6
+MODES = 40  # of the reed; with 80 the filtered peaks change by less than 0.2 %
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Numbers:
         )
 
 
-def table_1_reed(n_modes: int = 20) -> impact.Body:
+def table_1_reed(n_modes: int = MODES) -> impact.Body:
     """Equations (1)-(3): the reed by its damped modes, released from its static shape 1 mm above the seat."""
     return impact.cantilever_reed(
         young=YOUNG,
@@ -86,16 +87,18 @@ def table_1_reed(n_modes: int = 20) -> impact.Body:
 
 
 def strike(
-    seat: GreensFunction, *, dt: float = TIME_STEP, duration: float = DURATION, n_modes: int = 20
+    seat: GreensFunction, *, dt: float = TIME_STEP, duration: float = DURATION, n_modes: int = MODES
 ) -> ImpactResult:
     """The reed on any seat: continuity and the convolution equation for the force, (9)-(10) in our reading."""
     problem = impact.ContactProblem(table_1_reed(n_modes), impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=duration)
 
 
-def strike_spring(stiffness: float, *, dt: float = TIME_STEP, duration: float = DURATION) -> ImpactResult:
+def strike_spring(
+    stiffness: float, *, dt: float = TIME_STEP, duration: float = DURATION, n_modes: int = MODES
+) -> ImpactResult:
     """The reed on a constant stiffness [N/m], equation (4): N = K max(0, -u)."""
-    return strike(impact.spring(stiffness=stiffness), dt=dt, duration=duration)
+    return strike(impact.spring(stiffness=stiffness), dt=dt, duration=duration, n_modes=n_modes)
 
 
 def over_estimates(wave: Numbers, spring: Numbers) -> tuple[float, float, float]:
