@@ -20,8 +20,8 @@ class CostModel:
     """Costs on one core [s], p contacts, K poles, n steps.
 
     poles: n K (pole + (p - 1) pole_contact);  weights from poles: n K p(p+1)/2 weight;
-    direct sum: p^2 n^2/2 multiply;  blocked FFT: p^2 n block/2 multiply, and for each doubling of the block
-    n (p log2(length) transform + p^2 product).
+    direct sum: p^2 n^2/2 multiply;  blocked FFT: p^2 n block/2 multiply, n/block call, and for each doubling of the
+    block n/2 (p log2(2 length) transform + p^2 product).
     """
 
     pole: float
@@ -30,6 +30,7 @@ class CostModel:
     multiply: float
     transform: float
     product: float
+    call: float
 
     def poles(self, n: int, poles: int, contacts: int) -> float:
         """March by the recursion."""
@@ -45,15 +46,24 @@ class CostModel:
 
     def fft(self, n: int, contacts: int, block: int) -> float:
         """Sum inside blocks, FFT between them."""
-        cost, size = self.direct(n, contacts, block), block
+        cost, size = self.direct(n, contacts, block) + n // block * self.call, block
         while size < n:
-            cost += n * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)
+            cost += n / 2 * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)
             size *= 2
         return cost
 
 
-# Least-squares fit by benchmarks/cost_model.py on one core of an AVX-512 server at about 2.6 GHz, 2 MiB L2 per core.
-MEASURED = CostModel(pole=0.45e-9, pole_contact=0.2e-9, weight=0.1e-9, multiply=0.15e-9, transform=2e-9, product=5e-9)
+# Measured by benchmarks/cost_model.py on one core of an AVX-512 server processor at 2.6 GHz; the choice between engines
+# depends on ratios only.
+MEASURED = CostModel(
+    pole=0.33e-9,
+    pole_contact=0.2e-9,
+    weight=0.08e-9,
+    multiply=0.14e-9,
+    transform=2.5e-9,
+    product=1.7e-9,
+    call=11e-6,
+)
 
 
 @dataclass(frozen=True)
@@ -122,8 +132,8 @@ def _blocks(engine: Engine, block: int | None, steps: int) -> tuple[int, ...]:
     if engine == "direct":
         return (steps,)
     if block is not None or engine == "fft":
-        return (block or BLOCK,)
-    return (BLOCK, steps)
+        return (min(block or BLOCK, steps),)
+    return (min(BLOCK, steps), steps)
 
 
 def _plan(

@@ -301,28 +301,31 @@ def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-un
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _past(weights, force, rest, first, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """What the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``."""
+def _past(recent, force, rest, first, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """What the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``; ``recent`` holds the
+    weights of one block in reverse order, so that both are read forwards."""
+    stop = recent.size - 1
+    w, f = recent[stop - (n - first) : stop], force[first:n]
     u = 0.0
-    for m in range(first, n):
-        u += weights[n - m] * (force[m] - rest)
+    for m in range(f.size):
+        u += w[m] * (f[m] - rest)
     return u
 
 
 @njit(cache=True, nogil=True)
-def march_one(start, stop, rows, state, free, memory, weights, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
-    finished blocks add through step weights (n,). law: (code, rule, three numbers). rest: force carried since ever.
+    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). rest: force carried since ever.
     """
     q, p = state
     code, rule, a, b, c = law
     for n in range(start, stop):
         last = force[n - 1] - rest if n > 0 else 0.0
         opening = free[n] + _advance(rows, q, p, last)
-        if weights.size > 0:
-            opening += memory[n] + _past(weights, force, rest, n - n % block, n)
+        if recent.size > 0:
+            opening += memory[n] + _past(recent, force, rest, n - n % block, n)
         opening -= w0 * rest
         f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, dt)
         force[n] = f
@@ -330,8 +333,9 @@ def march_one(start, stop, rows, state, free, memory, weights, block, w0, law, u
 
 
 @njit(cache=True, nogil=True)
-def march_many(start, stop, poles, state, free, memory, weights, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), weights (p, p, n), w0 (p, p)."""
+def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
+    w0 (p, p)."""
     rows, psi = poles
     q, v = state
     codes, rules, numbers = laws
@@ -348,11 +352,11 @@ def march_many(start, stop, poles, state, free, memory, weights, block, w0, laws
             last[:] = force[:, n - 1] - rest
         opening[:] = free[n] - carried
         _advance_many(rows, psi, q, v, drive, last, opening)
-        if weights.size > 0:
+        if recent.size > 0:
             for c in range(contacts):
                 opening[c] += memory[c, n]
                 for d in range(contacts):
-                    opening[c] += _past(weights[c, d], force[d], rest[d], n - n % block, n)
+                    opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
         contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm)
         force[:, n] = warm
         gap[n + 1] = opening + w0 @ warm

@@ -231,17 +231,17 @@ class ContactStepper:
 
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
-        memory, weights, block = self._past.memory, self._past.weights, self._past.block
+        memory, recent, block = self._past.memory, self._past.recent, self._past.block
         codes, rules, numbers = self._laws
         if len(codes) == 1:
             law = (codes[0], rules[0], *numbers[0])
             march.march_one(
-                start, stop, self._rows, self._state, self._free[:, 0], memory[0], weights[0, 0],
+                start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
                 block, s.own[0, 0], law, self._user, s.dt, s.rest[0], force[0], self.gap[:, 0],
             )  # fmt: skip
         else:
             march.march_many(
-                start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, weights,
+                start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
                 block, s.own, self._laws, self._user, s.dt, s.rest, force, self.gap,
             )  # fmt: skip
 
