@@ -211,19 +211,19 @@ class DampedFixedRod(GreensFunction):
         """g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         positive = np.where(time > 0, time, 1.0)
-        values = self._combine(lambda rate: np.arctanh(np.exp(rate * positive)))
+        values = self.over_exponents(lambda rate: np.arctanh(np.exp(rate * positive)))
         return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
-        return self._combine(lambda rate: (_legendre_chi2(np.exp(rate * time)) - math.pi**2 / 8) / rate)
+        return self.over_exponents(lambda rate: (legendre_chi2(np.exp(rate * time)) - math.pi**2 / 8) / rate)
 
-    def _combine(self, term: Callable[[complex], NDArray[np.complex128]]) -> Array:
+    def over_exponents(self, term: Callable[[complex], NDArray[np.complex128]]) -> Array:
         """4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
         z, w = self.damping_ratio, self.omega_1
         if abs(z - 1.0) < 1e-4:  # symmetric mean about the double exponent: error O(1e-8)
-            near = [DampedFixedRod(self.impedance, self.transit, 1.0 + d)._combine(term) for d in (-2e-4, 2e-4)]
+            near = [DampedFixedRod(self.impedance, self.transit, 1.0 + d).over_exponents(term) for d in (-2e-4, 2e-4)]
             return np.asarray((near[0] + near[1]) / 2)
         factor = 4 / (math.pi * self.impedance)
         if z < 1:
@@ -318,7 +318,7 @@ def _weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
     return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]
 
 
-def _legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
     from scipy.special import spence  # here, as it would be a third of the time to import this package
 

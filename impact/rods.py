@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact import history
-from impact.closed_form import DampedFixedRod, DelayRod, _legendre_chi2
+from impact.closed_form import DampedFixedRod, DelayRod, legendre_chi2
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
 
@@ -39,10 +39,8 @@ def displacement_response(rod: Rod, t: ArrayLike, *, at: float) -> Array:
         back = _ramps(rod, time + delay - rod.round_trip)
         return np.asarray((there + rod.reflection * back) / rod.impedance)
     turn = 0.5j * math.pi * at
-    moving = rod._combine(
-        lambda rate: (
-            (_legendre_chi2(np.exp(rate * time + turn)) + _legendre_chi2(np.exp(rate * time - turn))) / 2 / rate
-        )
+    moving = rod.over_exponents(
+        lambda rate: (legendre_chi2(np.exp(rate * time + turn)) + legendre_chi2(np.exp(rate * time - turn))) / 2 / rate
     )
     return np.asarray((1 - at) * rod.transit / rod.impedance + moving)
 
@@ -70,7 +68,7 @@ def force_response(rod: Rod, t: ArrayLike, *, at: float) -> Array:
         pair = np.arctanh(np.exp(rate * time + turn)) - np.arctanh(np.exp(rate * time - turn))
         return np.asarray(pair * (0.5j * slope / rate))
 
-    return np.asarray(np.where(time > 0, 1.0 - rod._combine(term), 0.0))
+    return np.asarray(np.where(time > 0, 1.0 - rod.over_exponents(term), 0.0))
 
 
 def rod_displacement(rod: Rod, force: Array, dt: float, *, at: float) -> Array:

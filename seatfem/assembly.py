@@ -196,7 +196,16 @@ def _facets(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
 
 
 def _surface(mesh: Any, element: Any, name: str) -> Any:
-    return skfem.FacetBasis(mesh, element, facets=_facets(mesh, name, name), intorder=2 * element.maxdeg + 2)
+    facets = _facets(mesh, name, name)
+    try:
+        return skfem.FacetBasis(mesh, element, facets=facets, intorder=2 * element.maxdeg + 2)
+    except Exception as problem:  # scikit-fem inverts the map of each curved element by Newton's method
+        if "Newton" not in str(problem):
+            raise
+        raise ModelError(
+            f"boundary {name!r}: its {facets.size} facets are too strongly curved to be integrated over; "
+            "use smaller elements there (contact_size)"
+        ) from problem
 
 
 def _held(mesh: Any, element: Any, fixed: Sequence[str], sliding: Sequence[str]) -> NDArray[np.int64]:

@@ -193,7 +193,8 @@ def _run(path: Path, folder: Path, common: Common) -> int:
         console = Console(highlight=False)
         console.print(f"\n{scene.title or path.stem}", markup=False)
         console.print(result_table(outcome.summary))
-        console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
+        if "regime" in outcome.summary:
+            console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
     _tell(outcome, common)
     return DONE
 

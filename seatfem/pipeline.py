@@ -21,7 +21,7 @@ from impact.result import ImpactResult
 from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens, save_results
 from seatfem.pictures import draw_modes, draw_run
-from seatfem.scene import Cantilever, Scene
+from seatfem.scene import Cantilever, GreensFile, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seat import SeatAnswer, build_seat, memory
 from seatfem.stopwatch import Stopwatch
@@ -170,7 +170,8 @@ def _seat(scene: Scene, path: Path, watch: Stopwatch, progress: Progress) -> tup
     greens = answer.greens
     if isinstance(greens, ModalGreens | SampledGreens):  # a closed form costs nothing to make again
         greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
-    save_greens(greens, path)
+    if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
+        save_greens(greens, path)
     return answer, False
 
 

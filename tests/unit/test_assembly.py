@@ -185,3 +185,14 @@ def test_bad_matrices_are_named_with_their_numbers():
         Port(np.ones(3), impedance=-1.0)
     with pytest.raises(ModelError, match="bare matrices"):
         SecondOrderModel(eye, None, eye, b).expand(np.ones(3))
+
+
+def test_patch_too_strongly_curved_to_integrate_over() -> None:
+    """Elements as wide as the bore's radius: scikit-fem cannot invert their map."""
+    from seatfem.geometry import AnnularSeat
+    from seatfem.meshing import MeshSpec, make_mesh
+
+    seat = AnnularSeat(lip_width=2e-3, lip_height=1e-3, lip_edge_radius=0.0)
+    mesh = make_mesh(seat, MeshSpec(6.4e-3, 4e-3))
+    with pytest.raises(ModelError, match=r"'contact': its \d+ facets are too strongly curved.*contact_size"):
+        assemble(mesh, {"young": 2e11, "poisson": 0.3, "density": 7850.0})

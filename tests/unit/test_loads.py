@@ -1,5 +1,7 @@
 """Loads on reeds: statics against beam formulas, dynamics against the step response."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -111,7 +113,8 @@ def flight(load: ReedLoad, *, dt: float, duration: float, zeta: float = 0.0, n_m
 def test_constant_force_gives_the_step_response() -> None:
     result = flight(PointForce(lambda t: 2.0, at=L), dt=1e-6, duration=2e-4, zeta=0.02)
     greens = cantilever_reed(**REED, damping_ratio=0.02, n_modes=15).greens
-    exact = 2.0 * (greens.step_response(result.time) - greens.residual.static()[0, 0])
+    modes = replace(greens, residual=impact.Residual.none())  # loads act on the modes alone
+    exact = 2.0 * modes.step_response(result.time)
     np.testing.assert_allclose(result.striker_displacement[1:], exact[1:], atol=1e-12 * exact.max())
     assert result.striker_displacement[0] == 0.0
 

@@ -395,3 +395,24 @@ def test_summary_is_plain_json(annular: Ran) -> None:
     assert "NaN" not in text
     assert "Infinity" not in text
     assert "e-0" in text  # numbers, not strings
+
+
+def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder)
+    before = (folder / "seat.h5").read_bytes()
+    greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
+    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder)
+    assert (folder / "seat.h5").read_bytes() == before
+
+
+def test_the_regime_and_a_missed_accuracy_are_told(annular: Ran) -> None:
+    assert "Zener lambda" in annular.summary["regime"]
+    target = load_scene(annular.scene).accuracy.target
+    missed = annular.summary["greens_error"] > target
+    assert missed == any("above accuracy.target" in message for message in annular.outcome.messages)
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
