@@ -1,0 +1,33 @@
+"""Write docs/performance.md from the tables in results/."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from table import RESULTS, Table
+
+TABLES = ("poles", "fft", "engines", "batch", "imports", "cost_model")
+DOCUMENT = Path(__file__).parents[1] / "docs" / "performance.md"
+HEAD = """# Performance
+
+Written by `python benchmarks/document.py` from the tables that `poles.py`, `fft.py`, `batch.py`, `imports.py` and
+`cost_model.py` beside it leave in `benchmarks/results/`. Rerun them on your machine: ratios carry over, times do not.
+
+Measured on {machine}. Other programs were running: read times as upper bounds.
+"""
+
+
+def main() -> None:
+    """One section per table."""
+    loaded = [json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8")) for name in TABLES]
+    machine = "; ".join(f"{key} {value}" for key, value in loaded[0]["machine"].items())
+    parts = [HEAD.format(machine=machine)]
+    for fields in loaded:
+        fields.pop("machine")
+        parts.append(Table(**fields).markdown())
+    DOCUMENT.write_text("\n".join(parts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
