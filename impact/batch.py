@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact import march
 from impact.greens import Array
+from impact.history import aligned
 from impact.laws import no_user_law
 from impact.march import LANES
 from impact.measures import MERGE
@@ -96,7 +97,8 @@ def solve_many(
         history, out = np.empty((n, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
         out[6] = contact.side * (contact.target.velocity - s[1])
-        march.march_lanes(rows, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
+        state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
+        march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
         found[:, scenes] = out[:, : len(scenes)]
         if force is not None:

@@ -409,15 +409,14 @@ def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -
 
 
 @njit(cache=True, nogil=True)
-def march_lanes(rows, free, scales, w0, law, user, dt, force, approach):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """LANES scenes of one contact from rest; force (n, LANES) is filled in place.
+def march_lanes(rows, state, free, scales, w0, law, user, dt, force, approach):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) is filled.
 
     free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
     scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
     """
     code, rule, a, b, c = law
-    state = np.zeros((rows.shape[0], 2, LANES))
-    last, total = np.zeros(LANES), np.zeros(LANES)
+    last, total = state[-1, 0], state[-1, 1]
     gap, before = np.empty(LANES), np.empty(LANES)
     met = np.zeros(LANES, dtype=np.bool_)
     for i in range(LANES):

@@ -139,8 +139,7 @@ class ContactStepper:
         self.live = LiveLoads(striker, prepared.problem.directions(striker.body), n)
         self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
         poles = prepared.poles
-        self._rows = poles.folded() if p == 1 else poles.steps
-        self._state = (np.zeros(poles.steps.shape[1]), np.zeros(poles.steps.shape[1]))
+        self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
