@@ -27,7 +27,7 @@ from impact.problem import Contact, ContactError, ContactProblem
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
 from impact.solver import collect, solve
-from impact.stepper import ContactStepper, prepare
+from impact.stepper import ContactStepper, StepState, prepare
 
 if TYPE_CHECKING:
     from impact.batch import ImpactBatch, solve_many
@@ -79,6 +79,7 @@ __all__ = [
     "Signorini",
     "StaticShape",
     "StepKernel",
+    "StepState",
     "StorageError",
     "SumGreens",
     "TimeSeries",

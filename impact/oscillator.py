@@ -76,8 +76,13 @@ def dissipation_form(dt: float, omega: Array, zeta: Array) -> Array:
     out = np.zeros((3, 3, len(omega)))
     closed = (omega * dt > 0.5) & (zeta > 0) & (zeta < 0.5)
     out[:, :, closed] = _closed_gram(dt, omega[closed], zeta[closed])
-    for k in np.flatnonzero(~closed & (omega > 0) & (zeta > 0)):
-        out[:, :, k] = _velocity_gram(dt, float(omega[k]), float(zeta[k]))
+    rest = ~closed & (omega > 0) & (zeta > 0)
+    slow = rest & (omega * dt * np.maximum(1.0, 2 * zeta) <= 0.5)  # one panel each, all at once
+    out[:, :, slow] = _panel_gram(np.zeros((1, 1)), np.full((1, 1), dt), omega[slow, None], zeta[slow, None])
+    for k in np.flatnonzero(rest & ~slow):
+        edges = _panels(dt, float(omega[k]), float(zeta[k]))
+        panels = _panel_gram(edges[:-1, None], edges[1:, None], omega[k], zeta[k])
+        out[:, :, k] = panels.sum(axis=-1)
     return np.asarray(2 * zeta * omega * out)
 
 
@@ -91,14 +96,13 @@ def _closed_gram(dt: float, w: Array, z: Array) -> Array:
     return np.asarray(np.real(c[:, None] * c[None] * twice + c[:, None] * c[None].conj() * once) / 2)
 
 
-def _velocity_gram(dt: float, w: float, z: float) -> Array:
-    """Integral over [0, dt] of v v', where q'(t) = v(t) . (q0, q'0, f)."""
-    edges = _panels(dt, w, z)
-    half = np.diff(edges) / 2
-    t = ((edges[1:] + edges[:-1]) / 2)[:, None] + half[:, None] * _NODES
-    cosine, sine = decaying_pair(t, np.array(w), np.array(z))
+def _panel_gram(start: Array, end: Array, w: Array, z: Array) -> Array:
+    """(3, 3, m) integrals of v v' over [start, end] (m, 1) each, where q'(t) = v(t) . (q0, q'0, f)."""
+    half = (end - start) / 2
+    t = (end + start) / 2 + half * _NODES
+    cosine, sine = decaying_pair(t, w, z)
     v = np.array([-(w**2) * sine, cosine - z * w * sine, sine])
-    return np.asarray(np.einsum("ian,jan,a,n->ij", v, v, half, _WEIGHTS))
+    return np.asarray(np.einsum("ian,jan,n->ija", v, v, _WEIGHTS) * half[:, 0])
 
 
 def _panels(dt: float, w: float, z: float) -> Array:
