@@ -9,12 +9,29 @@ from seatfem.verification.beams import beam_cases
 from seatfem.verification.case import Case, Row, carry_out
 from seatfem.verification.compliant import compliant_cases
 from seatfem.verification.finite_elements import finite_element_cases
+from seatfem.verification.half_space import half_space_cases
+from seatfem.verification.lumped import lumped_cases
+from seatfem.verification.radiating import radiating_cases
+from seatfem.verification.reeds import reed_cases
 from seatfem.verification.rods import rod_cases
+from seatfem.verification.stresses import stress_cases
+from seatfem.verification.waves import wave_cases
 
 __all__ = ["PROVIDERS", "Case", "Row", "markdown_table", "verification_cases", "verification_table"]
 
 # To add rows: a function that returns cases, here. Making the cases is cheap; only `Case.compute` works.
-PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (rod_cases, compliant_cases, beam_cases, finite_element_cases)
+PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
+    rod_cases,
+    wave_cases,
+    lumped_cases,
+    compliant_cases,
+    radiating_cases,
+    half_space_cases,
+    stress_cases,
+    beam_cases,
+    reed_cases,
+    finite_element_cases,
+)
 
 
 def verification_cases() -> tuple[Case, ...]:

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Estimate:
-    """A computed number, its numerical uncertainty (absolute), and the observed order of convergence, if any."""
+    """A computed number, its absolute numerical uncertainty, observed and theoretical order of convergence if any."""
 
     value: float
     uncertainty: float = 0.0
     order: float | None = None
+    theory: int | None = None
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Row:
-    """A case, carried out. ``error`` and ``tolerance`` are relative to ``exact``; ``order`` is the observed one."""
+    """A case, carried out. ``error`` and ``tolerance`` are relative to ``exact``; ``order`` is the observed one.
+
+    ``theory`` is the order that it tends to.
+    """
 
     case: str
     quantity: str
@@ -49,6 +53,7 @@ class Row:
     verdict: bool
     source: str
     order: float | None = None
+    theory: int | None = None
 
 
 def carry_out(case: Case, coefficient: float = 1.0) -> Row:
@@ -57,7 +62,18 @@ def carry_out(case: Case, coefficient: float = 1.0) -> Row:
     scale = abs(case.exact)
     error, tolerance = (ours.value - case.exact) / scale, case.rtol + ours.uncertainty / scale
     verdict = abs(error) <= tolerance
-    return Row(case.case, case.quantity, case.exact, ours.value, error, tolerance, verdict, case.source, ours.order)
+    return Row(
+        case.case,
+        case.quantity,
+        case.exact,
+        ours.value,
+        error,
+        tolerance,
+        verdict,
+        case.source,
+        ours.order,
+        ours.theory,
+    )
 
 
 def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimate:
@@ -70,7 +86,7 @@ def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimat
     gain = 2**order - 1
     before, after = middle + (middle - coarse) / gain, fine + (fine - middle) / gain
     ratio = abs((middle - coarse) / (fine - middle)) if fine != middle else math.inf
-    return Estimate(after, abs(after - before), math.log2(ratio) if 0 < ratio < math.inf else None)
+    return Estimate(after, abs(after - before), math.log2(ratio) if 0 < ratio < math.inf else None, order)
 
 
 def refined(solve: Callable[[int], float], steps: int) -> Estimate:

@@ -9,24 +9,25 @@ from functools import partial
 import numpy as np
 
 import impact
+from impact.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
 from impact.modal import ModalGreens, Residual
 from seatfem.verification.case import Case, Estimate, richardson
 
 _YOUNG, _POISSON, _DENSITY = 200e9, 0.3, 7850.0
-_RADIUS, _VELOCITY = 5e-3, 1.0
-_MASS = _DENSITY * 4 / 3 * math.pi * _RADIUS**3
+_RADIUS, VELOCITY = 5e-3, 1.0
+MASS = _DENSITY * 4 / 3 * math.pi * _RADIUS**3
 _STIFFNESS = 4 / 3 * _YOUNG / (2 * (1 - _POISSON**2)) * math.sqrt(_RADIUS)  # steel on steel
-_TIME = float((_MASS**2 / (_STIFFNESS**2 * _VELOCITY)) ** 0.2)
+_TIME = float((MASS**2 / (_STIFFNESS**2 * VELOCITY)) ** 0.2)
 _STEPS = 400  # per _TIME, coarsest of three
 _HERTZ = "Hertz 1882; Johnson, Contact Mechanics, 11.4"
 _ZENER = "Zener, Phys. Rev. 59 (1941) 669"
 
-# lambda: restitution, duration in units of _TIME, of s'' + (1 + lambda d/dtau) s^1.5 = 0
+# of s'' + (1 + lambda d/dtau) s^1.5 = 0, lambda: restitution, duration/_TIME, largest approach/(_TIME V)
 _PLATE = {
-    0.0: (1.0, 3.2180655),
-    0.1: (0.84333941, 3.278495),
-    0.3: (0.60594666, 3.429108),
-    0.5: (0.4368953, 3.6244415),
+    0.0: (1.0, 3.2180655, 1.0933621),
+    0.1: (0.84333941, 3.278495, 1.0235591),
+    0.3: (0.60594666, 3.429108, 0.9117338),
+    0.5: (0.4368953, 3.6244415, 0.8256516),
 }
 
 
@@ -40,7 +41,18 @@ def _hertz() -> tuple[Case, ...]:
 
     def case(quantity: str, exact: float, measure: Callable[[impact.ImpactResult], float]) -> Case:
         def compute(coefficient: float) -> Estimate:
-            return richardson(lambda steps: measure(_strike(rigid_seat(), coefficient, 1.0, steps)), _STEPS, 1)
+            return richardson(lambda steps: measure(strike(rigid_seat(), coefficient, 1.0, steps)), _STEPS, 1)
+
+        return Case(name, quantity, exact, 1e-6, _HERTZ, compute)
+
+    def derived(quantity: str, exact: float, measure: Callable[[float], float]) -> Case:
+        """From the largest force."""
+
+        def compute(coefficient: float) -> Estimate:
+            def solve(steps: int) -> float:
+                return measure(impact.measures.peak_force(strike(rigid_seat(), coefficient, 1.0, steps)))
+
+            return richardson(solve, _STEPS, 1)
 
         return Case(name, quantity, exact, 1e-6, _HERTZ, compute)
 
@@ -48,11 +60,43 @@ def _hertz() -> tuple[Case, ...]:
         case("contact duration [s]", 3.52362147e-05, _duration),
         case("largest force [N]", 429.160669, impact.measures.peak_force),
         case("largest penetration [m]", 1.19717704e-05, _penetration),
+        derived("largest contact radius [m]", 0.000244660687, lambda force: _contact(force).half_width),
+        derived("largest pressure [Pa]", 3423205080.0, lambda force: _contact(force).pressure),
+        Case(name, "mass [kg]", 0.00411025039, 1e-8, _HERTZ, lambda k: Estimate(_sphere(k * _DENSITY).mass)),
+        Case(
+            name, "k of N = k d^(3/2) [N/m^(3/2)]", 10360538900.0, 1e-8, _HERTZ, lambda k: Estimate(_law(k).stiffness)
+        ),
+        *_hertz_constants(),
     )
 
 
-def _zener(inelasticity: float) -> tuple[Case, Case]:
-    restitution, duration = _PLATE[inelasticity]
+def _hertz_constants() -> tuple[Case, ...]:
+    """Of duration and largest force; the factor is on the velocity, k or the mass's scale."""
+    name = "sphere on a rigid seat, constants of Hertz"
+
+    def case(quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-6, _HERTZ, lambda k: richardson(partial(solve, k), _STEPS, 1))
+
+    def by_approach(velocity_factor: float, steps: int) -> float:
+        result = strike(rigid_seat(), 1.0, velocity_factor, steps)
+        return _duration(result) * VELOCITY / _penetration(result)
+
+    def by_stiffness(stiffness_factor: float, steps: int) -> float:
+        return _duration(strike(rigid_seat(), stiffness_factor, 1.0, steps)) / _TIME
+
+    def force(velocity_factor: float, steps: int) -> float:
+        peak = impact.measures.peak_force(strike(rigid_seat(), 1.0, velocity_factor, steps))
+        return float(peak / (_STIFFNESS**0.4 * MASS**0.6 * VELOCITY**1.2))
+
+    return (
+        case("duration V/largest penetration", 2.9432751843, by_approach),
+        case("duration (k^2 V/m^2)^(1/5)", 3.2180654597, by_stiffness),
+        case("largest force/(k^(2/5) m^(3/5) V^(6/5))", 1.1432626298, force),
+    )
+
+
+def _zener(inelasticity: float) -> tuple[Case, Case, Case]:
+    restitution, duration, approach = _PLATE[inelasticity]
     rebound = _plate_rebound if inelasticity else _rigid_rebound
     name = f"sphere on an infinite plate, lambda = {inelasticity:g}"
     return (
@@ -72,6 +116,14 @@ def _zener(inelasticity: float) -> tuple[Case, Case]:
             _ZENER,
             lambda k: richardson(partial(_plate_duration, inelasticity, k), _STEPS, 1),
         ),
+        Case(
+            name,
+            "largest approach (k^2/(m^2 V^4))^(1/5)",
+            approach,
+            1e-6,
+            _ZENER,
+            lambda k: richardson(partial(_plate_approach, inelasticity, k), _STEPS, 1),
+        ),
     )
 
 
@@ -84,31 +136,53 @@ def plate_seat(inelasticity: float) -> ModalGreens:
     """Infinite plate of impedance m/(lambda time), by its thickness: Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2)))."""
     if inelasticity == 0:
         return rigid_seat()
-    impedance = _MASS / (inelasticity * _TIME)
+    impedance = MASS / (inelasticity * _TIME)
     thickness = math.sqrt(impedance / 8) * (12 * (1 - _POISSON**2) / (_YOUNG * _DENSITY)) ** 0.25
     return impact.infinite_plate(young=_YOUNG, poisson=_POISSON, density=_DENSITY, thickness=thickness)
 
 
-def _strike(seat: ModalGreens, stiffness_factor: float, velocity_factor: float, steps: int) -> impact.ImpactResult:
-    striker = impact.rigid_mass(mass=_MASS, velocity=-_VELOCITY * velocity_factor)
+def _sphere(density: float) -> impact.Body:
+    return impact.rigid_mass(mass=density * 4 / 3 * math.pi * _RADIUS**3, velocity=-VELOCITY)
+
+
+def _law(young_factor: float) -> impact.Hertz:
+    modulus = reduced_modulus(
+        young=_YOUNG * young_factor, poisson=_POISSON, young_2=_YOUNG * young_factor, poisson_2=_POISSON
+    )
+    return impact.Hertz(stiffness=hertz_stiffness(reduced_modulus=modulus, radius=_RADIUS))
+
+
+def _contact(force: float) -> HertzContact:
+    return hertz_circular(force=force, reduced_modulus=_YOUNG / (2 * (1 - _POISSON**2)), radius=_RADIUS)
+
+
+def strike(
+    seat: ModalGreens, stiffness_factor: float, velocity_factor: float, steps: int, rule: str = "passive"
+) -> impact.ImpactResult:
+    """The sphere on a seat, ``steps`` to the unit of time."""
+    striker = impact.rigid_mass(mass=MASS, velocity=-VELOCITY * velocity_factor)
     law = impact.Hertz(stiffness=_STIFFNESS * stiffness_factor)
     problem = impact.ContactProblem(striker, impact.Body(seat), law=law)
-    return impact.solve(problem, dt=_TIME / steps, duration=4.5 * _TIME)
+    return impact.solve(problem, dt=_TIME / steps, duration=4.5 * _TIME, rule=rule)
 
 
 def _plate_rebound(inelasticity: float, factor: float, steps: int) -> float:
     """The factor is on lambda."""
-    result = _strike(plate_seat(inelasticity * factor), 1.0, 1.0, steps)
-    return impact.measures.impulse(result) / (_MASS * _VELOCITY) - 1.0
+    result = strike(plate_seat(inelasticity * factor), 1.0, 1.0, steps)
+    return impact.measures.impulse(result) / (MASS * VELOCITY) - 1.0
 
 
 def _rigid_rebound(inelasticity: float, velocity_factor: float, steps: int) -> float:
-    result = _strike(plate_seat(inelasticity), 1.0, velocity_factor, steps)
-    return impact.measures.impulse(result) / (_MASS * _VELOCITY) - velocity_factor
+    result = strike(plate_seat(inelasticity), 1.0, velocity_factor, steps)
+    return impact.measures.impulse(result) / (MASS * VELOCITY) - velocity_factor
 
 
 def _plate_duration(inelasticity: float, stiffness_factor: float, steps: int) -> float:
-    return _duration(_strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)) / _TIME
+    return _duration(strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)) / _TIME
+
+
+def _plate_approach(inelasticity: float, stiffness_factor: float, steps: int) -> float:
+    return _penetration(strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)) / (_TIME * VELOCITY)
 
 
 def _duration(result: impact.ImpactResult) -> float:

@@ -149,7 +149,7 @@ def _between_rods() -> tuple[Case, Case, Case]:
     )
 
 
-def _collide(striker: DelayRod, target: impact.GreensFunction, steps: int) -> impact.ImpactResult:
+def _collide(striker: impact.GreensFunction, target: impact.GreensFunction, steps: int) -> impact.ImpactResult:
     problem = impact.ContactProblem(impact.Body(striker, velocity=-1.0), impact.Body(target))
     return impact.solve(problem, dt=_TRANSIT / steps, duration=3 * _TRANSIT)
 

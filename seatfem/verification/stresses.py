@@ -1,0 +1,123 @@
+"""Stresses at a contact: Hertz, line and disk loads, a beam's tip given a velocity at once."""
+
+from __future__ import annotations
+
+import math
+
+from scipy.optimize import minimize_scalar
+
+from impact.contact_stress import (
+    ShearMaximum,
+    circular_shear_maximum,
+    disk_shear_maximum,
+    edge_tension,
+    hertz_circular,
+    hertz_line,
+    line_shear_maximum,
+    tip_step_force,
+    tip_step_moment,
+    tip_step_stress,
+)
+from seatfem.verification.case import Case, Estimate
+
+_JOHNSON = "Johnson, Contact Mechanics, ch. 3 and 4"
+_GOODIER = "Timoshenko & Goodier, Theory of Elasticity: load on a half-space"
+_LAPLACE = "Euler-Bernoulli beam, Laplace transform"
+_POISSON = 0.3
+
+
+def stress_cases() -> tuple[Case, ...]:
+    """Shear below a contact, tension at its edge, bending of a tip."""
+    edge = Case(
+        "circular Hertz contact, nu = 0.3",
+        "radial tension at the edge/p0",
+        0.133333333,
+        4e-9,  # nine decimals printed
+        _JOHNSON,
+        lambda k: Estimate(edge_tension(poisson=_POISSON * k)),
+    )
+    return (*_circle(), edge, *_line(), *_disk(), *_tip())
+
+
+def _circle() -> tuple[Case, Case]:
+    """The factor is on the force, p0 and a are those of force 1."""
+    shear = circular_shear_maximum(poisson=_POISSON)
+    one = hertz_circular(force=1.0, reduced_modulus=1.0, radius=1.0)
+
+    def stress(k: float) -> Estimate:
+        now = hertz_circular(force=k, reduced_modulus=1.0, radius=1.0)
+        return Estimate(shear.stress * now.pressure / one.pressure)
+
+    def depth(k: float) -> Estimate:
+        now = hertz_circular(force=k, reduced_modulus=1.0, radius=1.0)
+        return Estimate(shear.depth * now.half_width / one.half_width)
+
+    name = "circular Hertz contact, nu = 0.3"
+    return (
+        Case(name, "largest shear/p0", 0.3100205, 1e-6, _JOHNSON, stress),
+        Case(name, "its depth/a", 0.480864, 1.1e-6, _JOHNSON, depth),
+    )
+
+
+def _line() -> tuple[Case, Case]:
+    """The factor is on the force."""
+    shear = line_shear_maximum()
+    one = hertz_line(force_per_length=1.0, reduced_modulus=1.0, radius=1.0)
+
+    def stress(k: float) -> Estimate:
+        now = hertz_line(force_per_length=k, reduced_modulus=1.0, radius=1.0)
+        return Estimate(shear.stress * now.pressure / one.pressure)
+
+    def depth(k: float) -> Estimate:
+        now = hertz_line(force_per_length=k, reduced_modulus=1.0, radius=1.0)
+        return Estimate(shear.depth * now.half_width / one.half_width)
+
+    return (
+        Case("Hertz line contact", "largest shear/p0", 0.3002831, 1e-6, _JOHNSON, stress),
+        Case("Hertz line contact", "its depth/b", 0.786151, 1.1e-6, _JOHNSON, depth),
+    )
+
+
+def _disk() -> tuple[Case, Case]:
+    """The factor is on nu."""
+
+    def shear(k: float) -> ShearMaximum:
+        return disk_shear_maximum(poisson=_POISSON * k)
+
+    name = "uniform pressure on a disk, nu = 0.3"
+    return (
+        Case(name, "largest shear on the axis/p", 0.3329097, 1e-6, _GOODIER, lambda k: Estimate(shear(k).stress)),
+        Case(name, "its depth/a", 0.637377, 1.1e-6, _GOODIER, lambda k: Estimate(shear(k).depth)),
+    )
+
+
+def _tip() -> tuple[Case, ...]:
+    """EI = rho A = v = 1 at t = 1 unless multiplied."""
+
+    def place(rigidity: float) -> float:
+        """Where the moment of the time 1 is largest; eta = x/sqrt(a t)."""
+        found = minimize_scalar(
+            lambda x: -float(tip_step_moment(x / rigidity**0.25)), bounds=(1.0, 2.5), method="bounded",
+            options={"xatol": 1e-9},
+        )  # fmt: skip
+        return float(found.x)
+
+    def moment(rigidity: float) -> Estimate:
+        """M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
+        largest = float(tip_step_moment(place(rigidity) / rigidity**0.25))
+        return Estimate(math.sqrt(rigidity) * largest)
+
+    def stress(young: float) -> Estimate:
+        return Estimate(float(tip_step_stress(young=young, density=1.0, speed=1.0)))
+
+    def impedance(rigidity: float) -> Estimate:
+        force = tip_step_force(1.0, speed=1.0, bending_stiffness=rigidity, mass_per_length=1.0)
+        return Estimate(float(force) * math.sqrt(2 * math.pi))
+
+    name = "beam's free tip given the velocity v"
+    return (
+        Case(name, "largest moment/(v (EI rho A)^(1/2))", 0.48759496, 1e-8, _LAPLACE, moment),
+        Case(name, "its place x/(a t)^(1/2)", 1.772454, 3e-7, _LAPLACE, lambda k: Estimate(place(k))),
+        Case(name, "largest surface stress/(rho c_0 v)", 0.84453925, 1e-8, _LAPLACE, stress),
+        Case(name, "F (2 pi a t)^(1/2)/(v (EI rho A)^(1/2))", 1.0, 1e-12, _LAPLACE, impedance),
+    )
