@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFreeRod
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
 
@@ -68,6 +69,8 @@ class Body:
         g = self.greens
         if isinstance(g, DelayRod):
             return g.mass if g.reflection == 1.0 else math.inf
+        if isinstance(g, DampedFreeRod):
+            return g.mass
         if isinstance(g, ModalGreens):
             rigid = float(np.sum(g.shapes[g.omega == 0, 0] ** 2))
             return 1.0 / rigid if rigid > 0 else math.inf

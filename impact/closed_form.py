@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel, step_weights
 from impact.modal import ModalGreens, Residual
-
-_MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a step remembers nothing
 
 
 def spring(*, stiffness: float) -> ModalGreens:
@@ -21,11 +19,20 @@ def spring(*, stiffness: float) -> ModalGreens:
     return _closed(Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
 
-def semi_infinite_rod(*, young: float, density: float, area: float) -> ModalGreens:
-    """Rod without reflections: g = 1/Z, Z = A sqrt(E rho) [N s/m]; a dashpot at its end."""
+def semi_infinite_rod(
+    *, young: float, density: float, area: float, length: float | None = None, damping_ratio: float = 0.0
+) -> ModalGreens:
+    """Rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
+
+    It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
+    that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
+    """
     _positive(young=young, density=density, area=area)
-    z = area * math.sqrt(young * density)
-    return _dashpot(1.0 / z, kind="semi_infinite_rod", young=young, density=density, area=area)
+    if length is not None:
+        _positive(length=length)
+    value = damped_start(damping_ratio) / (area * math.sqrt(young * density))
+    origin = {"young": young, "density": density, "area": area, "damping_ratio": damping_ratio}
+    return _dashpot(value, kind="semi_infinite_rod", **origin)
 
 
 def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> ModalGreens:
@@ -73,9 +80,14 @@ def fixed_rod(
     return DampedFixedRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
 
 
-def free_rod(*, young: float, density: float, area: float, length: float) -> DelayRod:
-    """Elastic rod struck at one end, free at the other; exact."""
-    return _delay_rod(young, density, area, length, reflection=1.0)
+def free_rod(
+    *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
+) -> DelayRod | DampedFreeRod:
+    """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping."""
+    if damping_ratio == 0.0:
+        return _delay_rod(young, density, area, length, reflection=1.0)
+    _positive(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
+    return DampedFreeRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
 
 
 def rod_with_end_impedance(
@@ -162,100 +174,7 @@ class DelayRod(GreensFunction):
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Exact step weights."""
-        return StepKernel(None, _weights(self, dt, n_steps), "delay kernel, exact step weights")
-
-
-@dataclass(frozen=True)
-class DampedFixedRod(GreensFunction):
-    """Fixed rod, every mode damped by the same ratio zeta:
-
-    g(t) = 4/(pi Z sqrt(1 - zeta^2)) Im artanh(exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
-    w_1 = pi c/(2 l); from the sum over w_n = (2n - 1) w_1. S(t) uses the Legendre chi function chi_2.
-
-    Attributes:
-        impedance: Z = rho c A [N s/m].
-        transit: l/c [s].
-        damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
-    """
-
-    impedance: float
-    transit: float
-    damping_ratio: float
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The struck end."""
-        return ("contact",)
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The three parameters."""
-        return {
-            "kind": "damped_fixed_rod",
-            "impedance": self.impedance,
-            "transit": self.transit,
-            "damping_ratio": self.damping_ratio,
-        }
-
-    @property
-    def omega_1(self) -> float:
-        """First angular frequency pi c/(2 l) [rad/s]."""
-        return math.pi / (2 * self.transit)
-
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
-        time: Array = np.asarray(t, dtype=float)
-        positive = np.where(time > 0, time, 1.0)
-        values = self.over_exponents(lambda rate: np.arctanh(np.exp(rate * positive)))
-        return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
-
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]."""
-        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
-        return self.over_exponents(lambda rate: (legendre_chi2(np.exp(rate * time)) - math.pi**2 / 8) / rate)
-
-    def over_exponents(self, term: Callable[[complex], NDArray[np.complex128]]) -> Array:
-        """4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
-        z, w = self.damping_ratio, self.omega_1
-        if abs(z - 1.0) < 1e-4:  # symmetric mean about the double exponent: error O(1e-8)
-            near = [DampedFixedRod(self.impedance, self.transit, 1.0 + d).over_exponents(term) for d in (-2e-4, 2e-4)]
-            return np.asarray((near[0] + near[1]) / 2)
-        factor = 4 / (math.pi * self.impedance)
-        if z < 1:
-            root = math.sqrt(1 - z * z)
-            return np.asarray(factor / root * np.imag(term(complex(-z, root) * w)))
-        root = math.sqrt(z * z - 1)
-        slow, fast = term(complex(-1 / (z + root)) * w), term(complex(-(z + root)) * w)
-        return np.asarray(factor / (2 * root) * np.real(slow - fast))
-
-    def static_compliance(self) -> Array:
-        """l/(EA) [m/N], whatever the damping."""
-        return np.array([[self.transit / self.impedance]])
-
-    def initial_value(self) -> Array:
-        """g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
-        return np.array([[damped_start(self.damping_ratio) / self.impedance]])
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """The modes that outlive a step and the compliance of those that do not: exact to round-off at this step.
-
-        A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many such modes, exact weights.
-        """
-        z, w = self.damping_ratio, self.omega_1
-        slow = z if z < 1 else 1 / (z + math.sqrt(z * z - 1))
-        count = int(min(_MEMORYLESS / (slow * w * dt) / 2 + 1, 1e9))
-        if count > 20_000 or count * float(n_steps) > 5e9:
-            return StepKernel(None, _weights(self, dt, n_steps), "closed form, exact step weights")
-        omega = (2.0 * np.arange(1, count + 1, dtype=np.float64) - 1.0) * np.float64(w)
-        factor = 2 / (self.impedance * self.transit)
-        tail = max(self.transit / self.impedance - math.fsum(factor / omega**2), 0.0)
-        modal = ModalGreens(omega, np.full(count, z), np.full((count, 1), math.sqrt(factor)), Residual.spring(tail))
-        return StepKernel(modal, None, f"pole recursion, {count} poles (all that outlive a step)")
+        return StepKernel(None, step_weights(self, dt, n_steps), "delay kernel, exact step weights")
 
 
 @dataclass(frozen=True)
@@ -300,29 +219,7 @@ class PowerLaw(GreensFunction):
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Exact step weights."""
-        return StepKernel(None, _weights(self, dt, n_steps), "closed form, exact step weights")
-
-
-def damped_start(zeta: float) -> float:
-    """Factor by which uniform modal damping lowers g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above 1."""
-    if zeta < 0:
-        raise GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
-    if abs(zeta - 1) < 1e-6:
-        return 2 / math.pi
-    if zeta < 1:
-        return 2 / math.pi * math.acos(zeta) / math.sqrt(1 - zeta * zeta)
-    return 2 / math.pi * math.acosh(zeta) / math.sqrt(zeta * zeta - 1)
-
-
-def _weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
-    return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]
-
-
-def legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
-    from scipy.special import spence  # here, as it would be a third of the time to import this package
-
-    return np.asarray((spence(1 - q) - spence(1 + q)) / 2)
+        return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
 
 
 def _delay_rod(young: float, density: float, area: float, length: float, reflection: float) -> DelayRod:

@@ -39,8 +39,11 @@ class EnergyLedger:
 
     @property
     def residual(self) -> float:
-        """max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any."""
-        largest = float(np.max(np.abs(self.stored)))
+        """max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
+
+        The parts are counted by their size: what is known by work only may be negative, and cancel.
+        """
+        largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
         error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
         return error / largest if largest > 0 else error
 

@@ -127,3 +127,8 @@ class GreensFunction(ABC):
         for node, weight in zip(s, w * slope, strict=True):
             out += weight * np.where(t > node, self.step_response(np.maximum(t - node, 0.0), i, j), 0.0)
         return out
+
+
+def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
+    """(1, 1, n) exact weights W_m = S((m + 1) h) - S(m h) of a body with one port [m/N]."""
+    return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]

@@ -25,7 +25,7 @@ class Motion:
 
     Attributes:
         displacement: (P, n + 1) of the ports [m].
-        stored: (n + 1,) elastic and kinetic energy [J]; for ``by_work`` all work received.
+        stored: (n + 1,) elastic and kinetic energy [J]; for ``by_work`` that of its translation and all work received.
         dissipated: (n + 1,) lost in the body's damping so far [J].
         load_work: (n + 1,) work of the prescribed loads so far [J].
         by_work: known only by the work done on it.
@@ -165,6 +165,8 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
             stored, lost = _wave_energy(body, rod, force[0], dt, round(steps))
             return Motion(u, base.stored + stored, base.dissipated + lost, base.load_work)
     work = np.concatenate([[0.0], np.cumsum(np.sum(force * np.diff(u - base.displacement, axis=1), axis=0))])
+    if body.velocity != 0.0 and not isinstance(body.greens, ModalGreens):
+        work = work + 0.5 * body.mass * body.velocity**2
     return Motion(u, base.stored + work, base.dissipated, base.load_work, by_work=True)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import impact
 from impact import measures
-from impact.closed_form import DampedFixedRod
+from impact.damped_rods import DampedFixedRod
 from impact.greens import GreensFunction
 from impact.result import ImpactResult
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from impact.body import Body
-from impact.closed_form import DampedFixedRod, DelayRod
+from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFixedRod
 from impact.greens import Array, GreensFunction, GreensFunctionError
 from impact.measures import contact_groups
 from impact.modal import ModalGreens

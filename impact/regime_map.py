@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import impact
-from impact.closed_form import DampedFixedRod, DelayRod
+from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFixedRod
 from impact.drawing import sheet
 from impact.greens import Array
 from impact.measures import filtered_peak_force

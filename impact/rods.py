@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact import history
-from impact.closed_form import DampedFixedRod, DelayRod, legendre_chi2
+from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFixedRod, legendre_chi2
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
 

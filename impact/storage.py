@@ -13,7 +13,8 @@ import h5py
 import numpy as np
 
 from impact.atomic import whole_file
-from impact.closed_form import DampedFixedRod, DelayRod, PowerLaw
+from impact.closed_form import DelayRod, PowerLaw
+from impact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.energy import EnergyLedger
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
@@ -24,6 +25,7 @@ SCHEMA = 1
 _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "delay_rod": DelayRod,
     "damped_fixed_rod": DampedFixedRod,
+    "damped_free_rod": DampedFreeRod,
     "power_law": PowerLaw,
 }
 _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")

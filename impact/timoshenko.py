@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact.beam_modes import BeamModes, RectangularBeam, bisected, gauss, positive
-from impact.closed_form import damped_start
+from impact.damped_rods import damped_start
 from impact.greens import Array, GreensFunctionError
 from impact.modal import Residual
 

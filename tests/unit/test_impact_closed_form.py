@@ -7,7 +7,8 @@ import pytest
 
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
-from impact.closed_form import DampedFixedRod, DelayRod, PowerLaw, damped_start
+from impact.closed_form import DelayRod, PowerLaw
+from impact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 
@@ -75,6 +76,47 @@ def test_undamped_rod_is_the_limit_of_the_damped_one() -> None:
     assert isinstance(damped, DampedFixedRod)
     t = np.array([0.5, 1.7, 3.0, 5.0])  # away from the jumps at 2, 4, ...
     np.testing.assert_allclose(damped.impulse_response(t), sharp.impulse_response(t), atol=1e-5)
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.1, 0.6, 1.0, 1.4])
+def test_damped_free_rod_is_the_sum_of_its_modes(zeta: float) -> None:
+    rod = impact.free_rod(**ROD, damping_ratio=zeta)
+    assert isinstance(rod, DampedFreeRod)
+    mass, n = 6.0, 20_000  # Z l/c
+    omega = np.arange(n + 1) * np.pi
+    shapes = np.sqrt(np.where(omega > 0, 2.0, 1.0) / mass)[:, None]
+    tail = 2 / mass * (1 / 6 - math.fsum(1 / omega[1:] ** 2))
+    modes = ModalGreens(omega, np.where(omega > 0, zeta, 0.0), shapes, Residual.spring(tail))
+    t = np.array([0.05, 0.3, 1.0, 2.0, 3.3, 11.0])
+    limit = 2e-7 if zeta == 1.0 else 1e-11  # as for the fixed rod
+    np.testing.assert_allclose(rod.impulse_response(t), modes.impulse_response(t), atol=limit)
+    np.testing.assert_allclose(rod.step_response(t), modes.step_response(t), atol=limit)
+    assert float(rod.impulse_response(1e-9)) == pytest.approx(rod.initial_value()[0, 0], rel=1e-6)
+    assert impact.Body(rod, velocity=-1.0).mass == mass
+
+
+def test_damped_free_rods_collide_and_lose_energy() -> None:
+    """Momentum is exact; the undamped pair of Saint-Venant is the limit."""
+    spent = []
+    for zeta in (0.0, 1e-4, 0.1):
+        rod = impact.free_rod(**ROD, damping_ratio=zeta)
+        problem = impact.ContactProblem(impact.Body(rod, velocity=-1.0), impact.Body(rod))
+        result = impact.solve(problem, dt=0.01, duration=6.0)
+        spent.append(impact.measures.restitution(result))
+        assert result.energy.residual < 1e-12
+        assert result.energy.input[0] == pytest.approx(3.0)  # m V^2/2, also of a rod known by its weights
+    assert spent[0] == pytest.approx(1.0, abs=1e-9)
+    assert spent[1] == pytest.approx(1.0, abs=5e-3)
+    assert 0.5 < spent[2] < 0.95
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.5])
+def test_semi_infinite_rod_is_the_limit_of_a_long_one(zeta: float) -> None:
+    same = {**ROD, "damping_ratio": zeta}
+    endless = impact.semi_infinite_rod(**same)
+    for rod in (impact.fixed_rod(**{**same, "length": 2e6}), impact.free_rod(**{**same, "length": 2e6})):
+        # what is left is of order w_1 t = 1e-6
+        np.testing.assert_allclose(rod.impulse_response([0.1, 1.0]), endless.impulse_response([0.1, 1.0]), rtol=1e-5)
 
 
 @pytest.mark.parametrize("end", [0.0, 2.0, 6.0, 20.0, math.inf])
