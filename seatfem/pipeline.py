@@ -13,7 +13,8 @@ import numpy as np
 import impact
 from impact import measures
 from impact.atomic import whole_file
-from impact.closed_form import DampedFixedRod, DelayRod
+from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFixedRod
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.progress import Progress, silent
@@ -29,6 +30,7 @@ from seatfem.stopwatch import Stopwatch
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
 STEPS_PER_FILTER = 20
 STEPS_PER_TRANSIT = 40  # of a closed-form rod
+MAX_STEPS = 20_000_000  # some 4 GB of histories
 
 
 class RunError(ValueError):
@@ -60,6 +62,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     stiffness = _static_stiffness(seat.greens)
     striker = _striker(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
+    _check_length(scene, dt)
     with watch("contact"):
         result, wall = _impact(scene, striker, seat.greens, dt, progress)
     with watch("spring baseline"):
@@ -83,7 +86,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     summary["wall_time_s"] = time.perf_counter() - start
     summary["stages_s"] = {k: round(v, 3) for k, v in watch.stages.items()}
     _write_json(folder / "summary.json", summary)
-    advice = tuple(str(a) for a in result.advice)
+    advice = (*_assumed_reed(scene), *(str(a) for a in result.advice))
     files = (folder / "summary.json", folder / "result.h5", folder / "seat.h5", *pictures)
     return RunOutcome(summary, _accuracy_note(scene, seat.greens) + advice + gaps, files, watch.stages)
 
@@ -151,12 +154,25 @@ def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float
 
 
 def _check_step(scene: Scene) -> None:
-    """Refuse a given step that the filtered force cannot be read from, before anything expensive happens."""
+    """Refuse a given step that cannot serve, before anything expensive happens."""
     step, width = scene.run.time_step, scene.run.filter_width
+    if step is not None:
+        _check_length(scene, step)
     if step is not None and 2 * step > width:
         raise RunError(
             f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
             f"(half of run.filter_width = {width:g} s); use a shorter step or a wider filter"
+        )
+
+
+def _check_length(scene: Scene, dt: float) -> None:
+    steps = scene.run.duration / dt
+    if steps > MAX_STEPS:
+        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies need"
+        raise RunError(
+            f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
+            f"{MAX_STEPS:.0e} are stored: shorten run.duration, keep fewer modes (reed.n_modes), or give a longer "
+            "run.time_step"
         )
 
 
@@ -234,6 +250,14 @@ def _accuracy_note(scene: Scene, greens: GreensFunction) -> tuple[str, ...]:
         f"the estimated error of the seat's Green's function is {error:.2g}, above accuracy.target = {target:g}: "
         "refine seat.mesh, or lower seat.greens.tolerance",
     )
+
+
+def _assumed_reed(scene: Scene) -> tuple[str, ...]:
+    """What of the reed was not given and taken from the paper's."""
+    assumed = [key for key in ("width", "thickness", "material") if key not in scene.reed.model_fields_set]
+    if not isinstance(scene.reed, Cantilever) or not assumed:
+        return ()
+    return (f"not given, taken from the paper's reed: {', '.join(f'reed.{key}' for key in assumed)}",)
 
 
 def _write_json(path: Path, data: Mapping[str, object]) -> None:

@@ -90,12 +90,14 @@ def _default(field: FieldInfo) -> str:
         return "required"
     if field.default is None:
         return "absent"
-    if isinstance(field.default, dict | BaseModel):
+    if isinstance(field.default, BaseModel) or field.default == {}:
         return "see below"
     return f"`{_toml(field.default)}`"
 
 
 def _toml(value: object) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 

@@ -35,13 +35,13 @@ class Release(Table):
 
 
 class Cantilever(Table):
-    """A flat reed, clamped at its root: an Euler-Bernoulli beam."""
+    """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
     kind: Literal["cantilever"]
     length: Length = Field(description="free length")
-    width: Length = Field(description="width")
-    thickness: Length = Field(description="thickness, in the direction of the motion")
-    material: Material = Field(description="the reed's material")
+    width: Length = default("10 mm", "width")
+    thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
+    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
     release: Release = Field(description="how the reed starts")

@@ -173,3 +173,37 @@ def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypat
     path.write_text(SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"', encoding="utf-8")
     with pytest.raises(RunError, match=r"at most 9.5e-06 s"):
         run_scene(load_scene(path), tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("time_step = '1 ps'", "takes 8e+08 steps of 1e-12 s (run.time_step), at most 2e+07 are stored"),
+        ("", "takes 1.6e+08 steps of 5e-12 s (the step that both bodies need)"),
+    ],
+)
+def test_more_steps_than_can_be_stored(
+    change: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "time_step", lambda *given: 5e-12)
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SPRING + REED + RUN + change, encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "out" / "result.h5").exists()
+
+
+def test_a_reed_known_by_its_length_is_the_papers_and_that_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    short = REED.replace('width = "10 mm"\nthickness = "0.305 mm"\n', "").replace(STEEL, "")
+    told, results = [], []
+    for name, reed in (("given", REED), ("assumed", short)):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(SPRING + reed + RUN, encoding="utf-8")
+        outcome = run_scene(load_scene(path), tmp_path / name)
+        told.append(outcome.messages)
+        results.append(outcome.summary["impulse_Ns"])
+    assert results[0] == results[1]
+    assert told == [(), ("not given, taken from the paper's reed: reed.width, reed.thickness, reed.material",)]

@@ -104,7 +104,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5: input should be less than 0.5"),
         ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
         ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
-        ('width = "10 mm"\n', "", "scene.toml:8: reed.width: required key is missing: width"),
+        ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: required key is missing: free length"),
         (
             'duration = "3 ms"',
             "",
@@ -358,3 +358,9 @@ def _paths(data: object, path: tuple[str | int, ...] = ()) -> set[tuple[str | in
     elif isinstance(data, list):
         items = list(enumerate(data))
     return {(*path, key) for key, _ in items} | {p for key, value in items for p in _paths(value, (*path, key))}
+
+
+def test_a_reed_needs_its_length_and_release_only(load: Load) -> None:
+    steel = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\nrelease'
+    short = changed('width = "10 mm"\nthickness = "0.305 mm"\n' + steel, "release")
+    assert load(short).reed == load(SCENE).reed
