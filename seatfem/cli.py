@@ -156,7 +156,7 @@ def verify(*, common: Common = COMMON) -> int:
     with _progress(common) as progress:
         rows = verification_table(progress)
     if not common.quiet:
-        Console().print(verification_table_view(rows))
+        _console().print(verification_table_view(rows))
     return DONE if all(row.verdict for row in rows) else FAILED
 
 
@@ -169,7 +169,7 @@ def doctor(*, common: Common = COMMON) -> int:
     checks = doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
     if not common.quiet:
-        Console().print(doctor_table(checks))
+        _console().print(doctor_table(checks))
     for gap in gaps:
         Console(stderr=True, soft_wrap=True, highlight=False).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
@@ -197,6 +197,12 @@ def _run(path: Path, folder: Path, common: Common) -> int:
             console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
     _tell(outcome, common)
     return DONE
+
+
+def _console() -> Console:
+    """For tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
+    console = Console()
+    return console if console.is_terminal else Console(width=200)
 
 
 def _progress(common: Common) -> AbstractContextManager[Progress]:
@@ -248,3 +254,7 @@ def _exit_code(error: Exception) -> int:
         if isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
         else FAILED
     )
+
+
+if __name__ == "__main__":
+    main()

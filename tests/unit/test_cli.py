@@ -301,3 +301,10 @@ def test_bars_on_a_terminal() -> None:
         progress("meshing", 1.0)
     assert "meshing" in text.getvalue()
     assert "100%" in text.getvalue()
+
+
+def test_the_program_runs_as_a_module() -> None:
+    for module in ("seatfem", "seatfem.cli"):
+        done = subprocess.run([sys.executable, "-m", module, "run"], capture_output=True, text=True, check=False)
+        assert done.returncode == BAD_INPUT
+        assert "SCENE" in done.stderr + done.stdout
