@@ -31,6 +31,7 @@ _ELEMENTS = {
     ("RefHex", 1): skfem.ElementHex1,
     ("RefHex", 2): skfem.ElementHex2,
 }
+_CONSTANTS = ("young", "poisson", "density")
 _CHUNK = 16_384  # elements per batch: bounds the memory of the batched products
 
 
@@ -81,12 +82,18 @@ def assemble(
 
 def material_from(values: Mapping[str, Any]) -> Material:
     """A `Material` from a mapping; the error lists what is missing."""
-    missing = [key for key in ("young", "poisson", "density") if key not in values]
+    missing = [key for key in _CONSTANTS if key not in values]
     if missing:
         raise ModelError(f"material: missing {', '.join(missing)} (given: {', '.join(values) or 'nothing'})")
-    return Material(
-        float(values["young"]), float(values["poisson"]), float(values["density"]), str(values.get("name", ""))
-    )
+    young, poisson, density = (_number(key, values[key]) for key in _CONSTANTS)
+    return Material(young, poisson, density, str(values.get("name", "")))
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ModelError(f"material: {key} = {value!r} is not a number; give it in SI units, without a unit") from None
 
 
 @dataclass(frozen=True)
@@ -135,7 +142,7 @@ def _integrate(mesh: Any, element: Any, progress: Progress) -> _Integrals:
         grad = np.stack([np.broadcast_to(f[0].grad, (dim, *stiff.dx.shape)) for f in stiff.basis])
         grad = np.ascontiguousarray(grad.transpose(2, 0, 1, 3)).reshape(len(some), local * dim, -1)
         T = ((grad * stiff.dx[:, None, :]) @ grad.transpose(0, 2, 1)).reshape(-1, local, dim, local, dim)
-        value = np.stack([np.broadcast_to(f[0].value, mass.dx.shape) for f in mass.basis], axis=1)
+        value = np.stack([np.broadcast_to(np.asarray(f[0]), mass.dx.shape) for f in mass.basis], axis=1)
         products += np.bincount(where, ((value * mass.dx[:, None, :]) @ value.transpose(0, 2, 1)).ravel(), len(unique))
         for a in range(dim):
             for b in range(dim):
@@ -241,7 +248,7 @@ def _port(
     dim, n = mesh.dim(), int(surface.N)
     vector = np.zeros((n, dim))
     for dofs, field in zip(surface.element_dofs, surface.basis, strict=True):
-        weights = field[0].value * surface.dx
+        weights = np.asarray(field[0]) * surface.dx
         for axis in range(dim):
             vector[:, axis] += np.bincount(dofs, (surface.normals[axis] * weights).sum(axis=-1), n)
     return Port(vector.ravel()[free] / area, area, material.density * material.c_p * area)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -89,8 +90,10 @@ def reduce_model(
 ) -> Reduction:
     """As `greens_function`, with the modes found on the way."""
     for name, value in (("bandwidth", bandwidth), ("duration", duration), ("tolerance", tolerance)):
-        if not value > 0:
-            raise ModelError(f"{name} = {value} must be positive")
+        if not (value > 0 and math.isfinite(value)):
+            raise ModelError(f"{name} = {value} must be positive and finite")
+    if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
+        raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
     if method not in get_args(Method):
         raise ModelError(f"method {method!r} is unknown; choose from {', '.join(get_args(Method))}")
     model = _with_ports(model, ports)

@@ -40,7 +40,9 @@ def krylov_greens(
         ConvergenceError: the error after ``max_vectors`` vectors, or the loss of orthogonality, is too large.
     """
     shift, width = 2 * np.pi * bandwidth, 1 / bandwidth
+    progress("factorization", 0.0)
     factor = factorize(model.K + shift**2 * model.M, backend=backend)
+    progress("factorization", 1.0)
     progress("reduction", 0.0)
     basis = KrylovBasis(model, factor, shift, min(max_vectors, model.size))
     history = _History(tolerance)

@@ -73,7 +73,7 @@ def solve_modes(
     """
     if n < 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
-    shift = _default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
+    shift = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
     if model.size <= max(_DENSE, n + 2):
         return _dense_modes(model, min(n, model.size), shift)
     factor = factorize(model.K + shift**2 * model.M, backend=backend)
@@ -157,7 +157,7 @@ def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, backend: Bac
     """(p, p) static compliance of the modes not in ``modes``: B'(K + s^2 M)^-1 B minus theirs, s far below them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
-    shift = min(_default_shift(model), 1e-3 * float(modes.omega[-1]))
+    shift = min(default_shift(model), 1e-3 * float(modes.omega[-1]))
     factor = factorize(model.K + shift**2 * model.M, backend=backend)
     static = model.port_matrix.T @ factor.solve(model.port_matrix)
     rest = static - (shapes / (modes.omega**2 + shift**2)[:, None]).T @ shapes
@@ -169,7 +169,7 @@ def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, backend: Bac
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def _default_shift(model: SecondOrderModel) -> float:
+def default_shift(model: SecondOrderModel) -> float:
     """Of the order of the lowest elastic frequency: c/L from the local frequency c/h and the number of nodes."""
     local = float(np.median(model.K.diagonal() / model.M.diagonal()))
     return float(np.sqrt(0.1 * local) * model.size ** (-1 / 3))

@@ -20,7 +20,7 @@ from impact.progress import Progress, silent
 from impact.sampled import SampledGreens
 from seatfem.factorization import Backend, FactorizationError, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel, as_csr
-from seatfem.modes import ConvergenceError
+from seatfem.modes import ConvergenceError, default_shift
 from seatfem.pulse import error_times
 
 
@@ -103,10 +103,19 @@ def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, pro
     return SampledGreens(march(model, dt, n, backend=backend, progress=progress), dt, port_names=model.port_names)
 
 
+def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
+    """A body that is merely free to move has a positive definite K + s^2 M for any s > 0, however small."""
+    try:
+        factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend)
+    except FactorizationError as error:
+        raise ModelError("K is indefinite: the body would gain energy") from error
+
+
 def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
     """(p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
     try:
         compliance = model.port_matrix.T @ factorize(model.K, backend=backend).solve(model.port_matrix)
     except FactorizationError:
+        _refuse_indefinite(model, backend)
         return None
     return (compliance + compliance.T) / 2

@@ -160,6 +160,8 @@ def test_bad_materials(values, message):
 def test_a_material_mapping_lists_what_is_missing():
     with pytest.raises(ModelError, match="missing poisson, density"):
         assemble(block(1), {"young": 2e11})
+    with pytest.raises(ModelError, match="young = '200 GPa' is not a number; give it in SI"):
+        assemble(block(1), {"young": "200 GPa", "poisson": 0.3, "density": 7850})
 
 
 def test_bad_matrices_are_named_with_their_numbers():

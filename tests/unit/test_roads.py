@@ -253,6 +253,9 @@ def test_a_matched_dashpot_ends_the_echo():
     ("arguments", "message"),
     [
         ({"bandwidth": 0.0}, "bandwidth = 0.0 must be positive"),
+        ({"bandwidth": np.inf}, "bandwidth = inf must be positive and finite"),
+        ({"damping_ratio": -0.1, "method": "transient"}, "damping_ratio = -0.1 must be >= 0"),
+        ({"damping_ratio": np.nan, "method": "transient"}, "damping_ratio = nan must be >= 0"),
         ({"method": "magic"}, "method 'magic' is unknown"),
         ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1 must be >= 0"),
         ({"damping_ratio": 0.1, "method": "transient"}, "uniform modal damping is a function of M\\^-1 K"),
@@ -295,3 +298,24 @@ def test_an_indefinite_stiffness_is_refused(rod):
         krylov_greens(indefinite, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-2)
     with pytest.raises(ModelError, match="K is indefinite"):
         solve_modes(indefinite, 3)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        transient_greens(indefinite, bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+
+
+def test_the_transient_road_takes_a_free_body():
+    free = rod_model(**ROD, elements=100, fixed_end=False)
+    greens = transient_greens(free, bandwidth=1e5, duration=2e-5, tolerance=1e-2)
+    assert greens.static is None
+
+
+def test_the_factorization_is_a_stage_of_its_own(rod):
+    stages = []
+    greens_function(
+        rod,
+        bandwidth=1e5,
+        duration=1e-5,
+        tolerance=1e-2,
+        method="krylov",
+        progress=lambda stage, done: stages.append((stage, done)),
+    )
+    assert stages[:3] == [("factorization", 0.0), ("factorization", 1.0), ("reduction", 0.0)]
