@@ -1,9 +1,9 @@
 """What is read off an impact: functions of an `ImpactResult`.
 
-Each asks one contact, the first unless ``contact`` says otherwise; `total_impulse` adds up all. The force of step m,
-``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
+Each asks one contact: with several, ``contact`` = 0, 1, ... says which; `total_impulse` adds up all. The force of step
+m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
 ``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. Every function
-raises `MeasureError` for a contact that the result does not have.
+raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
 """
 
 from __future__ import annotations
@@ -32,13 +32,16 @@ class Work:
     target: float
 
 
-def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
+def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
     """The force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of all.
 
     Raises:
-        MeasureError: no contact of that number.
+        MeasureError: no contact of that number; ``None`` where there are several.
     """
     count = _contacts(result)
+    if contact is None and count > 1:
+        raise MeasureError(f"this result has {count} contacts: name one, contact=0 ... {count - 1}")
+    contact = contact or 0
     if not 0 <= contact < count:
         raise MeasureError(f"contact = {contact}: this result has {count}, numbered from 0")
     if result.force.ndim == 1:
@@ -52,7 +55,7 @@ def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
     )
 
 
-def impulse(result: ImpactResult, contact: int = 0) -> float:
+def impulse(result: ImpactResult, contact: int | None = None) -> float:
     """Integral of the contact force [N s]; 0 without contact."""
     return float(np.sum(of_contact(result, contact).force[1:])) * result.dt
 
@@ -66,17 +69,17 @@ def total_impulse(result: ImpactResult) -> float:
     total = 0.0
     for contact in range(_contacts(result)):
         given = impulse(result, contact)
-        total += _side(of_contact(result, contact)) * given if given > 0 else 0.0
+        total += _told_side(of_contact(result, contact)) * given if given > 0 else 0.0
     return total
 
 
-def peak_force(result: ImpactResult, contact: int = 0) -> float:
+def peak_force(result: ImpactResult, contact: int | None = None) -> float:
     """Largest force of any step [N]; at a velocity jump it converges only slowly, see `filtered_peak_force`."""
     return float(np.max(of_contact(result, contact).force))
 
 
 def filtered_force(
-    result: ImpactResult, width: float = 1e-6, contact: int = 0, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> Array:
     """(n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record [N].
 
@@ -102,13 +105,13 @@ def filtered_force(
 
 
 def filtered_peak_force(
-    result: ImpactResult, width: float = 1e-6, contact: int = 0, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> float:
     """Largest value of `filtered_force` [N]; raises as it does."""
     return float(np.max(filtered_force(result, width, contact, window)))
 
 
-def spectrum(result: ImpactResult, contact: int = 0, resolution: float | None = None) -> tuple[Array, Array]:
+def spectrum(result: ImpactResult, contact: int | None = None, resolution: float | None = None) -> tuple[Array, Array]:
     """Frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact force,
 
         N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
@@ -128,14 +131,14 @@ def spectrum(result: ImpactResult, contact: int = 0, resolution: float | None = 
     return transform(force, result.dt, size)
 
 
-def contact_intervals(result: ImpactResult, contact: int = 0) -> Array:
+def contact_intervals(result: ImpactResult, contact: int | None = None) -> Array:
     """(n, 2) start and end [s] of each maximal run of steps with force > 0."""
     closed = np.concatenate([[False], of_contact(result, contact).force[1:] > 0, [False]])
     edges = np.flatnonzero(np.diff(closed.astype(np.int8)))
     return np.asarray(result.time[edges].reshape(-1, 2))
 
 
-def contact_groups(result: ImpactResult, merge: float = MERGE, contact: int = 0) -> Array:
+def contact_groups(result: ImpactResult, merge: float = MERGE, contact: int | None = None) -> Array:
     """(n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one impact."""
     raw = contact_intervals(result, contact)
     if len(raw) == 0:
@@ -145,7 +148,7 @@ def contact_groups(result: ImpactResult, merge: float = MERGE, contact: int = 0)
     return np.column_stack([raw[new, 0], raw[last, 1]])
 
 
-def impact_velocity(result: ImpactResult, contact: int = 0) -> float:
+def impact_velocity(result: ImpactResult, contact: int | None = None) -> float:
     """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
     In contact from the first step on, it is that of the bodies' translation; 0 under a preload. ``nan`` without
@@ -161,12 +164,12 @@ def impact_velocity(result: ImpactResult, contact: int = 0) -> float:
         return float(one.gap[m - 2] - one.gap[m - 1]) / result.dt
     if m == 0:
         return 0.0
-    if contact > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
+    if (contact or 0) > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
         return math.nan
-    return _side(one) * (result.target_velocity - result.striker_velocity)
+    return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
 
 
-def rebound_velocity(result: ImpactResult, contact: int = 0, merge: float = MERGE) -> float:
+def rebound_velocity(result: ImpactResult, contact: int | None = None, merge: float = MERGE) -> float:
     """Opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the counterpart of
     `impact_velocity`; ``nan`` without contact.
 
@@ -186,7 +189,7 @@ def rebound_velocity(result: ImpactResult, contact: int = 0, merge: float = MERG
     return float(gap[end + 1] - gap[end]) / result.dt
 
 
-def restitution(result: ImpactResult, contact: int = 0) -> float:
+def restitution(result: ImpactResult, contact: int | None = None) -> float:
     """Coefficient of restitution.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
@@ -211,13 +214,13 @@ def restitution(result: ImpactResult, contact: int = 0) -> float:
         )
     if one.force[-1] > 0:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
-    approach = _side(one) * (result.target_velocity - result.striker_velocity)
+    approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
     if approach <= 0:
         raise MeasureError(f"the bodies do not approach (closing speed {approach:g} m/s)")
     return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
 
 
-def work(result: ImpactResult, contact: int = 0) -> Work:
+def work(result: ImpactResult, contact: int | None = None) -> Work:
     """Work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
@@ -229,7 +232,7 @@ def work(result: ImpactResult, contact: int = 0) -> Work:
     one = of_contact(result, contact)
     if not np.any(one.force[1:]):
         return Work(0.0, 0.0)
-    push = _side(one) * one.force[1:]
+    push = _told_side(one) * one.force[1:]
     return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
 
 
@@ -252,14 +255,20 @@ def _contacts(result: ImpactResult) -> int:
     return 1 if result.force.ndim == 1 else result.force.shape[1]
 
 
-def _side(one: ImpactResult) -> int:
-    """+1 for a seat, -1 for a stopper: d(gap) = side d(u_striker - u_target); `MeasureError` if nothing ever moves."""
-    relative = np.diff(one.striker_displacement - one.target_displacement)
-    agreement = float(np.diff(one.gap) @ relative)
-    moved = float(np.sum(np.diff(one.striker_displacement) ** 2) + np.sum(np.diff(one.target_displacement) ** 2))
-    if abs(agreement) <= 1e-24 * moved or agreement == 0.0:
+def _told_side(one: ImpactResult) -> int:
+    """The side, of a contact that pressed; `MeasureError` if it cannot be told."""
+    side = _side(one)
+    if side == 0:
         raise MeasureError(
             "whether this contact is a seat or a stopper cannot be told from a record in which it never opens; "
             "run longer, or let it start open"
         )
-    return 1 if agreement > 0 else -1
+    return side
+
+
+def _side(one: ImpactResult) -> int:
+    """+1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
+    striker, target = np.diff(one.striker_displacement), np.diff(one.target_displacement)
+    agreement = float(np.diff(one.gap) @ (striker - target))
+    round_off = 1e-24 * float(striker @ striker + target @ target)
+    return int(np.sign(agreement)) if abs(agreement) > round_off else 0
