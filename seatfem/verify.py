@@ -14,6 +14,7 @@ from seatfem.verification.lumped import lumped_cases
 from seatfem.verification.radiating import radiating_cases
 from seatfem.verification.reeds import reed_cases
 from seatfem.verification.rods import rod_cases
+from seatfem.verification.several import several_cases
 from seatfem.verification.stresses import stress_cases
 from seatfem.verification.waves import wave_cases
 
@@ -24,6 +25,7 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     rod_cases,
     wave_cases,
     lumped_cases,
+    several_cases,
     compliant_cases,
     radiating_cases,
     half_space_cases,

@@ -78,7 +78,7 @@ def _static() -> tuple[Case, ...]:
 
     def force(young_factor: float) -> float:
         reed = replace(REED, young=REED.young * young_factor)
-        return _LIFT / float(impact.reeds.reed(reed).greens.static_compliance()[0, 0])
+        return _LIFT / float(impact.reed(reed).greens.static_compliance()[0, 0])
 
     def mass(density_factor: float) -> Estimate:
         return Estimate(replace(REED, density=REED.density * density_factor).mass)

@@ -134,6 +134,23 @@ def propped_cantilever(spring: float) -> float:
     return float(1 - 6 * b)
 
 
+def two_supports() -> list[float]:
+    """By flexibilities: deflections at x = 1, 2 of a cantilever of length 2 under q = 1 and under unit forces there."""
+    at = np.array([1.0, 2.0])
+    a, b = np.minimum.outer(at, at), np.maximum.outer(at, at)
+    under_pressure = at**2 * (6 * 2.0**2 - 4 * 2.0 * at + at**2) / 24
+    return list(np.linalg.solve(a**2 * (3 * b - a) / 6, under_pressure))
+
+
+def clearance_period() -> list[float]:
+    """Four equal quarters: from the centre to rest in the spring."""
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], -max(y[0] - 1.0, 0.0)]
+
+    return [4 * until(rates, [0.0, 1.0], lambda t, y: y[1])[0]]
+
+
 def lattice(impedances: tuple[float, float], delays: tuple[int, int]) -> list[float]:
     """Impulse and restitution of two free rods that meet at speed 1, in unit time steps; waves as two delay lines."""
     lines = [np.zeros(d) for d in delays]
@@ -168,6 +185,8 @@ def derived() -> dict[str, list[float]]:
         "laid_weight": [deepest(0.0)],
         "chain": chain(),
         "pressed_reed": [propped_cantilever(math.inf), propped_cantilever(3.0)],
+        "two_supports": two_supports(),
+        "clearance": clearance_period(),
         "infinite_beam": infinite_beam(),
         "slow_plate": slow_plate(),
         "slow_half_space": [radiation(0.25) / RADIATION],
