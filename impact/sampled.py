@@ -13,6 +13,8 @@ from numpy.typing import ArrayLike
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
+Pretrigger = Literal["refuse", "drop"]
+_GRID = 0.01  # of the spacing: times in files are rounded
 
 
 @dataclass(frozen=True)
@@ -56,15 +58,69 @@ class SampledGreens(GreensFunction):
         if self.tail not in get_args(Tail):
             raise GreensFunctionError(f"tail {self.tail!r} is unknown; choose from {', '.join(get_args(Tail))}")
         if bad := int(np.sum(~np.isfinite(values))):
-            raise GreensFunctionError(f"{bad} of {values.size} samples are not finite")
+            first_bad = int(np.flatnonzero(np.any(~np.isfinite(values), axis=(0, 1)))[0])
+            raise GreensFunctionError(
+                f"{bad} of {values.size} samples are not finite, the first at {first_bad * self.dt:.6g} s: measure "
+                "again, or fill them in"
+            )
         skew = float(np.abs(values - values.transpose(1, 0, 2)).max()) / max(float(np.abs(values).max()), 1e-300)
         if skew > 1e-6:
             raise GreensFunctionError(f"g_ij and g_ji differ by {skew:.1e} of the maximum: average them (reciprocity)")
         if (first := values[range(p), range(p), 0].min()) < 0:
-            raise GreensFunctionError(f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull")
+            raise GreensFunctionError(
+                f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull; check the sign and the "
+                "time zero, or set a first sample that is noise to zero"
+            )
         static = None if self.static is None else np.asarray(self.static, dtype=float).reshape(p, p)
         for key, value in (("values", values), ("port_names", names), ("static", static)):
             object.__setattr__(self, key, value)
+
+    @classmethod
+    def from_series(
+        cls,
+        time: ArrayLike,
+        values: ArrayLike,
+        *,
+        tail: Tail = "forbid",
+        pretrigger: Pretrigger = "refuse",
+        port_names: tuple[str, ...] = (),
+        static: Array | None = None,
+        origin: Mapping[str, object] | None = None,
+    ) -> SampledGreens:
+        """Measured: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the blow is at t = 0.
+
+        The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
+        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then
+        says how many, and their share of the sum of g^2.
+
+        Raises:
+            GreensFunctionError: irregular or unequal times, no sample at t = 0, motion before t = 0 under "refuse";
+                whatever the class itself refuses.
+        """
+        g = np.asarray(values, dtype=float)
+        t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))
+        zero = round(-t[0] / dt)
+        if t[0] > _GRID * dt:
+            raise GreensFunctionError(
+                f"the record starts at {t[0]:.6g} s: g from 0 to there is unknown; give it, or shift the time axis"
+            )
+        if zero >= len(t) - 1 or abs(t[0] + zero * dt) > _GRID * dt:
+            nearest = t[np.argmin(np.abs(t))]
+            raise GreensFunctionError(
+                f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
+            )
+        early, kept = g[..., :zero], g[..., zero:]
+        found = dict(origin or {})
+        if np.any(early != 0):
+            share = float(np.sum(early**2) / np.sum(g**2))
+            if pretrigger != "drop":
+                raise GreensFunctionError(
+                    f"not causal: {zero} samples before t = 0 reach {np.abs(early).max():.3g} m/(N s), {share:.2%} of "
+                    "the sum of squares; a body does not move before the blow: correct the time zero, or give "
+                    'pretrigger="drop"'
+                )
+            found["pretrigger"] = {"samples": zero, "share_of_squares": share}
+        return cls(kept, dt, tail, port_names, static, origin=found)
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -144,6 +200,44 @@ class SampledGreens(GreensFunction):
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
         t = np.arange(n_steps + 1) * dt
+        if self.tail == "forbid" and t[-1] > self.end * (1 + 1e-9):
+            raise GreensFunctionError(
+                f"the run lasts {t[-1]:.6g} s but g is known up to {self.end:.6g} s only: shorten the run to "
+                f"{int(self.end / dt * (1 + 1e-9))} steps, measure or compute longer, or state a tail rule (zero, "
+                "hold, rigid)"
+            )
         p = len(self.port_names)
         weights = np.array([[np.diff(self.step_response(t, i, j)) for j in range(p)] for i in range(p)])
         return StepKernel(None, weights, f"convolution of a sampled g, {n_steps} weights")
+
+
+def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
+    """(n,) the one time axis of all records."""
+    if len(shape) not in (1, 3) or time.shape not in (shape, shape[-1:]) or shape[-1] < 2:
+        raise GreensFunctionError(
+            f"time {time.shape} and values {shape} do not match: (n,) each, or values (p, p, n); n >= 2"
+        )
+    if time.ndim == 1:
+        return time
+    away = np.abs(time - time[0, 0])
+    if away.max() > _GRID * np.abs(np.diff(time[0, 0])).min():
+        i, j, k = (int(a) for a in np.unravel_index(int(np.argmax(away)), time.shape))
+        raise GreensFunctionError(
+            f"the records have different times: sample {k} is at {time[i, j, k]:.6g} s for ports {i + 1}, {j + 1} and "
+            f"at {time[0, 0, k]:.6g} s for ports 1, 1; resample them to one grid"
+        )
+    return np.asarray(time[0, 0])
+
+
+def _uniform(time: Array) -> tuple[Array, float]:
+    """The times and their spacing."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    irregular = np.flatnonzero(~(np.abs(steps - usual) <= _GRID * abs(usual)))
+    if irregular.size or not usual > 0:
+        k = int(irregular[0]) if irregular.size else 0
+        raise GreensFunctionError(
+            f"the times are not equally spaced: from sample {k} at {time[k]:.6g} s to the next it is {steps[k]:.4g} s, "
+            f"usually {usual:.4g} s; resample to a uniform grid"
+        )
+    return time, float((time[-1] - time[0]) / (len(time) - 1))
