@@ -104,11 +104,14 @@ class ModalGreens(GreensFunction):
     origin: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        m, p = len(self.omega), len(self.port_names)
-        if self.zeta.shape != (m,) or self.shapes.shape != (m, p) or self.residual.compliance.shape != (p, p):
+        rest, m, p = self.residual, self.omega.size, len(self.port_names)
+        r = rest.rates.size
+        relaxations = (rest.shapes.shape, rest.rates.shape, rest.compliance.shape)
+        modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
+        if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
             raise GreensFunctionError(
-                f"shapes do not match: omega {self.omega.shape}, zeta {self.zeta.shape}, shapes {self.shapes.shape}, "
-                f"residual {self.residual.compliance.shape}, {p} ports"
+                f"shapes do not match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
+                f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
             )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
             if not np.all(np.isfinite(values)):

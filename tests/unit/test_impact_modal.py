@@ -146,3 +146,16 @@ def test_error_estimate_adds_what_is_known() -> None:
     assert ErrorEstimate(reduction=0.01).total == 0.01
     assert ErrorEstimate(0.01, 0.02).total == pytest.approx(0.03)
     assert two_ports().with_error(ErrorEstimate(0.1)).error_estimate.reduction == 0.1
+
+
+@pytest.mark.parametrize(
+    ("omega", "shapes", "rates"),
+    [((3, 1), (1, 1), (1,)), ((3,), (1,), (1,)), ((3,), (), (1,)), ((3,), (1, 1), ()), ((3,), (1, 1), (1, 1))],
+)
+def test_arrays_of_the_wrong_shape_are_refused(
+    omega: tuple[int, ...], shapes: tuple[int, ...], rates: tuple[int, ...]
+) -> None:
+    """As a damaged file may hold them."""
+    residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
+    with pytest.raises(GreensFunctionError, match="shapes do not match"):
+        ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)
