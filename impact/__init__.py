@@ -21,7 +21,7 @@ from impact.closed_form import (
 )
 from impact.energy import EnergyLedger
 from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
-from impact.laws import CompiledLaw, Hertz, HuntCrossley, LawError, LinearSpring, Signorini, compiled_law
+from impact.laws import CompiledLaw, Hertz, HuntCrossley, LawError, LinearSpring, PlainLaw, Signorini, compiled_law
 from impact.modal import ModalGreens, Residual
 from impact.problem import Contact, ContactError, ContactProblem
 from impact.result import Advice, ImpactResult
@@ -70,6 +70,7 @@ __all__ = [
     "ModalGreens",
     "ModalState",
     "ModeShape",
+    "PlainLaw",
     "PointForce",
     "Pressure",
     "PressureField",

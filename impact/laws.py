@@ -6,8 +6,10 @@ pen_end = pen_free - W0 N; for a convex potential Psi
     N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start),
 
 so a step can lose energy and never gain it. With the *conserving* rule the force is the discrete gradient
-N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), for which equality holds; it needs a potential and is
-refused with Signorini.
+N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), for which equality holds; it needs a law that is nothing but
+its potential: linear springs and Hertz. Both rules solve one increasing scalar equation per contact for N.
+
+One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
 
 To add a law: a frozen dataclass below with ``code``, ``parameters`` and ``potential``, and its line in
 `impact.march.law_force` (and, if it has a potential, in `impact.march.law_potential`).
@@ -15,9 +17,10 @@ To add a law: a frozen dataclass below with ``code``, ``parameters`` and ``poten
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, ClassVar, Protocol
 
@@ -56,7 +59,9 @@ class Law(Protocol):
 class Signorini:
     """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933.
 
-    Passive: the force acts only at gap_end = 0, so its work N (gap_end - gap_start) <= 0.
+    Passive rule only, N = max(0, pen_free)/W0: the force acts only at gap_end = 0, from a gap_start >= 0, so that its
+    work N (gap_end - gap_start) <= 0. What a blow costs is lost once, in its first step. Needs bodies that yield at
+    once: W0/dt must not vanish with dt.
     """
 
     code: ClassVar[int] = SIGNORINI
@@ -69,7 +74,11 @@ class Signorini:
 
 @dataclass(frozen=True)
 class LinearSpring:
-    """N = k max(0, pen); ``stiffness`` k [N/m]. Passive and conserving: convex potential k pen^2/2."""
+    """N = k max(0, pen); ``stiffness`` k [N/m].
+
+    Passive rule: N = k pen_free/(1 + k W0), convex potential k pen^2/2. Conserving rule: N = k times the mean
+    penetration of the step while closed.
+    """
 
     stiffness: float
     code: ClassVar[int] = SPRING
@@ -91,7 +100,7 @@ class LinearSpring:
 class Hertz:
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Passive and conserving: convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
+    Both rules, by the convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
     a Green's function that holds it too must lose it first, see `impact.half_space.without_patch`.
     """
 
@@ -115,8 +124,10 @@ class Hertz:
 class HuntCrossley:
     """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
 
-    Passive: the elastic part by convexity, the damping part k pen^n d (pen')^2 >= 0 by itself, and where the bracket is
-    negative the force is zero while the potential falls. Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
+    Passive rule only: the elastic part by convexity, the damping part k pen^n d (pen')^2 >= 0 by itself, and where the
+    bracket is negative the force is zero while the potential falls. On a rigid seat (1 + e) d V =
+    ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2.
+    Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
 
     Attributes:
         stiffness: k [N/m^n].
@@ -151,9 +162,10 @@ class HuntCrossley:
 class CompiledLaw:
     """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
 
-    It is called for pen > 0 and clipped at zero. Passive if it does not decrease with pen and its elastic part has a
-    convex potential; the user answers for that, and the energy ledger shows it: ``contact_loss`` must never fall
-    below zero by more than round-off. All its work is booked as lost, as it declares no potential.
+    It is called for pen > 0 and clipped at zero. Passive rule only, and passive if it does not decrease with pen and
+    its elastic part has a convex potential; the user answers for that, and the energy ledger shows it:
+    ``contact_loss`` must never fall below zero by more than round-off. All its work is booked as lost, as it declares
+    no potential.
 
     Attributes:
         compiled: the law as a numba C callback, made by `compiled_law`.
@@ -164,7 +176,9 @@ class CompiledLaw:
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
-        """None declared."""
+        """None declared; raises `LawError` if the force of a run was not finite."""
+        if not np.all(np.isfinite(penetration)):
+            raise LawError("the compiled law gave a force that is not finite")
         return np.zeros_like(penetration)
 
 
@@ -175,6 +189,83 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
     except Exception as problem:
         name = getattr(force, "__name__", repr(force))
         raise LawError(f"the law {name} cannot be compiled: {str(problem).strip().splitlines()[0]}") from problem
+
+
+class _Callback:
+    """A Python function behind a C function pointer that the compiled march can call.
+
+    C cannot raise: the first exception is kept, and from then on the force is zero until `check` raises it.
+    """
+
+    def __init__(self, force: Callable[[float, float, float], float]) -> None:
+        self.failure: BaseException | None = None
+        self._force = force
+        number = ctypes.c_double
+        self._pointer = ctypes.CFUNCTYPE(number, number, number, number)(self._call)
+
+    def _call(self, pen: float, pen_start: float, dt: float) -> float:
+        if self.failure is not None:
+            return 0.0
+        try:
+            force = float(self._force(pen, pen_start, dt))
+            if not math.isfinite(force):
+                raise ValueError(f"its force is {force} N at the penetration {pen:g} m")
+        except BaseException as failure:  # also an interrupt must not be lost
+            self.failure = failure
+            return 0.0
+        return force
+
+    def check(self) -> None:
+        failure, self.failure = self.failure, None
+        if failure is None:
+            return
+        if not isinstance(failure, Exception):
+            raise failure
+        name = getattr(self._force, "__name__", repr(self._force))
+        raise LawError(f"the law {name} failed: {type(failure).__name__}: {failure}") from failure
+
+    def __wrapper_address__(self) -> int:
+        return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0
+
+    def signature(self) -> Any:
+        return _SIGNATURE
+
+
+types.WrapperAddressProtocol.register(_Callback)
+
+
+@dataclass(frozen=True)
+class PlainLaw:
+    """Any law as an ordinary Python callable ``force(pen, pen_start, dt)`` [m, m, s -> N].
+
+    Called like a `CompiledLaw` and passive under the same conditions, by the same march: the results are equal bit for
+    bit. It may hold state, look into tables or call other programs; it must not assume one call per step (the solver
+    calls it about ten times while it looks for the force). A call costs about 0.5 us more than the function itself,
+    where a compiled law costs some nanoseconds.
+
+    Attributes:
+        force: the law. An exception in it, or a force that is not finite, ends as a `LawError` from `impact.collect`
+            (thus from `impact.solve`), or at once from `check` in a loop of one's own.
+    """
+
+    force: Callable[[float, float, float], float]
+    compiled: _Callback = field(init=False, repr=False, compare=False)
+    code: ClassVar[int] = USER
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not callable(self.force):
+            raise LawError(f"PlainLaw.force = {self.force!r} must be a callable force(pen, pen_start, dt)")
+        object.__setattr__(self, "compiled", _Callback(self.force))
+
+    def check(self) -> None:
+        """Raise, once, the first failure since the last check: a `LawError` that names it."""
+        self.compiled.check()
+
+    def potential(self, penetration: Array) -> Array:
+        """None declared; raises the first failure, as `check` does."""
+        self.check()
+        return np.zeros_like(penetration)
 
 
 @cache

@@ -39,7 +39,8 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):  # type: ignore[no-untyp
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
     if code == USER:
-        return max(0.0, user(pen, pen_start, dt))
+        force = user(pen, pen_start, dt)
+        return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
     return math.inf
 
 
@@ -94,7 +95,7 @@ def _hertz_force(k, pen, w0):  # type: ignore[no-untyped-def]  # pragma: no cove
 def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
     high = law_force(code, a, b, c, user, pen, pen_start, dt)
-    if high <= 0.0 or w0 <= 0.0:
+    if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
     high = min(high, pen / w0)
     low = 0.0
@@ -114,6 +115,8 @@ def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_h
         r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
         if r == 0.0 or high - low <= 4e-16 * top:
             break
+        if math.isnan(r):
+            return r
         if r > 0.0:
             high, r_high = n, r
             if side == 1:

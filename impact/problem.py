@@ -79,6 +79,12 @@ class ContactProblem:
             raise ContactError(f"{len(contacts)} contacts: at most 64 are solved together")
         for contact in contacts:
             striker.greens.port_index(contact.striker_port)
+        own = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]
+        if any(law is not own[0] for law in own):
+            raise ContactError(
+                "the contacts have different laws of your own: one CompiledLaw or PlainLaw per problem, beside any "
+                "built-in ones; give the same object to all of them"
+            )
         object.__setattr__(self, "striker", striker)
         object.__setattr__(self, "contacts", tuple(contacts))
         object.__setattr__(self, "preload", preload)
