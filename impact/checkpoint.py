@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import os
 
-import h5py
 import numpy as np
 
-from impact.atomic import whole_file
 from impact.greens import Array
 from impact.stepper import ContactStepper
-from impact.storage import StorageError, _opened, _stamp
+from impact.storage import StorageError, opened, written
 
 SAME = 1e-9  # relative difference up to which two discretised problems count as the same
 
 
 def save_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) -> None:
     """Write the state of a march and what identifies its problem; the file is whole or absent."""
-    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
-        _stamp(file, "checkpoint")
+    with written(path, "checkpoint") as file:
         for name, values in _identity(stepper).items():
             file[f"problem/{name}"] = values
         for name, values in stepper.checkpoint().items():
@@ -32,7 +29,7 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
         StorageError: no such file, truncated or damaged, or of another problem (naming what differs).
         ContactError: the stepper has already marched.
     """
-    with _opened(path, "checkpoint") as file:
+    with opened(path, "checkpoint") as file:
         theirs = {name: np.asarray(values[...]) for name, values in file["problem"].items()}
         state = {name: np.asarray(values[...]) for name, values in file["state"].items()}
     differing = [name for name, values in _identity(stepper).items() if not _same(values, theirs.get(name))]

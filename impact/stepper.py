@@ -24,6 +24,7 @@ from impact.motion import Discrete
 from impact.problem import ContactError, ContactProblem
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING}
+MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
 @dataclass(frozen=True)
@@ -298,7 +299,13 @@ def _steps(dt: float, duration: float) -> int:
             raise ContactError(f"{name} = {value} s must be positive and finite")
     if duration < dt * (1 - 1e-9):
         raise ContactError(f"duration = {duration:g} s is shorter than one step, dt = {dt:g} s")
-    return math.ceil(duration / dt * (1 - 1e-12))
+    count = duration / dt
+    if count > MOST_STEPS:
+        raise ContactError(
+            f"dt = {dt:g} s makes {count:.3g} steps of {duration:g} s (limit {MOST_STEPS:g}, what can be stored); "
+            f"use dt >= {duration / MOST_STEPS:.2g} s, or a shorter duration"
+        )
+    return math.ceil(count * (1 - 1e-12))
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:

@@ -17,9 +17,11 @@ from impact.closed_form import DelayRod, PowerLaw
 from impact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.energy import EnergyLedger
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.half_space import half_space_patch
 from impact.modal import ModalGreens, Residual
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
+from impact.seal import USER_BLOCK, can_be_opened, seal, seal_holds
 
 SCHEMA = 1
 _CLOSED: dict[str, Callable[..., GreensFunction]] = {
@@ -27,6 +29,7 @@ _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "damped_fixed_rod": DampedFixedRod,
     "damped_free_rod": DampedFreeRod,
     "power_law": PowerLaw,
+    "half_space_patch": half_space_patch,
 }
 _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
@@ -43,8 +46,7 @@ class _Damage(ValueError):
 
 def save_greens(greens: GreensFunction, path: str | os.PathLike[str]) -> None:
     """Write a Green's function with its provenance; the file is whole or absent."""
-    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
-        _stamp(file, "greens")
+    with written(path, "greens") as file:
         file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
         error = greens.error_estimate
         for name in ("reduction", "mesh"):
@@ -59,7 +61,7 @@ def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
     Raises:
         StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema.
     """
-    with _opened(path, "greens") as file:
+    with opened(path, "greens") as file:
         kind = str(file.attrs["kind"])
         origin = json.loads(str(file.attrs["provenance"]))
         error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
@@ -88,8 +90,7 @@ def save_results(
     path: str | os.PathLike[str], results: Mapping[str, ImpactResult], about: Mapping[str, object]
 ) -> None:
     """Write results by name (one HDF5 group each) and what they are about (JSON); the file is whole or absent."""
-    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
-        _stamp(file, "result")
+    with written(path, "result") as file:
         file.attrs["about"] = json.dumps(dict(about), default=str)
         for name, result in results.items():
             group = file.create_group(name)
@@ -109,7 +110,7 @@ def save_results(
 def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
     """Read what `save_results` wrote; raises `StorageError` as `load_greens` does."""
     out = {}
-    with _opened(path, "result") as file:
+    with opened(path, "result") as file:
         for name, group in file.items():
             ledger = {key: _array(group, f"energy/{key}") for key in _LEDGER}
             values: dict[str, Any] = {key: _array(group, key) for key in _SERIES}
@@ -145,27 +146,38 @@ def _write_body(file: Any, greens: GreensFunction) -> None:
         raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form")
 
 
-def _stamp(file: Any, content: str) -> None:
-    file.attrs["content"] = content
-    file.attrs["schema"] = SCHEMA
+@contextmanager
+def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
+    """An HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
+    with whole_file(path) as temporary:
+        with h5py.File(temporary, "w", userblock_size=USER_BLOCK) as file:
+            file.attrs["content"] = content
+            file.attrs["schema"] = SCHEMA
+            yield file
+        seal(temporary)
 
 
 @contextmanager
-def _opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
+def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
     """The open file, checked; anything that goes wrong while reading becomes a `StorageError`."""
     name = Path(path)
     if not name.is_file():
         raise StorageError(f"{name}: no such file")
+    intact = seal_holds(name)
+    if not intact and not can_be_opened(name):
+        raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:
         with h5py.File(name, "r") as file:
-            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", 0))
-            if found != content:
+            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
+            if found != content or schema < 0:
                 raise StorageError(f"{name}: holds {found or 'something else'!r}, a {content!r} file is needed")
             if schema > SCHEMA:
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
                 )
             yield file
+        if intact is False:
+            raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
     except StorageError:
         raise
     except (_Damage, GreensFunctionError) as problem:

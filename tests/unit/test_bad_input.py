@@ -126,7 +126,7 @@ def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[s
         (impact.free_rod(**ROD), "the seat has no static stiffness (it is free to move"),
         (
             SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
-            "but known up to 2e-05 s only: compute or measure a longer duration, or state a tail rule",
+            "g is known up to 2e-05 s only: shorten the run to 400 steps",
         ),
         (SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5), "the static compliance is unknown: give static="),
     ],
