@@ -13,8 +13,8 @@ from impact.sampled import SampledGreens
 
 _ITERATIONS = 2000
 _ACCURACY = 1e-3  # of the peak: what the iteration may leave to the lift
-_MARGIN = 1.001  # between the points of the grid
-_FREEDOM = 10.0  # 1/weight of a change beyond the record, where nothing is known, against one within
+_MARGIN = 1.000001  # for round-off
+_FREEDOM = 30.0  # 1/weight of a change beyond the record, where nothing is known, against one within
 
 
 def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
@@ -27,9 +27,11 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
         Re[(1 - z) W(z)] of it = sum_m |D_m| (1 - cos m theta) >= 0.
 
-    Under tail "zero" and "hold" the result is passive for runs of any length; under "forbid" up to its end: beyond it
-    a continuation is sought whose square counts a tenth. All this for steps of ``dt`` and whole multiples of it;
-    ask `passivity` about others: linear interpolation below the spacing of the samples is not passive in general.
+    The record is continued to twice its length, for it may have been cut off: there a change counts a thirtieth. Under
+    tail "zero" and "hold" the continuation is part of the result, passive for runs of up to six records; under "forbid"
+    it is not, and the result is passive up to its end. A grid of points z is enough for that: the work form of n steps
+    is a part of the circulant matrix whose eigenvalues stand on the grid. All this for steps of ``dt`` and whole
+    multiples; ask `passivity` about others: linear interpolation within the spacing is not passive in general.
 
     Args:
         greens: tail "zero", "hold" or "forbid".
@@ -58,8 +60,9 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
         return start
     x, rounds = _nearest(form, x)
     lift = _MARGIN * form.missing(x)
-    values = ((x + lift * form.falling) + form.held[:, :, None])[:, :, :n]
-    change = float(np.abs(values - start.values).max() / np.abs(start.values).max())
+    values = x + lift * form.falling + form.held[:, :, None]
+    values = values[:, :, :n] if start.tail == "forbid" else values
+    change = float(np.abs(values[:, :, :n] - start.values).max() / np.abs(start.values).max())
     done = {"before": str(before), "iterations": rounds, "relaxation_added": lift, "change_of_peak": change}
     origin = {**start.origin, "repair": done}
     error = start.error if start.error.reduction is not None else replace(start.error, reduction=change)
@@ -91,13 +94,13 @@ class _WorkForm:
         n = len(self.freedom)
         return np.asarray(np.eye(len(self.held))[:, :, None] * (1 - np.arange(n) / (n - 1)))
 
-    @cached_property
-    def _gain(self) -> Array:
-        return _spectrum(self.falling, self.size)[1:, 0, 0]
-
     def apply(self, x: Array) -> Array:
         """The spectrum (k, p, p)."""
         return _spectrum(x, self.size) + self.held
+
+    @cached_property
+    def _gain(self) -> Array:
+        return _spectrum(self.falling[:1, :1], self.size)[1:, 0, 0]
 
     def missing(self, x: Array) -> float:
         """The least multiple of ``falling`` that makes the spectrum of ``x`` positive; at theta = 0 it is ``held``."""
@@ -120,17 +123,13 @@ def _spectrum(x: Array, size: int) -> Array:
 
 
 def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
-    """The form, and the samples it works on: extended under tail "forbid", less their last value under "hold"."""
+    """The form, and the samples it works on: continued by as many zeros, less the value they hold at the end."""
     values, n = greens.values, greens.values.shape[2]
-    if greens.tail == "forbid":
-        form = _WorkForm(np.repeat([1.0, _FREEDOM], n), np.zeros(values.shape[:2]), grid_size(2 * n))
-        return form, np.pad(values, ((0, 0), (0, 0), (0, n)))
-    if greens.tail == "zero":
-        return _WorkForm(np.ones(n), np.zeros(values.shape[:2]), grid_size(n)), values
-    held = _positive_part(values[None, :, :, -1])[0]  # a body that slides towards the force gains without end
-    x = values - held[:, :, None]
-    x[:, :, -1] = 0.0
-    return _WorkForm(np.append(np.ones(n - 1), 0.0), held, grid_size(n)), x
+    # a body held on the move towards the force would give work without end
+    held = _positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
+    freedom = np.repeat([1.0, _FREEDOM], n)
+    freedom[-1] = 0.0 if greens.tail == "hold" else _FREEDOM
+    return _WorkForm(freedom, held, grid_size(2 * n)), np.pad(values - held[:, :, None], ((0, 0), (0, 0), (0, n)))
 
 
 def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:

@@ -41,7 +41,7 @@ class PassivityReport:
 
     @property
     def gain_per_cycle(self) -> float:
-        """Work that a harmonic force of amplitude 1 N at ``frequency`` would draw in a cycle [J]; 0 if passive."""
+        """Most that a force as strong as a harmonic one of amplitude 1 N draws in a cycle [J]; 0 if passive."""
         per_step = 0.5 * max(-self.smallest, 0.0)
         return 0.0 if self.passive else per_step * min(1 / (max(self.frequency, 1e-300) * self.dt), self.steps)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impact.greens import GreensFunctionError
+from impact.measured import read_impulse_response
 from impact.sampled import SampledGreens
 
 G = np.array([1.0, 3.0, 2.0])
@@ -75,3 +76,90 @@ def test_several_ports():
 def test_refusals(arguments, message):
     with pytest.raises(GreensFunctionError, match=message):
         SampledGreens(*arguments)
+
+
+TIME = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+VALUE = np.array([0.0, 0.0, 1.0, 3.0, 2.0])
+
+
+def test_from_series():
+    g = SampledGreens.from_series(TIME, VALUE, tail="hold", port_names=("lip",))
+    assert g.values[0, 0] == pytest.approx(G)  # zeros before t = 0 are causal
+    assert (g.dt, g.tail, g.ports) == (0.5, "hold", ("lip",))
+    assert "pretrigger" not in g.provenance
+    rounded = TIME + 0.002 * np.array([1, -1, 0, 1, 0.0])  # within 1 % of the spacing
+    assert SampledGreens.from_series(rounded, VALUE).values[0, 0] == pytest.approx(G)
+    both = np.einsum("ij,n->ijn", [[2.0, 1.0], [1.0, 3.0]], VALUE)
+    times = np.broadcast_to(TIME, both.shape)
+    assert SampledGreens.from_series(times, both).impulse_response(0.5, 0, 1) == pytest.approx(3.0)
+
+
+def test_motion_before_the_blow():
+    early = VALUE.copy()
+    early[1] = 0.5
+    with pytest.raises(GreensFunctionError, match=r"not causal: 2 samples before t = 0 reach 0\.5 .* 1\.75% .*drop"):
+        SampledGreens.from_series(TIME, early)
+    g = SampledGreens.from_series(TIME, early, pretrigger="drop", origin={"kind": "measured"})
+    assert g.values[0, 0] == pytest.approx(G)
+    assert g.provenance["kind"] == "measured"
+    assert g.provenance["pretrigger"] == {"samples": 2, "share_of_squares": pytest.approx(0.25 / 14.25)}
+
+
+@pytest.mark.parametrize(
+    ("time", "values", "message"),
+    [
+        (TIME + np.array([0, 0, 0, 0.1, 0]), VALUE, r"from sample 2 at 0 s to the next it is 0\.6 s, usually 0\.5 s"),
+        (-TIME, VALUE, "not equally spaced"),
+        (TIME + 1.5, VALUE, r"starts at 0\.5 s"),
+        (TIME + 0.1, VALUE, r"no sample at t = 0, the nearest is at 0\.1 s"),
+        (TIME - 1.0, VALUE, "no sample at t = 0"),
+        (TIME[:3], VALUE, r"time \(3,\) and values \(5,\) do not match"),
+        (
+            np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]),
+            np.ones((2, 2, 5)),
+            r"different times: sample 0 is at -1\.1 s for ports 2, 2 and at -1 s",
+        ),
+    ],
+)
+def test_refused_times(time, values, message):
+    with pytest.raises(GreensFunctionError, match=message):
+        SampledGreens.from_series(time, values)
+
+
+def write(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_read_impulse_response(tmp_path):
+    file = write(tmp_path / "g.csv", "# hammer\ntime [us],impulse_response [um/(N s)]\n0,1\n500000,3\n1000000,2\n")
+    g = read_impulse_response(file, tail="hold", port_name="lip")
+    assert g.values[0, 0] == pytest.approx(1e-6 * G)
+    assert g.dt == pytest.approx(0.5)
+    assert (g.ports, g.tail) == (("lip",), "hold")
+    assert g.provenance == {"kind": "measured", "file": "g.csv"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"line 1: header '' must be like"),
+        ("time [us],force [N]\n0,1\n", r"line 1: header 'time \[us\],force \[N\]' must be like"),
+        ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
+        ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),
+        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' is not a finite number"),
+        ("time [us],impulse_response [um/(N s)]\n", "do not match"),
+        ("time [us],impulse_response [um/(N s)]\n0,-1\n1,1\n", r"g\(0\+\) = -1e-06"),
+    ],
+)
+def test_refused_files(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message) as refusal:
+        read_impulse_response(write(tmp_path / "g.csv", text))
+    assert "g.csv" in str(refusal.value)
+    with pytest.raises(GreensFunctionError, match="no such file"):
+        read_impulse_response(tmp_path / "missing.csv")
+
+
+def test_a_run_longer_than_the_record():
+    with pytest.raises(GreensFunctionError, match=r"the run lasts 1\.2 s but g is known up to 1 s only: .* 3 steps"):
+        SampledGreens(G, H).step_kernel(0.3, 4)
