@@ -132,26 +132,28 @@ def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_h
 
 @njit(cache=True)
 def _discrete_gradient(code, a, b, c, pen, pen_start, w0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Root of N (p - p0) = Psi(p) - Psi(p0), p = pen - w0 N: N - secant slope of Psi is increasing in N; bisection.
+    """Root of N (p - p0) = Psi(p) - Psi(p0), p = pen - w0 N, by bisection on p: p + w0 (secant slope of Psi) increases.
 
-    The secant slope of a convex potential does not decrease with p, hence N >= 0 and one root.
+    The secant slope of a convex potential does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its
+    relative accuracy for laws far stiffer than 1/w0.
     """
-    high = _secant(code, a, b, c, pen, pen_start)
-    if high <= 0.0:
+    top = _secant(code, a, b, c, pen, pen_start)
+    if top <= 0.0:
         return 0.0
     if w0 <= 0.0:
-        return high
-    low = 0.0
-    top = high
+        return top
+    low, high = pen - w0 * top, pen
+    if pen_start <= 0.0:
+        low = max(low, 0.0)
     for _ in range(200):
-        n = 0.5 * (low + high)
-        if n - _secant(code, a, b, c, pen - w0 * n, pen_start) > 0.0:
-            high = n
+        p = 0.5 * (low + high)
+        if p + w0 * _secant(code, a, b, c, p, pen_start) > pen:
+            high = p
         else:
-            low = n
-        if high - low <= 4e-16 * top:
+            low = p
+        if high - low <= 2e-16 * max(abs(low), abs(high)):
             break
-    return 0.5 * (low + high)
+    return _secant(code, a, b, c, high, pen_start)
 
 
 @njit(cache=True)
@@ -171,41 +173,86 @@ def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no
 def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set.
 
-    Whole blocks are exchanged while that lowers the number of violations; after three tries without progress only the
-    last violating index moves, which ends in finitely many exchanges.
+    Whole blocks are exchanged while that lowers the number of violations, up to three times without progress; where
+    that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
+    -1e-13 of the terms that it is the sum of.
     """
     p = pen.size
     active = force > 0.0
-    scale = np.abs(pen).max()
-    for c in range(p):
-        scale = max(scale, w[c, c] * force[c])
     fewest, tries = p + 1, 3
-    gap = np.empty(p)
-    for _ in range(50 + 20 * p):
+    gap, limit = np.empty(p), np.empty(p)
+    while True:
         index = np.flatnonzero(active)
         force[:] = 0.0
         if index.size > 0:
             force[index] = _spd_solve(w, index, pen)
-        for c in range(p):
-            value = -pen[c]
-            for d in index:
-                value += w[c, d] * force[d]
-            gap[c] = value
-        bad = np.where(active, force < 0.0, gap < -1e-13 * scale)
+        _gaps(w, pen, force, gap, limit)
+        bad = np.where(active, force < 0.0, gap < -limit)
         count = bad.sum()
         if count == 0:
-            break
+            return
+        tries -= 1
         if count < fewest:
             fewest, tries = count, 3
-            active = active ^ bad
-        elif tries > 0:
-            tries -= 1
-            active = active ^ bad
+        if tries < 0:
+            _descend(w, pen, force)
+            return
+        active = active ^ bad
+
+
+@njit(cache=True)
+def _gaps(w, pen, force, gap, limit):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """gap = w force - pen, and what round-off may make of it."""
+    for c in range(pen.size):
+        value, size = -pen[c], abs(pen[c])
+        for d in range(pen.size):
+            if force[d] != 0.0:
+                term = w[c, d] * force[d]
+                value += term
+                size += abs(term)
+        gap[c], limit[c] = value, 1e-13 * size
+
+
+@njit(cache=True)
+def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins, those
+    that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
+    p = pen.size
+    active, barred = np.zeros(p, dtype=np.bool_), np.zeros(p, dtype=np.bool_)
+    gap, limit = np.empty(p), np.empty(p)
+    force[:] = 0.0
+    for _ in range(10 * p):
+        _gaps(w, pen, force, gap, limit)
+        new = -1
+        for c in range(p):
+            if not active[c] and not barred[c] and gap[c] < -limit[c] and (new < 0 or gap[c] < gap[new]):
+                new = c
+        if new < 0:
+            return
+        active[new] = True
+        while True:
+            index = np.flatnonzero(active)
+            if index.size == 0:
+                break
+            aim = _spd_solve(w, index, pen)
+            share, first = 1.0, -1
+            for i in range(index.size):
+                if aim[i] <= 0.0:
+                    now = force[index[i]]
+                    part = now / (now - aim[i]) if now > 0.0 else 0.0
+                    if first < 0 or part < share:
+                        share, first = part, i
+            for i in range(index.size):
+                c = index[i]
+                force[c] = aim[i] if first < 0 else force[c] + share * (aim[i] - force[c])
+                if i == first or force[c] <= 0.0:
+                    force[c], active[c] = 0.0, False
+            if first < 0:
+                break
+        if active[new]:
+            barred[:] = False
         else:
-            last = np.flatnonzero(bad)[-1]
-            active[last] = not active[last]
-    for c in range(p):
-        force[c] = max(force[c], 0.0)
+            barred[new] = True  # round-off alone had called for it
 
 
 @njit(cache=True)
