@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel, step_weights
+from impact.greens import Array, ErrorEstimate, ExactPort, GreensFunctionError, StepKernel, step_weights
 from impact.modal import ModalGreens, Residual
 
 
@@ -103,7 +104,7 @@ def rod_with_end_impedance(
 
 
 @dataclass(frozen=True)
-class DelayRod(GreensFunction):
+class DelayRod(ExactPort):
     """Undamped rod known by its reflections: g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - k T)).
 
     Attributes:
@@ -112,29 +113,10 @@ class DelayRod(GreensFunction):
         reflection: R of the particle velocity at the far end, -1 fixed ... +1 free.
     """
 
+    kind: ClassVar[str] = "delay_rod"
     impedance: float
     round_trip: float
     reflection: float
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The struck end."""
-        return ("contact",)
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The three parameters."""
-        return {
-            "kind": "delay_rod",
-            "impedance": self.impedance,
-            "round_trip": self.round_trip,
-            "reflection": self.reflection,
-        }
 
     @property
     def mass(self) -> float:
@@ -178,26 +160,12 @@ class DelayRod(GreensFunction):
 
 
 @dataclass(frozen=True)
-class PowerLaw(GreensFunction):
+class PowerLaw(ExactPort):
     """g(t) = coefficient * t^exponent, exponent > -1."""
 
+    kind: ClassVar[str] = "power_law"
     coefficient: float
     exponent: float
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The struck point."""
-        return ("contact",)
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The two parameters."""
-        return {"kind": "power_law", "coefficient": self.coefficient, "exponent": self.exponent}
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """coefficient * t^exponent [m/(N s)]."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel, step_weights
+from impact.greens import Array, ExactPort, GreensFunctionError, StepKernel, step_weights
 from impact.modal import ModalGreens, Residual
 
 Term = Callable[[complex], NDArray[np.complex128]]
@@ -17,7 +18,7 @@ _MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a 
 
 
 @dataclass(frozen=True)
-class DampedFixedRod(GreensFunction):
+class DampedFixedRod(ExactPort):
     """Fixed rod, every mode damped by the same ratio zeta:
 
     g(t) = 4/(pi Z sqrt(1 - zeta^2)) Im artanh(exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
@@ -29,29 +30,10 @@ class DampedFixedRod(GreensFunction):
         damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
     """
 
+    kind: ClassVar[str] = "damped_fixed_rod"
     impedance: float
     transit: float
     damping_ratio: float
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The struck end."""
-        return ("contact",)
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The three parameters."""
-        return {
-            "kind": "damped_fixed_rod",
-            "impedance": self.impedance,
-            "transit": self.transit,
-            "damping_ratio": self.damping_ratio,
-        }
 
     @property
     def omega_1(self) -> float:
@@ -100,7 +82,7 @@ class DampedFixedRod(GreensFunction):
 
 
 @dataclass(frozen=True)
-class DampedFreeRod(GreensFunction):
+class DampedFreeRod(ExactPort):
     """Free rod, every elastic mode damped by the same ratio zeta, its translation not at all:
 
     g(t) = t/m - 2/(pi Z sqrt(1 - zeta^2)) Im ln(1 - exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
@@ -112,29 +94,10 @@ class DampedFreeRod(GreensFunction):
         damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
     """
 
+    kind: ClassVar[str] = "damped_free_rod"
     impedance: float
     transit: float
     damping_ratio: float
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The struck end."""
-        return ("contact",)
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The three parameters."""
-        return {
-            "kind": "damped_free_rod",
-            "impedance": self.impedance,
-            "transit": self.transit,
-            "damping_ratio": self.damping_ratio,
-        }
 
     @property
     def mass(self) -> float:

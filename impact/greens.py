@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,3 +132,25 @@ class GreensFunction(ABC):
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
     """(1, 1, n) exact weights W_m = S((m + 1) h) - S(m h) of a body with one port [m/N]."""
     return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]
+
+
+class ExactPort(GreensFunction):
+    """One port of a body in closed form; a frozen dataclass whose fields are its parameters."""
+
+    kind: ClassVar[str]
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """The struck point."""
+        return ("contact",)
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """Exact."""
+        return ErrorEstimate(0.0, 0.0)
+
+    @property
+    def provenance(self) -> dict[str, object]:
+        """The kind and its parameters."""
+        assert is_dataclass(self)
+        return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self)}
