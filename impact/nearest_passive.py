@@ -14,7 +14,8 @@ from impact.sampled import SampledGreens
 _ITERATIONS = 2000
 _ACCURACY = 1e-3  # of the peak: what the iteration may leave to the lift
 _MARGIN = 1.000001  # for round-off
-_FREEDOM = 30.0  # 1/weight of a change beyond the record, where nothing is known, against one within
+_FREEDOM = 100.0  # 1/weight of a change beyond the record, where nothing is known, against one within
+_ROUNDS = 8  # of making the continuation found the one to be near to
 
 
 def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
@@ -27,11 +28,12 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
         Re[(1 - z) W(z)] of it = sum_m |D_m| (1 - cos m theta) >= 0.
 
-    The record is continued to twice its length, for it may have been cut off: there a change counts a thirtieth. Under
-    tail "zero" and "hold" the continuation is part of the result, passive for runs of up to six records; under "forbid"
-    it is not, and the result is passive up to its end. A grid of points z is enough for that: the work form of n steps
-    is a part of the circulant matrix whose eigenvalues stand on the grid. All this for steps of ``dt`` and whole
-    multiples; ask `passivity` about others: linear interpolation within the spacing is not passive in general.
+    The record may have been cut off, so it is continued to four to eight times its length, where a change costs next to
+    nothing (proximal iteration). Under tail "zero" and "hold" the continuation is part of the result, passive for
+    runs of up to four records; under "forbid" it is not, and the result is passive up to its end. A grid of points z
+    is enough for that: the work form of n steps is a part of the circulant matrix whose eigenvalues stand on the grid.
+    All this for steps of ``dt`` and whole multiples; ask `passivity` about others: linear interpolation within the
+    spacing is not passive in general.
 
     Args:
         greens: tail "zero", "hold" or "forbid".
@@ -58,12 +60,15 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
     before = passivity(start, start.dt, n - 1 if start.tail == "forbid" else 4 * n)
     if before.passive and (start.tail == "forbid" or _least(form.apply(x)) >= -TOLERANCE * before.largest / start.dt):
         return start
-    x, rounds = _nearest(form, x)
+    given, iterations = x[:, :, :n], 0
+    for _ in range(_ROUNDS):
+        x, more = _nearest(form, np.concatenate([given, x[:, :, n:]], axis=2))
+        iterations += more
     lift = _MARGIN * form.missing(x)
     values = x + lift * form.falling + form.held[:, :, None]
     values = values[:, :, :n] if start.tail == "forbid" else values
     change = float(np.abs(values[:, :, :n] - start.values).max() / np.abs(start.values).max())
-    done = {"before": str(before), "iterations": rounds, "relaxation_added": lift, "change_of_peak": change}
+    done = {"before": str(before), "iterations": iterations, "relaxation_added": lift, "change_of_peak": change}
     origin = {**start.origin, "repair": done}
     error = start.error if start.error.reduction is not None else replace(start.error, reduction=change)
     return replace(start, values=values, origin=origin, error=error)
@@ -123,13 +128,15 @@ def _spectrum(x: Array, size: int) -> Array:
 
 
 def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
-    """The form, and the samples it works on: continued by as many zeros, less the value they hold at the end."""
+    """The form, and the samples it works on: continued by zeros, less the value they hold at the end."""
     values, n = greens.values, greens.values.shape[2]
+    size = grid_size(2 * n)
+    beyond = size // 2 - n
     # a body held on the move towards the force would give work without end
     held = _positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
-    freedom = np.repeat([1.0, _FREEDOM], n)
+    freedom = np.repeat([1.0, _FREEDOM], [n, beyond])
     freedom[-1] = 0.0 if greens.tail == "hold" else _FREEDOM
-    return _WorkForm(freedom, held, grid_size(2 * n)), np.pad(values - held[:, :, None], ((0, 0), (0, 0), (0, n)))
+    return _WorkForm(freedom, held, size), np.pad(values - held[:, :, None], ((0, 0), (0, 0), (0, beyond)))
 
 
 def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
