@@ -7,7 +7,9 @@ pen_end = pen_free - W0 N; for a convex potential Psi
 
 so a step can lose energy and never gain it. With the *conserving* rule the force is the discrete gradient
 N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), for which equality holds; it needs a law that is nothing but
-its potential: linear springs and Hertz. Both rules solve one increasing scalar equation per contact for N.
+its potential: linear springs and Hertz. Both rules solve one increasing scalar equation per contact for N. They speak
+of the contact alone: bodies lose what their damping takes, and a bare residual compliance c half of c times each
+force jump squared, whatever the rule.
 
 One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
 
