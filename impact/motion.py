@@ -113,7 +113,7 @@ def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array) -> Motio
     stored[0] = 0.5 * float(p @ p + (modal.omega * q) @ (modal.omega * q))
     steps = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], modal.omega**2])
     upper = np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
-    _replay(steps, upper, np.ascontiguousarray(shapes), q, p, channels, u, stored, lost)
+    _replay(steps, upper, np.ascontiguousarray(shapes.T), q, p, channels, u, stored, lost)
     load_work = np.zeros(n + 1)
     load_work[1:] = np.cumsum(np.sum(channels[ports:] * np.diff(u[ports:], axis=1), axis=0))
     u = u[:ports]
@@ -191,26 +191,37 @@ def _at(cumulative: Array, index: Array) -> Array:
     return np.interp(index, np.arange(len(cumulative)), cumulative)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _replay(steps, form, shapes, q, p, force, u, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Oscillators under known channel forces, mode by mode in blocks of time that stay in cache."""
+    """Oscillators under known channel forces, all at once: the loops over modes are vector code. shapes (C, M)."""
+    a11, a12, a21, a22, b1, b2, w2 = steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]
+    d11, d12, d13, d22, d23, d33 = form[0], form[1], form[2], form[3], form[4], form[5]
     channels, n = force.shape
-    for first in range(0, n, 2048):
-        last = min(first + 2048, n)
+    g = np.empty(q.size)
+    for m in range(n):
+        f, shape = force[0, m], shapes[0]
         for k in range(q.size):
-            a11, a12, a21, a22, b1, b2, w2 = steps[:, k]
-            d11, d12, d13, d22, d23, d33 = form[:, k]
-            x, v = q[k], p[k]
-            for m in range(first, last):
-                g = 0.0
-                for c in range(channels):
-                    g += shapes[k, c] * force[c, m]
-                lost[m + 1] += x * (d11 * x + d12 * v + d13 * g) + v * (d22 * v + d23 * g) + d33 * g * g
-                x, v = a11 * x + a12 * v + b1 * g + FLOOR, a21 * x + a22 * v + b2 * g + FLOOR
-                stored[m + 1] += 0.5 * (v * v + w2 * x * x)
-                for c in range(channels):
-                    u[c, m + 1] += shapes[k, c] * x
-            q[k], p[k] = x, v
+            g[k] = shape[k] * f
+        for c in range(1, channels):
+            f, shape = force[c, m], shapes[c]
+            for k in range(q.size):
+                g[k] += shape[k] * f
+        gone, kept = 0.0, 0.0
+        for k in range(q.size):
+            x, v, y = q[k], p[k], g[k]
+            gone += x * (d11[k] * x + d12[k] * v + d13[k] * y) + v * (d22[k] * v + d23[k] * y) + d33[k] * y * y
+            r = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
+            s = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
+            q[k] = r
+            p[k] = s
+            kept += s * s + w2[k] * r * r
+        lost[m + 1] += gone
+        stored[m + 1] += 0.5 * kept
+        for c in range(channels):
+            shape, total = shapes[c], 0.0
+            for k in range(q.size):
+                total += shape[k] * q[k]
+            u[c, m + 1] += total
 
 
 @njit(cache=True)

@@ -134,6 +134,7 @@ def summarise(result: ImpactResult, filter_width: float) -> dict[str, object]:
         "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
         "energy_residual": result.energy.residual,
+        "energy_by_work": ", ".join(result.energy.by_work),
         "contact_loss_J": float(result.energy.contact_loss[-1]),
         "time_step_s": result.dt,
         "history_engine": result.engine,
