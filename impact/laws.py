@@ -242,8 +242,8 @@ class PlainLaw:
 
     Called like a `CompiledLaw` and passive under the same conditions, by the same march: the results are equal bit for
     bit. It may hold state, look into tables or call other programs; it must not assume one call per step (the solver
-    calls it a dozen times while it looks for the force). A short Python function costs about 0.4 us per call, 5 us per step in
-    contact, where the compiled law takes 0.5 us per step.
+    calls it a dozen times while it looks for the force). A short Python function costs about 0.4 us per call, thus 5 us
+    per step in contact, where the compiled law takes 0.5 us.
 
     Attributes:
         force: the law. An exception in it, or a force that is not finite, ends as a `LawError` from `impact.collect`
