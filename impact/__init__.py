@@ -23,6 +23,7 @@ from impact.energy import EnergyLedger
 from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
 from impact.laws import CompiledLaw, Hertz, HuntCrossley, LawError, LinearSpring, PlainLaw, Signorini, compiled_law
 from impact.modal import ModalGreens, Residual
+from impact.passivity import PassivityReport, passivity, require_passive
 from impact.problem import Contact, ContactError, ContactProblem
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from impact.clamped import ClampedClamped
     from impact.half_space import HalfSpacePatch, half_space_patch, without_patch
     from impact.loads import Gravity, PointForce, Pressure, PressureField
+    from impact.measured import read_impulse_response, sampling_advice
+    from impact.nearest_passive import repair
     from impact.reeds import GivenShape, ModeShape, StaticShape, reed
     from impact.regime import Regime, regime_card
     from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
@@ -70,6 +73,7 @@ __all__ = [
     "ModalGreens",
     "ModalState",
     "ModeShape",
+    "PassivityReport",
     "PlainLaw",
     "PointForce",
     "Pressure",
@@ -97,13 +101,18 @@ __all__ = [
     "load_greens",
     "load_results",
     "measures",
+    "passivity",
     "prepare",
+    "read_impulse_response",
     "read_time_series",
     "reed",
     "regime_card",
+    "repair",
+    "require_passive",
     "rigid_mass",
     "rod_stress",
     "rod_with_end_impedance",
+    "sampling_advice",
     "save_greens",
     "save_results",
     "semi_infinite_rod",
@@ -115,6 +124,9 @@ __all__ = [
 ]
 
 _HOME = {
+    "read_impulse_response": "measured",
+    "sampling_advice": "measured",
+    "repair": "nearest_passive",
     "ImpactBatch": "batch",
     "solve_many": "batch",
     "ClampedClamped": "clamped",

@@ -13,7 +13,7 @@ from impact.passivity import passivity
 from impact.result import Advice
 from impact.sampled import Pretrigger, SampledGreens, Tail
 from impact.sums import SumGreens
-from impact.time_series import _SECONDS, _number, _rows
+from impact.time_series import SECONDS, csv_number, csv_rows
 
 UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
 _CHECKED_STEPS = 8192
@@ -44,14 +44,14 @@ def read_impulse_response(
     name = Path(path)
     if not name.is_file():
         raise GreensFunctionError(f"{name}: no such file")
-    rows = _rows(name, delimiter)
+    rows = csv_rows(name, delimiter)
     factors = _factors(name, rows[0] if rows else (1, []))
     for line, cells in rows[1:]:
         if len(cells) != 2:
             raise GreensFunctionError(
                 f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})"
             )
-    samples = np.array([[_number(name, line, c + 1, cells[c]) for c in (0, 1)] for line, cells in rows[1:]])
+    samples = np.array([[csv_number(name, line, c + 1, cells[c]) for c in (0, 1)] for line, cells in rows[1:]])
     time, values = samples.reshape(-1, 2).T * np.array(factors)[:, None]
     try:
         return SampledGreens.from_series(
@@ -111,7 +111,7 @@ def _above(greens: SampledGreens, frequency: float) -> float:
 
 def _factors(name: Path, header: tuple[int, list[str]]) -> tuple[float, float]:
     line, cells = header
-    wanted = (("time", _SECONDS), ("impulse_response", _UNITS))
+    wanted = (("time", SECONDS), ("impulse_response", _UNITS))
     matches = [_HEADER.fullmatch(cell) for cell in cells]
     found = [
         units[match[2]]
@@ -121,6 +121,6 @@ def _factors(name: Path, header: tuple[int, list[str]]) -> tuple[float, float]:
     if len(found) != 2 or len(cells) != 2:
         raise GreensFunctionError(
             f"{name}, line {line}: header {','.join(cells)!r} must be like 'time [us],impulse_response [um/(N s)]'; "
-            f"time in {', '.join(_SECONDS)}; impulse_response in {', '.join(_UNITS)}"
+            f"time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
         )
     return found[0], found[1]

@@ -9,11 +9,13 @@ import numpy as np
 from impact.energy import EnergyLedger, ledger
 from impact.engines import Engine
 from impact.greens import Array
+from impact.measured import sampling_advice
 from impact.modal import ModalGreens
 from impact.motion import Motion
 from impact.problem import ContactProblem
 from impact.progress import Progress, silent
 from impact.result import Advice, ImpactResult
+from impact.sampled import SampledGreens
 from impact.stepper import ContactStepper, Prepared, prepare
 
 RESOLUTION_LIMIT = 0.5  # w_max h: above it the step's own damping is felt in the highest retained mode
@@ -95,10 +97,12 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
 
 
 def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
-    found = []
+    found: list[Advice] = []
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
+        if isinstance(g, SampledGreens):
+            found.extend(sampling_advice(g, s.dt, s.steps, body=name))
         highest = float(g.omega.max()) if isinstance(g, ModalGreens) and len(g.omega) else 0.0
         if highest * s.dt > RESOLUTION_LIMIT:
             lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))

@@ -17,7 +17,7 @@ from impact.greens import Array
 Outside = Literal["forbid", "hold", "zero"]
 Quantity = Literal["pressure", "force"]
 
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
@@ -83,7 +83,7 @@ def read_time_series(
     name = Path(path)
     if not name.is_file():
         raise TimeSeriesError(f"{name}: no such file")
-    rows = _rows(name, delimiter)
+    rows = csv_rows(name, delimiter)
     if not rows:
         raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
     factors = _factors(name, quantity, *rows[0])
@@ -92,7 +92,7 @@ def read_time_series(
         if len(cells) != 2:
             raise TimeSeriesError(f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})")
         for column, cell in enumerate(cells):
-            sample[column] = _number(name, line, column + 1, cell)
+            sample[column] = csv_number(name, line, column + 1, cell)
     back = np.flatnonzero(np.diff(samples[:, 0]) <= 0)
     if back.size:
         line = rows[int(back[0]) + 2][0]
@@ -103,7 +103,7 @@ def read_time_series(
     return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
 
 
-def _rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
+def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
     """Line numbers and cells of the lines that hold something."""
     try:
         with name.open(newline="", encoding="utf-8-sig") as file:
@@ -116,7 +116,7 @@ def _rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
 
 
 def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[float, float]:
-    wanted = (("time", _SECONDS), (quantity, _UNITS[quantity]))
+    wanted = (("time", SECONDS), (quantity, _UNITS[quantity]))
     if len(cells) != 2:
         raise TimeSeriesError(f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed")
     found = []
@@ -131,7 +131,7 @@ def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[fl
     return found[0], found[1]
 
 
-def _number(name: Path, line: int, column: int, cell: str) -> float:
+def csv_number(name: Path, line: int, column: int, cell: str) -> float:
     try:
         value = float(cell)
     except ValueError:
