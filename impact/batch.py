@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from impact import march
 from impact.greens import Array
 from impact.history import aligned
-from impact.laws import no_user_law
+from impact.laws import PlainLaw, no_user_law
 from impact.march import LANES
 from impact.measures import MERGE
 from impact.motion import Discrete
@@ -176,6 +176,8 @@ def _batch(
 ) -> ImpactBatch:
     peak, filtered, impulse, first, duration, count, approach, ends = found
     striker, target, side = problem.striker, problem.contacts[0].target, problem.contacts[0].side
+    if isinstance(problem.contacts[0].law, PlainLaw):
+        problem.contacts[0].law.check()
     rebound = np.full(len(peak), np.nan)
     if not math.isinf(striker.mass):
         rebound = side * (velocities - target.velocity) + impulse / striker.mass + impulse / target.mass

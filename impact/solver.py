@@ -34,7 +34,7 @@ def solve(
     """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
 
     The passive rule is first order at force jumps and separation, second order between them, and never gains energy;
-    ``rule="conserving"`` keeps it exactly (laws with a potential only).
+    ``rule="conserving"`` loses none in the contact (laws with a potential only).
 
     ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
     blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;

@@ -17,7 +17,7 @@ import numpy as np
 from impact import engines, history, march
 from impact.engines import Engine
 from impact.greens import Array
-from impact.laws import CONSERVING, PASSIVE, Signorini, no_user_law
+from impact.laws import CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.live_loads import LiveLoads
 from impact.modal import ModalGreens
 from impact.motion import Discrete
@@ -244,6 +244,9 @@ class ContactStepper:
                 start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
                 block, s.own, self._laws, self._user, s.dt, s.rest, force, self.gap,
             )  # fmt: skip
+        for contact in s.problem.contacts:
+            if isinstance(contact.law, PlainLaw):
+                contact.law.check()
 
 
 def _preloaded(

@@ -104,18 +104,6 @@ def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], Contac
         impact.solve(problem(PlainLaw(interrupted)), dt=1e-3, duration=0.5)
 
 
-def test_a_failed_plain_law_can_be_asked_after_every_step() -> None:
-    law = PlainLaw(broken)
-    stepper = impact.ContactStepper(impact.prepare(mass_on(law), 1e-3, 0.5))
-    stepper.advance(15)
-    law.check()
-    stepper.advance(15)
-    with pytest.raises(LawError, match="no such depth"):
-        law.check()
-    with pytest.raises(LawError, match="must be a callable"):
-        PlainLaw(3.0)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_compiled_law_that_gives_no_number_is_refused(bad: float) -> None:
     def force(pen: float, pen_start: float, dt: float) -> float:
@@ -269,3 +257,20 @@ def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
 def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> None:
     with pytest.raises(LawError, match=words):
         make()
+
+
+def test_a_failing_law_is_told_where_it_fails() -> None:
+    """By the step that meets it, and by a batch."""
+
+    def broken(pen: float, pen_start: float, dt: float) -> float:
+        raise ZeroDivisionError("stiffness table is empty")
+
+    striker = impact.rigid_mass(mass=1.0, velocity=-1.0)
+    target = impact.Body(impact.single_mode(frequency_hz=5.0, mass=1.0))
+    problem = impact.ContactProblem(striker, target, gap=0.01, law=impact.PlainLaw(broken))
+    stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
+    stepper.advance(9)  # still open
+    with pytest.raises(impact.LawError, match="broken failed: ZeroDivisionError: stiffness table"):
+        stepper.advance(5)
+    with pytest.raises(impact.LawError, match="broken failed"):
+        impact.solve_many(problem, dt=1e-3, duration=0.1, velocities=np.array([-1.0, -2.0]))
