@@ -274,3 +274,5 @@ def test_a_failing_law_is_told_where_it_fails() -> None:
         stepper.advance(5)
     with pytest.raises(impact.LawError, match="broken failed"):
         impact.solve_many(problem, dt=1e-3, duration=0.1, velocities=np.array([-1.0, -2.0]))
+    with pytest.raises(impact.LawError, match="must be a callable"):
+        impact.PlainLaw(3.0)  # type: ignore[arg-type]
