@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beam_modes import BeamModes, RectangularBeam, clamped_shape
+from impact.beam_modes import clamped_shape
 from impact.body import Body
+from impact.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
 from impact.greens import Array, GreensFunctionError
 from impact.loads import ReedLoad
-from impact.modal import Residual
 from impact.reeds import Release, StaticShape, reed
 
 
 @dataclass(frozen=True)
-class Cantilever(RectangularBeam):
+class Cantilever(EulerBernoulliBeam):
     """Uniform clamped-free beam of rectangular section, bending about its thin side (all SI).
 
     EI w'''' + rho A w'' = p, w = w' = 0 at x = 0, M = Q = 0 at x = length.
@@ -31,11 +31,6 @@ class Cantilever(RectangularBeam):
         """The tip [m]."""
         return self.length
 
-    @property
-    def description(self) -> Mapping[str, object]:
-        """Kind and parameters."""
-        return {"kind": self.family, **asdict(self)}
-
     def wave_numbers(self, n_modes: int) -> Array:
         """(n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
         k = np.arange(1, n_modes + 1)
@@ -45,10 +40,6 @@ class Cantilever(RectangularBeam):
             sech = 1 / np.cosh(np.minimum(x, 700.0))
             x = x + (np.cos(x) + sech) / (np.sin(x) + sech * np.tanh(x))
         return np.asarray(x)
-
-    def frequencies(self, n_modes: int) -> Array:
-        """(n,) undamped angular frequencies (k_n L)^2 sqrt(EI/(rho A L^4)) [rad/s]."""
-        return np.asarray(self.wave_numbers(n_modes) ** 2 * self.frequency_scale)
 
     def shapes(self, n_modes: int, x: ArrayLike) -> Array:
         """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]; 2 (-1)^(n+1)/sqrt(mass) at the tip.
@@ -62,28 +53,9 @@ class Cantilever(RectangularBeam):
         ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
         return np.asarray(clamped_shape(k, ratio * growth, ratio, xi) / np.sqrt(self.mass))
 
-    def modes(self, n_modes: int) -> BeamModes:
-        """The lowest modes."""
-        return BeamModes(
-            self.frequencies(n_modes),
-            lambda x: self.shapes(n_modes, x),
-            length=self.length,
-            width=self.width,
-            line_density=self.line_density,
-        )
-
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI), a <= b."""
-        a, b = sorted((x, load))
-        return a * a * (3 * b - a) / (6 * self.rigidity)
-
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """The exponential that relaxes within half a radian of the highest mode kept, tau = 1/(2 highest).
-
-        The continuum has no finite impedance at t = 0 (g starts like t^(1/2)); the higher modes carry energy away. A
-        bare spring in their place rings against the contact at the highest frequency kept instead (docs/methods.md).
-        """
-        return Residual.relaxing(compliance, 2 * highest)
+        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
+        return cantilever_compliance(self.rigidity, x, load)
 
 
 def cantilever_reed(
@@ -103,7 +75,7 @@ def cantilever_reed(
     """Cantilever reed released at t = 0, by default from the static shape under a tip force.
 
     Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
-    as an exponential of their time scale, see `Cantilever.residual`.
+    as an exponential of their time scale, see `EulerBernoulliBeam.residual`.
     Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``.
 
     Args:

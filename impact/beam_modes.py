@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,6 +30,11 @@ class RectangularBeam:
     def __post_init__(self) -> None:
         for name in ("young", "density", "length", "width", "thickness"):
             positive(self.family, name, getattr(self, name))
+
+    @property
+    def description(self) -> Mapping[str, object]:
+        """Kind and parameters."""
+        return {"kind": self.family, **asdict(self)}
 
     @property
     def area(self) -> float:

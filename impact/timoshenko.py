@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -60,11 +59,6 @@ class TimoshenkoCantilever(RectangularBeam):
     def free_point(self) -> float:
         """The tip [m]."""
         return self.length
-
-    @property
-    def description(self) -> Mapping[str, object]:
-        """Kind and parameters."""
-        return {"kind": self.family, **asdict(self)}
 
     def waves(self, omega: Array) -> Waves:
         """Wave numbers at the angular frequencies ``omega`` [rad/s]."""

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.beam_modes import BeamModes, RectangularBeam, bisected, clamped_shape, positive
+from impact.beam_modes import bisected, clamped_shape, positive
+from impact.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
 from impact.greens import Array
-from impact.modal import Residual
 
 
 @dataclass(frozen=True)
-class TipMassCantilever(RectangularBeam):
+class TipMassCantilever(EulerBernoulliBeam):
     """`Cantilever` with the point mass ``tip_mass`` [kg] at x = length:  EI w''' = tip_mass * w'' (in time) there.
 
     Frequency equation, mu = tip_mass/(rho A L):  1 + cos k cosh k + mu k (cos k sinh k - sin k cosh k) = 0.
@@ -37,14 +36,14 @@ class TipMassCantilever(RectangularBeam):
         return self.tip_mass / self.mass
 
     @property
+    def end_mass(self) -> float:
+        """The tip mass [kg]."""
+        return self.tip_mass
+
+    @property
     def free_point(self) -> float:
         """The tip [m]."""
         return self.length
-
-    @property
-    def description(self) -> Mapping[str, object]:
-        """Kind and parameters."""
-        return {"kind": self.family, **asdict(self)}
 
     def wave_numbers(self, n_modes: int) -> Array:
         """(n,) k_n L, one between each clamped-pinned root (mu = inf) and clamped-free root (mu = 0), by bisection."""
@@ -58,10 +57,6 @@ class TipMassCantilever(RectangularBeam):
         # clamped-pinned roots lie at most 4e-4 below (n + 1/4) pi, clamped-free ones within 0.31 of (n + 1/2) pi
         low = np.where(n == 0, 0.0, (n + 0.2495) * np.pi)
         return bisected(past, low, (n + 0.5) * np.pi + 0.31)
-
-    def frequencies(self, n_modes: int) -> Array:
-        """(n,) undamped angular frequencies (k_n L)^2 sqrt(EI/(rho A L^4)) [rad/s]."""
-        return np.asarray(self.wave_numbers(n_modes) ** 2 * self.frequency_scale)
 
     def shapes(self, n_modes: int, x: ArrayLike) -> Array:
         """(n, ...) mode shapes at ``x`` normalised with the tip mass [1/sqrt(kg)].
@@ -85,22 +80,6 @@ class TipMassCantilever(RectangularBeam):
         scale = np.reshape(np.sqrt(modal_mass), (-1, *[1] * xi.ndim))
         return np.asarray(clamped_shape(k, delta, ratio, xi) / scale)
 
-    def modes(self, n_modes: int) -> BeamModes:
-        """The lowest modes."""
-        return BeamModes(
-            self.frequencies(n_modes),
-            lambda x: self.shapes(n_modes, x),
-            length=self.length,
-            width=self.width,
-            line_density=self.line_density,
-            tip_mass=self.tip_mass,
-        )
-
     def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI), a <= b."""
-        a, b = sorted((x, load))
-        return a * a * (3 * b - a) / (6 * self.rigidity)
-
-    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """As for `Cantilever`; at the mass itself it is small, for g starts there like t/tip_mass."""
-        return Residual.relaxing(compliance, 2 * highest)
+        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
+        return cantilever_compliance(self.rigidity, x, load)
