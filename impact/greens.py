@@ -128,6 +128,11 @@ class GreensFunction(ABC):
             out += weight * np.where(t > node, self.step_response(np.maximum(t - node, 0.0), i, j), 0.0)
         return out
 
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """(p, p, nt) `filtered` for every pair of ports."""
+        p = len(self.ports)
+        return np.array([[self.filtered(t, width, i, j) for j in range(p)] for i in range(p)])
+
 
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
     """(1, 1, n) exact weights W_m = S((m + 1) h) - S(m h) of a body with one port [m/N]."""

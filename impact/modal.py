@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from impact import oscillator
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.pulse import combine, decay_responses, hann, mode_responses
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,11 @@ class Residual:
             terms = self.shapes[:, :, None] * self.shapes[:, None, :] / self.rates[:, None, None]
         total: Array = np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
         return total
+
+    def filtered(self, t: Array, width: float) -> Array:
+        """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]."""
+        decays = combine(self.shapes, decay_responses(self.rates, t, width))
+        return decays + self.compliance[:, :, None] * hann(t, width)
 
 
 @dataclass(frozen=True)
@@ -181,6 +187,24 @@ class ModalGreens(GreensFunction):
         """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        """As `GreensFunction.filtered`, in closed form."""
+        t = np.asarray(t, dtype=float)
+        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
+
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """As `GreensFunction.filtered_matrix`, in closed form."""
+        every = list(range(len(self.port_names)))
+        return self._filtered(np.asarray(t, dtype=float), width, every, every)
+
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+        rest = self.residual.filtered(t, width)[np.ix_(rows, columns)]
+        for start in range(0, t.size, 1024):  # blocks bound the memory
+            block = slice(start, start + 1024)
+            each = mode_responses(self.omega, self.zeta, t[block], width)
+            rest[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
+        return rest
 
     def step_matrix(self, dt: float) -> Array:
         """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""

@@ -7,12 +7,12 @@ import numpy as np
 from impact.greens import ErrorEstimate
 from impact.modal import ModalGreens
 from impact.progress import Progress, silent
+from impact.pulse import combine, error_times, mode_responses
 from seatfem.damping import Damping, truncate
 from seatfem.factorization import Backend, factorize
 from seatfem.krylov_basis import KrylovBasis
 from seatfem.model import Array, SecondOrderModel
 from seatfem.modes import ConvergenceError, Modes, eigen_residuals
-from seatfem.pulse import combine, error_times, mode_responses, residual_response
 
 _BLOCK = 10  # fewest vectors between two checks
 
@@ -127,7 +127,7 @@ class _Pairs:
         while lowest > allowed and np.any(self.omega > above):
             greens = truncate(self.omega, self.shapes, above, nothing, self.model, self.damping)
             dropped = self.omega > above
-            stand_in = residual_response(greens.residual, self.t, self.width)
+            stand_in = greens.residual.filtered(self.t, self.width)
             error = float(np.abs(stand_in - combine(self.shapes[dropped], self.each[dropped])).max()) / scale
             if error < lowest:
                 best, lowest = greens, error

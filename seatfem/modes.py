@@ -11,10 +11,10 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from impact.greens import ErrorEstimate
 from impact.modal import ModalGreens, Residual
 from impact.progress import Progress, silent
+from impact.pulse import error_times
 from seatfem.damping import Damping, truncate
 from seatfem.factorization import Backend, Factorization, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel
-from seatfem.pulse import error_times, filtered
 
 _DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
 
@@ -146,9 +146,9 @@ def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float)
         shapes=greens.shapes[~top],
         residual=Residual.spring(left_out + dropped.T @ dropped),
     )
-    full, bare = filtered(greens, t, 1 / bandwidth), filtered(spring, t, 1 / bandwidth)
+    full, bare = greens.filtered_matrix(t, 1 / bandwidth), spring.filtered_matrix(t, 1 / bandwidth)
     bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
-    rings = 2 * float(np.abs(bare - filtered(lower, t, 1 / bandwidth)).max()) if np.sum(top) >= 10 else bound
+    rings = 2 * float(np.abs(bare - lower.filtered_matrix(t, 1 / bandwidth)).max()) if np.sum(top) >= 10 else bound
     lag = float(np.abs(full - bare).max())
     return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / float(np.abs(full).max())  # ratios scatter
 

@@ -23,7 +23,6 @@ from seatfem.mesh_spec import MeshSpec
 from seatfem.meshing import SeatMesh, make_mesh, read_mesh
 from seatfem.model import Material, SecondOrderModel
 from seatfem.modes import Modes
-from seatfem.pulse import filtered
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.stopwatch import Stopwatch
@@ -145,10 +144,7 @@ def _with_mesh_error(
     progress("coarser mesh, for the error estimate", 1.0)
     width = 1.0 / seat.greens.bandwidth
     t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
-    fine, other = (
-        filtered(g, t, width)[0, 0] if isinstance(g, ModalGreens) else g.filtered(t, width)
-        for g in (answer.greens, coarse.greens)
-    )
+    fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     greens = answer.greens
     assert isinstance(greens, ModalGreens | SampledGreens)

@@ -17,11 +17,11 @@ import numpy as np
 
 from impact.greens import ErrorEstimate
 from impact.progress import Progress, silent
+from impact.pulse import error_times
 from impact.sampled import SampledGreens
 from seatfem.factorization import Backend, FactorizationError, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel, as_csr
 from seatfem.modes import ConvergenceError, default_shift
-from seatfem.pulse import error_times
 
 
 def march(

@@ -14,7 +14,6 @@ from seatfem.greens import greens_function, reduce_model
 from seatfem.krylov import krylov_greens
 from seatfem.model import ModelError, Port, SecondOrderModel
 from seatfem.modes import ConvergenceError, modal_greens, solve_modes
-from seatfem.pulse import filtered
 from seatfem.rod1d import rod_model
 from seatfem.transient import march, transient_greens
 
@@ -56,8 +55,8 @@ def all_modes(model, damping):
 
 def true_error(greens, model, damping, bandwidth, duration):
     t = np.linspace(0, duration, 3001)
-    reference = filtered(all_modes(model, damping), t, 1 / bandwidth)
-    return np.abs(filtered(greens, t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
+    reference = all_modes(model, damping).filtered_matrix(t, 1 / bandwidth)
+    return np.abs(greens.filtered_matrix(t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
 
 
 @pytest.mark.parametrize("zeta", [0.0, 0.1, 1.0, 2.5])
@@ -69,7 +68,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
     t = np.linspace(0, 5, 23)
     quadrature = greens.filtered(t, 1.3, 0, 1)
     # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
-    assert filtered(greens, t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
+    assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
 
 
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.1), Damping(0.0, 1e3, 1e-8)])
@@ -195,7 +194,7 @@ def test_the_marched_samples_are_second_order(rod):
     """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
     duration, width = 4e-5, 1e-5
     t = np.linspace(0, duration, 161)
-    exact = filtered(all_modes(rod, Damping()), t, width)[0, 0]
+    exact = all_modes(rod, Damping()).filtered(t, width)
     errors = []
     for n in (200, 400, 800):
         g = impact.sampled.SampledGreens(march(rod, duration / n, n), duration / n)
@@ -210,7 +209,7 @@ def test_transient_error_is_below_its_estimate(rod, rayleigh):
     model = rod_model(**ROD, elements=100, damping=rayleigh)
     greens = transient_greens(model, bandwidth=1e5, duration=5e-5, tolerance=1e-2)
     t = np.linspace(0, 5e-5, 201)
-    exact = filtered(all_modes(model, damping_of(model, 0.0)), t, 1e-5)[0, 0]
+    exact = all_modes(model, damping_of(model, 0.0)).filtered(t, 1e-5)
     error = np.abs(greens.filtered(t, 1e-5) - exact).max() / np.abs(exact).max()
     assert error <= greens.error_estimate.reduction <= 1e-2
     assert greens.error_estimate.reduction <= 10 * error

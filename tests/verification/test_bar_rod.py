@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import impact
+from impact.pulse import hann_integral
 from seatfem.assembly import assemble
 from seatfem.geometry import Bar
 from seatfem.greens import greens_function
 from seatfem.mesh_spec import MeshSpec
 from seatfem.meshing import make_mesh
 from seatfem.modes import solve_modes
-from seatfem.pulse import filtered, hann_integral
 from seatfem.rod1d import rod_model
 
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
@@ -77,7 +77,7 @@ def test_g_after_the_pulse_converges_at_its_order():
         greens = greens_function(
             model(size), bandwidth=1 / width, duration=t[-1], tolerance=5e-5, method="krylov"
         )  # an eighth of the smallest rms error below
-        error = (filtered(greens, t, width)[0, 0] - exact) / np.abs(exact).max()
+        error = (greens.filtered(t, width) - exact) / np.abs(exact).max()
         largest.append(np.abs(error).max())
         rms.append(np.sqrt(np.mean(error**2)))
     assert abs(fitted_order(largest) - 2.4) < 0.4
@@ -98,7 +98,7 @@ def test_the_orders_in_one_dimension(order, of_largest, of_rms):
         whole = impact.ModalGreens(
             modes.omega, np.zeros(rod.size), modes.shapes.T @ rod.port_matrix, impact.Residual.none()
         )
-        error = filtered(whole, t, width)[0, 0] * RHO * C0 * AREA - exact
+        error = whole.filtered(t, width) * RHO * C0 * AREA - exact
         errors.append((np.abs(error).max(), np.sqrt(np.mean(error**2))))
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(np.abs(orders - (of_largest, of_rms)) < 0.15)
@@ -109,7 +109,7 @@ def test_plateau_and_arrivals_are_seen():
     width, impedance = ROUND_TRIP / 3, RHO * C0 * AREA
     greens = greens_function(model(2e-3), bandwidth=1 / width, duration=2.6 * ROUND_TRIP, tolerance=1e-3)
     t = np.linspace(0, 2.6 * ROUND_TRIP, 5201)
-    response = filtered(greens, t, width)[0, 0]
+    response = greens.filtered(t, width)
     for start, end, level in ((width, ROUND_TRIP, 1), (ROUND_TRIP + width, 2 * ROUND_TRIP, -1)):
         inside = (t > start + 0.1 * width) & (t < end - 0.1 * width)
         # the mesh of 2 mm carries this shorter pulse to 0.3 %
@@ -141,7 +141,7 @@ def test_what_poissons_ratio_adds_falls_with_slenderness_as_rayleigh_and_love_pr
         extensional = greens.omega[greens.shapes[:, 0] ** 2 > 1 / (RHO * width**2 * LENGTH)][:3]
         drop = 1 - extensional / (k * C0)
         ratios.append(drop / ((nu * k) ** 2 * width**2 / 6 / 2))
-        response = filtered(greens, t, ROUND_TRIP)[0, 0] * RHO * C0 * width**2
+        response = greens.filtered(t, ROUND_TRIP) * RHO * C0 * width**2
         differences.append(np.abs(response - exact).max())
     off = np.abs(np.array(ratios) - 1)
     assert np.all(off[-1] < (0.002, 0.005, 0.01))

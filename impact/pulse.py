@@ -1,4 +1,4 @@
-"""The Hann pulse that states a bandwidth, and the exact response of oscillators and relaxations to it.
+"""The Hann pulse that states a bandwidth, and the exact response of oscillators and exponentials to it.
 
 p(s) = (1 - cos(2 pi s/T))/T on [0, T], T = 1/bandwidth: unit area, -6 dB at the bandwidth, zero at twice it, falling
 like 1/f^3 beyond. Reduction errors are measured on g convolved with p, since g itself jumps.
@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.modal import ModalGreens, Residual
-from seatfem.model import Array
+from impact.greens import Array
 
 Complex = NDArray[np.complex128]
 
@@ -32,15 +31,6 @@ def error_times(duration: float, width: float, limit: int = 4000) -> Array:
     return np.unique(np.concatenate([np.linspace(0, min(2 * width, duration), 81), np.linspace(0, duration, n + 1)]))
 
 
-def filtered(greens: ModalGreens, t: Array, width: float) -> Array:
-    """(p, p, nt) g convolved with the pulse [m/(N s)], in closed form.
-
-    The same as ``greens.filtered`` for every pair of ports, hundreds of times faster.
-    """
-    out = combine(greens.shapes, mode_responses(greens.omega, greens.zeta, t, width))
-    return out + residual_response(greens.residual, t, width)
-
-
 def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
     """(M, nt) displacement of each oscillator of unit mass after the pulse [s]."""
     rigid = omega == 0
@@ -50,15 +40,15 @@ def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
     return out
 
 
-def combine(shapes: Array, responses: Array) -> Array:
-    """(p, p, nt) sum over modes of shapes_ki shapes_kj responses_kt."""
-    return np.stack([(shapes * column[:, None]).T @ responses for column in shapes.T])
+def combine(rows: Array, responses: Array, columns: Array | None = None) -> Array:
+    """(p, q, nt) sum over modes of rows_ki columns_kj responses_kt; ``columns`` as ``rows`` by default."""
+    columns = rows if columns is None else columns
+    return np.stack([(columns * row[:, None]).T @ responses for row in rows.T])
 
 
-def residual_response(residual: Residual, t: Array, width: float) -> Array:
-    """(p, p, nt) the residual's part of g after the pulse."""
-    decays = _exponentials(t, width, -residual.rates.astype(complex)).real
-    return combine(residual.shapes, decays) + residual.compliance[:, :, None] * hann(t, width)
+def decay_responses(rates: Array, t: Array, width: float) -> Array:
+    """(R, nt) each exp(-rate t) after the pulse."""
+    return exponentials(-rates.astype(complex), t, width).real
 
 
 def _rigid(t: Array, width: float) -> Array:
@@ -72,17 +62,17 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
     wd = omega * np.sqrt((1 - apart**2).astype(complex))
     out = np.empty((len(omega), len(t)))
     under = apart < 1
-    out[under] = _exponentials(t, width, (-apart * omega + 1j * wd)[under]).imag / wd[under].real[:, None]
+    out[under] = exponentials((-apart * omega + 1j * wd)[under], t, width).imag / wd[under].real[:, None]
     if np.any(~under):
         gap = wd[~under].imag
         fast = (apart * omega)[~under] + gap
         slow = omega[~under] ** 2 / fast
-        pair = [_exponentials(t, width, -rate.astype(complex)).real for rate in (slow, fast)]
+        pair = [decay_responses(rate, t, width) for rate in (slow, fast)]
         out[~under] = (pair[0] - pair[1]) / (2 * gap[:, None])
     return out
 
 
-def _exponentials(t: Array, width: float, poles: Complex) -> Complex:
+def exponentials(poles: Complex, t: Array, width: float) -> Complex:
     """(poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T)."""
     out = np.empty((len(poles), len(t)), dtype=complex)
     early = t < width
