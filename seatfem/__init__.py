@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from seatfem.assembly import assemble
     from seatfem.greens import Reduction, greens_function, reduce_model
-    from seatfem.meshing import MeshSpec, SeatMesh, make_mesh, read_mesh
+    from seatfem.mesh_files import read_mesh
+    from seatfem.meshing import MeshSpec, SeatMesh, make_mesh
     from seatfem.model import Material, ModelError, Port, SecondOrderModel
     from seatfem.modes import Modes, solve_modes
     from seatfem.pipeline import run_scene
@@ -44,7 +45,7 @@ _HOME = {
     "MeshSpec": "meshing",
     "SeatMesh": "meshing",
     "make_mesh": "meshing",
-    "read_mesh": "meshing",
+    "read_mesh": "mesh_files",
     "Material": "model",
     "ModelError": "model",
     "Port": "model",

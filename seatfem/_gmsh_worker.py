@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from seatfem._gmsh_arrays import arrays
 from seatfem.geometry import FAMILIES, Geometry, GeometryError, decode, model_unit
 from seatfem.geometry.inspect import area_of, patch_tags, volume_of
 from seatfem.geometry.step_colours import paint
@@ -24,7 +25,6 @@ APT_LINE = (
     "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
 )
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
-TRIANGLE = {1: 2, 2: 9}
 POOR_JACOBIAN = 0.05
 MILLIMETRE = 1e-3  # in which STEP files are written
 OPTIONS = {
@@ -112,39 +112,6 @@ def untangle(gmsh: Any, unit: float) -> None:
         x, y, z = 1e3 * unit * np.mean([gmsh.model.mesh.getNode(node)[0] for node in nodes], axis=0)
         stage(f"untangling {len(poor)} curved elements, worst near ({x:.3g}, {y:.3g}, {z:.3g}) mm", 0.8)
         gmsh.model.mesh.optimize("HighOrder")
-
-
-def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
-    """Points (metres), tetrahedra and named groups as plain arrays; ``scale``: metres per model unit."""
-    mesh = gmsh.model.mesh
-    tags, coordinates, _ = mesh.getNodes()
-    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
-    index[tags] = np.arange(len(tags))
-    present = {kind for kind in mesh.getElementTypes() if mesh.getElementProperties(kind)[1] == 3}
-    foreign = [mesh.getElementProperties(kind)[0] for kind in present - set(TETRAHEDRON.values())]
-    if foreign or len(present) != 1:
-        found = ", ".join(mesh.getElementProperties(kind)[0] for kind in sorted(present)) or "none"
-        raise GeometryError(f"volume elements must be tetrahedra of one order, 1 or 2; found: {found}")
-    order = next(order for order, kind in TETRAHEDRON.items() if kind in present)
-    columns = mesh.getElementProperties(TETRAHEDRON[order])[3]
-    elements, nodes = mesh.getElementsByType(TETRAHEDRON[order])
-    element_index = np.full(int(elements.max()) + 1, -1, dtype=np.int64)
-    element_index[elements] = np.arange(len(elements))
-    out = {
-        "points": scale * coordinates.reshape(-1, 3),
-        "tets": index[nodes].reshape(-1, columns),
-    }
-    for dimension, tag in gmsh.model.getPhysicalGroups():
-        name = gmsh.model.getPhysicalName(dimension, tag) or f"group {tag}"
-        entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
-        if dimension == 3:
-            parts = [mesh.getElementsByType(TETRAHEDRON[order], entity)[0] for entity in entities]
-            out[f"volume:{name}"] = element_index[np.concatenate([[], *parts]).astype(np.int64)]
-        elif dimension == 2:
-            width = mesh.getElementProperties(TRIANGLE[order])[3]
-            faces = [mesh.getElementsByType(TRIANGLE[order], entity)[1] for entity in entities]
-            out[f"surface:{name}"] = index[np.concatenate([[], *faces]).astype(np.int64)].reshape(-1, width)[:, :3]
-    return out
 
 
 def write_msh(gmsh: Any, path: str, scale: float) -> None:

@@ -19,8 +19,9 @@ from seatfem import scene as scenes
 from seatfem.assembly import assemble
 from seatfem.geometry import GeometryError
 from seatfem.greens import reduce_model
+from seatfem.mesh_files import read_mesh
 from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import SeatMesh, make_mesh, read_mesh
+from seatfem.meshing import SeatMesh, make_mesh
 from seatfem.model import Material, SecondOrderModel
 from seatfem.modes import Modes
 from seatfem.scene import ElasticSeat, Scene

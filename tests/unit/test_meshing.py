@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ColourFace, GeometryError, PlaneFace
-from seatfem.meshing import MeshingError, MeshSpec, content_hash, make_mesh, read_mesh, write_step
+from seatfem.mesh_files import read_mesh
+from seatfem.meshing import MeshingError, MeshSpec, content_hash, make_mesh, write_step
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
