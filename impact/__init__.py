@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from impact.loads import Gravity, PointForce, Pressure, PressureField
     from impact.measured import read_impulse_response, sampling_advice
     from impact.nearest_passive import repair
+    from impact.pole_passivity import PolePassivity, pole_passivity
+    from impact.poles import PoleGreens
     from impact.reeds import GivenShape, ModeShape, StaticShape, reed
     from impact.regime import Regime, regime_card
     from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
@@ -76,6 +78,8 @@ __all__ = [
     "PassivityReport",
     "PlainLaw",
     "PointForce",
+    "PoleGreens",
+    "PolePassivity",
     "Pressure",
     "PressureField",
     "Regime",
@@ -102,6 +106,7 @@ __all__ = [
     "load_results",
     "measures",
     "passivity",
+    "pole_passivity",
     "prepare",
     "read_impulse_response",
     "read_time_series",
@@ -137,6 +142,9 @@ _HOME = {
     "PointForce": "loads",
     "Pressure": "loads",
     "PressureField": "loads",
+    "PoleGreens": "poles",
+    "PolePassivity": "pole_passivity",
+    "pole_passivity": "pole_passivity",
     "GivenShape": "reeds",
     "ModeShape": "reeds",
     "StaticShape": "reeds",

@@ -11,6 +11,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.atomic import whole_file
 from impact.closed_form import DelayRod, PowerLaw
@@ -19,6 +20,7 @@ from impact.energy import EnergyLedger
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.half_space import half_space_patch
 from impact.modal import ModalGreens, Residual
+from impact.poles import PoleGreens
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
 from impact.seal import USER_BLOCK, can_be_opened, seal, seal_holds
@@ -31,6 +33,7 @@ _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "power_law": PowerLaw,
     "half_space_patch": half_space_patch,
 }
+_POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
 _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
@@ -79,10 +82,14 @@ def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
                 error=error,
                 origin=origin,
             )
+        if kind == "poles":
+            poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
+            rates, real, signs, rigid, spring = (_array(file, name) for name in _POLES)
+            return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin)
         if kind in _CLOSED:
             return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
         raise StorageError(
-            f"{path}: unknown kind of Green's function {kind!r}; known: modal, sampled, {', '.join(_CLOSED)}"
+            f"{path}: unknown kind of Green's function {kind!r}; known: modal, sampled, poles, {', '.join(_CLOSED)}"
         )
 
 
@@ -140,6 +147,13 @@ def _write_body(file: Any, greens: GreensFunction) -> None:
         file["values"] = greens.values
         if greens.static is not None:
             file["static"] = greens.static
+    elif isinstance(greens, PoleGreens):
+        file.attrs["kind"] = "poles"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        for name in ("poles", "shapes"):
+            file[f"{name}/real"], file[f"{name}/imag"] = getattr(greens, name).real, getattr(greens, name).imag
+        for name in _POLES:
+            file[name] = getattr(greens, name)
     elif str(greens.provenance.get("kind")) in _CLOSED:
         file.attrs["kind"] = str(greens.provenance["kind"])
     else:
@@ -194,6 +208,10 @@ def _array(group: Any, key: str) -> Array:
     if bad := int(np.sum(~np.isfinite(values))):
         raise _Damage(f"{key} has {bad} values that are not finite")
     return values
+
+
+def _complex_array(group: Any, key: str) -> NDArray[np.complex128]:
+    return np.asarray(_array(group, f"{key}/real") + 1j * _array(group, f"{key}/imag"), dtype=complex)
 
 
 def _names(file: Any) -> tuple[str, ...]:

@@ -164,7 +164,7 @@ def shorten(name: str) -> Callable[[h5py.File], None]:
         (set_attribute("content", "result"), "holds 'result', a 'greens' file is needed"),
         (
             set_attribute("kind", "psychic"),
-            "unknown kind of Green's function 'psychic'; known: modal, sampled, delay_r",
+            "unknown kind of Green's function 'psychic'; known: modal, sampled, poles, delay_r",
         ),
         (set_attribute("provenance", '{"dof": 1'), "damaged .*; compute it again"),
         (set_attribute("ports", '["tip"]'), "damaged: shapes do not match.*1 ports; compute it again"),
