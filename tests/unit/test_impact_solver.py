@@ -62,10 +62,11 @@ def test_record_covers_the_duration_and_tells_progress() -> None:
 
 def test_advice_when_the_step_is_too_coarse_for_the_highest_mode() -> None:
     fast = ModalGreens(np.array([1.0, 100.0]), np.zeros(2), np.ones((2, 1)), Residual.exponential(1e-3, 0.1))
-    advice = impact.solve(mass_on(fast), dt=0.02, duration=1.0).advice
-    assert len(advice) == 1
-    assert advice[0].value == pytest.approx(2.0)
-    assert "use dt <= 0.005 s" in str(advice[0])
+    modes, contacts = impact.solve(mass_on(fast), dt=0.02, duration=1.0).advice
+    assert modes.value == pytest.approx(2.0)
+    assert "use dt <= 0.005 s" in str(modes)
+    assert contacts.name == "share of the impulse in contacts of fewer than 10 steps"
+    assert contacts.value == 1.0
     assert not impact.solve(mass_on(fast), dt=0.004, duration=1.0).advice
 
 
