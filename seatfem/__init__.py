@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from seatfem.assembly import assemble
     from seatfem.greens import Reduction, greens_function, reduce_model
+    from seatfem.materials import Material, Orthotropic
     from seatfem.mesh_files import read_mesh
     from seatfem.meshing import MeshSpec, SeatMesh, make_mesh
-    from seatfem.model import Material, ModelError, Port, SecondOrderModel
+    from seatfem.model import ModelError, Port, SecondOrderModel
     from seatfem.modes import Modes, solve_modes
     from seatfem.pipeline import run_scene
     from seatfem.scene import load_scene
@@ -23,6 +24,7 @@ __all__ = [
     "MeshSpec",
     "ModelError",
     "Modes",
+    "Orthotropic",
     "Port",
     "Reduction",
     "SeatMesh",
@@ -46,7 +48,8 @@ _HOME = {
     "SeatMesh": "meshing",
     "make_mesh": "meshing",
     "read_mesh": "mesh_files",
-    "Material": "model",
+    "Material": "materials",
+    "Orthotropic": "materials",
     "ModelError": "model",
     "Port": "model",
     "SecondOrderModel": "model",

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
+from seatfem.materials import material_from
 from seatfem.model import Array, DofMap, Material, ModelError, Port, SecondOrderModel
 
 __all__ = ["DofMap", "Material", "ModelError", "Port", "SecondOrderModel", "assemble"]
@@ -31,7 +32,6 @@ _ELEMENTS = {
     ("RefHex", 1): skfem.ElementHex1,
     ("RefHex", 2): skfem.ElementHex2,
 }
-_CONSTANTS = ("young", "poisson", "density")
 _CHUNK = 16_384  # elements per batch: bounds the memory of the batched products
 
 
@@ -78,22 +78,6 @@ def assemble(
     made = {port: _port(mesh, element, name, held, material, free) for port, name in patches.items()}
     progress("assembly", 1.0)
     return SecondOrderModel(M, C, K, made, DofMap(scalar.points, free, mesh))
-
-
-def material_from(values: Mapping[str, Any]) -> Material:
-    """A `Material` from a mapping; the error lists what is missing."""
-    missing = [key for key in _CONSTANTS if key not in values]
-    if missing:
-        raise ModelError(f"material: missing {', '.join(missing)} (given: {', '.join(values) or 'nothing'})")
-    young, poisson, density = (_number(key, values[key]) for key in _CONSTANTS)
-    return Material(young, poisson, density, str(values.get("name", "")))
-
-
-def _number(key: str, value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ModelError(f"material: {key} = {value!r} is not a number; give it in SI units, without a unit") from None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The second-order model M u'' + C u' + K u = sum_p b_p F_p, and the material it is made of."""
+"""The second-order model M u'' + C u' + K u + (structural damping) = sum_p b_p F_p, its ports and its unknowns."""
 
 from __future__ import annotations
 
@@ -11,58 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from seatfem.errors import ModelError
+from seatfem.materials import Material, Orthotropic
+
+__all__ = [
+    "Array",
+    "DofMap",
+    "Material",
+    "ModelError",
+    "Orthotropic",
+    "Port",
+    "SecondOrderModel",
+    "as_csr",
+]
+
 Array = NDArray[np.float64]
-
-
-class ModelError(ValueError):
-    """A mesh, material or matrix from which no model can be made; the message names object, number and remedy."""
-
-
-@dataclass(frozen=True)
-class Material:
-    """Isotropic linear elastic solid.
-
-    Attributes:
-        young: Young's modulus E > 0 [Pa].
-        poisson: Poisson's ratio, -1 < nu < 0.5.
-        density: rho > 0 [kg/m^3].
-        name: for people.
-    """
-
-    young: float
-    poisson: float
-    density: float
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        for key, unit in (("young", "Pa"), ("density", "kg/m^3")):
-            value = getattr(self, key)
-            if not (np.isfinite(value) and value > 0):
-                raise ModelError(f"material {self.name!r}: {key} = {value} {unit} must be positive and finite")
-        if not -1.0 < self.poisson < 0.5:
-            raise ModelError(f"material {self.name!r}: poisson = {self.poisson} must lie strictly between -1 and 0.5")
-
-    @property
-    def lame(self) -> tuple[float, float]:
-        """Lame's constants (lambda, mu) [Pa]."""
-        nu = self.poisson
-        return self.young * nu / ((1 + nu) * (1 - 2 * nu)), self.young / (2 * (1 + nu))
-
-    @property
-    def c_p(self) -> float:
-        """Speed of pressure waves sqrt((lambda + 2 mu)/rho) [m/s]."""
-        lam, mu = self.lame
-        return float(np.sqrt((lam + 2 * mu) / self.density))
-
-    @property
-    def c_s(self) -> float:
-        """Speed of shear waves sqrt(mu/rho) [m/s]."""
-        return float(np.sqrt(self.lame[1] / self.density))
-
-    @property
-    def c_0(self) -> float:
-        """Speed of long waves in a thin rod sqrt(E/rho) [m/s]."""
-        return float(np.sqrt(self.young / self.density))
 
 
 @dataclass(frozen=True)
@@ -93,20 +56,28 @@ class Port:
 class DofMap:
     """Where the unknowns live: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
 
+    Nodes on an oblique sliding plane have components along axes of their own: then ``turned`` takes the unknowns to
+    Cartesian displacements.
+
     Attributes:
         points: (dim, n_nodes) node coordinates [m].
         free: (n_free,) indices of the unknowns among all dim * n_nodes.
         mesh: the scikit-fem mesh.
+        turned: (dim * n_nodes, n_free) displacements of the unknowns, or ``None`` where all are Cartesian.
     """
 
     points: Array
     free: NDArray[np.int64]
     mesh: object = None
+    turned: sparse.csr_array | None = field(default=None, repr=False)
 
     def expand(self, vector: Array) -> Array:
         """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
         full = np.zeros(self.points.size)
-        full[self.free] = vector
+        if self.turned is None:
+            full[self.free] = vector
+        else:
+            full[:] = self.turned @ vector
         return full.reshape(-1, len(self.points)).T
 
 
@@ -116,9 +87,10 @@ class SecondOrderModel:
 
     Attributes:
         M, K: (n, n) symmetric mass (positive) and stiffness (positive semidefinite); any scipy sparse or dense matrix.
-        C: the same for damping, or ``None``.
+        C: the same for viscous damping, or ``None``.
         ports: port vectors by name, as `Port` or bare (n,) array.
         dofs: where the unknowns live, if known.
+        loss: H, structural (hysteretic) damping: K becomes K + i H in the frequency domain; ``None`` without.
 
     Raises:
         ModelError: wrong shape, values not finite, not symmetric, a mass or stiffness diagonal that is not positive.
@@ -129,14 +101,15 @@ class SecondOrderModel:
     K: sparse.csr_array
     ports: Mapping[str, Port]
     dofs: DofMap | None = field(default=None, repr=False)
+    loss: sparse.csr_array | None = None
 
     def __post_init__(self) -> None:
-        for name in ("M", "C", "K"):
+        for name in ("M", "C", "K", "loss"):
             given = getattr(self, name)
             if given is not None:
                 object.__setattr__(self, name, _checked(as_csr(given), name))
         n = self.size
-        for name, matrix in (("C", self.C), ("K", self.K)):
+        for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
             if matrix is not None and matrix.shape != (n, n):
                 raise ModelError(f"M is {n} x {n} but {name} is {matrix.shape[0]} x {matrix.shape[1]}")
         if (worst := self.M.diagonal().min(initial=1.0)) <= 0:
@@ -155,6 +128,12 @@ class SecondOrderModel:
     def size(self) -> int:
         """Number of unknowns."""
         return int(self.M.shape[0])
+
+    @cached_property
+    def mass_is_diagonal(self) -> bool:
+        """Whether M couples no two unknowns, as a nodal mass does."""
+        rows = np.repeat(np.arange(self.size), np.diff(self.M.indptr))
+        return bool(np.all(self.M.data[rows != self.M.indices] == 0))
 
     @property
     def port_names(self) -> tuple[str, ...]:
@@ -201,8 +180,16 @@ def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
     bad = int(np.sum(~np.isfinite(matrix.data)))
     if bad:
         raise ModelError(f"{name} has {bad} values that are not finite")
-    largest = np.abs(matrix.data).max(initial=0.0)
-    skew = abs(matrix - matrix.T).max() / largest if largest else 0.0
-    if skew > 1e-10:
-        raise ModelError(f"{name} is not symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
+    if not _looks_symmetric(matrix):
+        largest = np.abs(matrix.data).max(initial=0.0)
+        skew = abs(matrix - matrix.T).max() / largest
+        if skew > 1e-10:
+            raise ModelError(f"{name} is not symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
     return matrix
+
+
+def _looks_symmetric(matrix: sparse.csr_array) -> bool:
+    """Whether A x = A'x to round-off for one vector of random values: true for no skew matrix, and cheap."""
+    x = np.random.default_rng(0).uniform(0.5, 1.5, matrix.shape[0])
+    largest = np.abs(matrix.data).max(initial=0.0)
+    return bool(np.abs(matrix @ x - matrix.T @ x).max(initial=0.0) <= 1e-12 * largest)
