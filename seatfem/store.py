@@ -1,0 +1,155 @@
+"""A folder of Green's functions found by the hash of what they were computed from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from impact.greens import GreensFunction
+from impact.storage import StorageError, load_greens, save_greens
+
+SCHEMA = 1  # raise it when the same key would no longer mean the same function
+VARIABLE = "SEATFEM_STORE"
+_KEY = re.compile(r"[0-9a-f]{16,64}")
+Tell = Callable[[str], None]
+
+
+class StoreError(ValueError):
+    """A store that cannot be used; the message names folder and remedy."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A stored Green's function.
+
+    Attributes:
+        key: the content hash.
+        path: its file.
+        size: of the file [bytes].
+        used: when it was last read or written [s since 1970].
+    """
+
+    key: str
+    path: Path
+    size: int
+    used: float
+
+
+def content_key(parts: Mapping[str, object]) -> str:
+    """Hash (64 hex digits) of everything a Green's function depends on, the schema included.
+
+    ``parts``: JSON values, bytes, paths (their content counts, not their name) and arrays (dtype, shape and values), in
+    mappings and sequences of any depth; the order of keys does not count. Raises `TypeError` for anything else.
+    """
+    text = json.dumps({"schema": SCHEMA, "parts": _plain(parts)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Store:
+    """Green's functions by content hash, one file each; safe for several programs at once.
+
+    A file is written whole under a temporary name and renamed, so a reader meets an old or a new one, never half of
+    one; two writers of the same key write the same function, and the last one stays.
+
+    Attributes:
+        folder: made when first written to.
+        tell: receives a line when a damaged entry is set aside.
+    """
+
+    folder: Path
+    tell: Tell | None = None
+
+    @staticmethod
+    def default(tell: Tell | None = None) -> Store:
+        """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
+        given = os.environ.get(VARIABLE)
+        cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        return Store(Path(given) if given else Path(cache) / "seatfem" / "greens", tell)
+
+    def path(self, key: str) -> Path:
+        """The file of a key; raises `StoreError` for what is no content hash."""
+        if not _KEY.fullmatch(key):
+            raise StoreError(f"{key!r} is no content hash (16 to 64 digits 0-9, a-f)")
+        return self.folder / f"{key}.h5"
+
+    def get(self, key: str) -> GreensFunction | None:
+        """The function, or ``None`` if it is not there or its file is damaged (told; the next `put` replaces it)."""
+        path = self.path(key)
+        if not path.is_file():
+            return None
+        try:
+            greens = load_greens(path)
+        except StorageError as problem:
+            if self.tell is not None and path.is_file():
+                self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
+            return None
+        with suppress(OSError):
+            os.utime(path)  # read now: the last to be pruned
+        return greens
+
+    def put(self, key: str, greens: GreensFunction) -> Path:
+        """Keep ``greens``; the file's path. Raises `StoreError` if the folder cannot be written to."""
+        path = self.path(key)
+        try:
+            save_greens(greens, path)
+        except OSError as problem:
+            raise StoreError(
+                f"{self.folder}: cannot be written to ({problem}); set {VARIABLE} to a folder of your own"
+            ) from problem
+        return path
+
+    def entries(self) -> tuple[Entry, ...]:
+        """What there is, the last used first."""
+        found = []
+        for path in self.folder.glob("*.h5") if self.folder.is_dir() else ():
+            if _KEY.fullmatch(path.stem):
+                with suppress(FileNotFoundError):  # pruned by another program
+                    status = path.stat()
+                    found.append(Entry(path.stem, path, status.st_size, status.st_mtime))
+        return tuple(sorted(found, key=lambda entry: -entry.used))
+
+    def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
+        """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.
+
+        Returns:
+            The deleted entries.
+        """
+        gone, total = [], 0
+        for entry in self.entries():
+            total += entry.size
+            old = used_before is not None and entry.used < used_before
+            if old or (most_bytes is not None and total > most_bytes):
+                entry.path.unlink(missing_ok=True)
+                gone.append(entry)
+                total -= entry.size
+        return tuple(gone)
+
+
+def _plain(value: object) -> object:
+    """JSON values that differ where the content does."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, bytes):
+        return {"bytes": hashlib.sha256(value).hexdigest()}
+    if isinstance(value, Path):
+        with value.open("rb") as file:
+            return {"file": hashlib.file_digest(file, "sha256").hexdigest()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return {"array": [value.dtype.str, list(value.shape), digest]}
+    raise TypeError(f"a key cannot be made of a {type(value).__name__}: give JSON values, bytes, paths or arrays")
