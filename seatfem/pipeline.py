@@ -1,8 +1,7 @@
-"""A scene, carried out: seat, contact, spring baseline, measures, files and pictures."""
+"""A scene, carried out: seat, contact, spring baseline, measures, error bars, files and pictures."""
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,30 +10,23 @@ from pathlib import Path
 import numpy as np
 
 import impact
-from impact import measures
-from impact.atomic import whole_file
-from impact.closed_form import DelayRod
-from impact.damped_rods import DampedFixedRod
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
+from impact.poles import PoleGreens
 from impact.progress import Progress, silent
-from impact.result import ImpactResult
 from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens, save_results
+from seatfem.budget import KEYS, Budget
+from seatfem.contact import RunError, check_length, check_step, run_contact, striker_of, time_step
 from seatfem.pictures import draw_modes, draw_run
 from seatfem.scene import Cantilever, GreensFile, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seat import SeatAnswer, build_seat, memory
 from seatfem.stopwatch import Stopwatch
+from seatfem.summary import greens_error_keys, summarise, write_json
+from seatfem.variations import error_budget
 
-STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
-STEPS_PER_FILTER = 20
-STEPS_PER_TRANSIT = 40  # of a closed-form rod
-MAX_STEPS = 20_000_000  # some 4 GB of histories
-
-
-class RunError(ValueError):
-    """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
+__all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
 
 @dataclass(frozen=True)
@@ -57,24 +49,27 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         Also what the stages raise: MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch = time.perf_counter(), Stopwatch()
-    _check_step(scene)
+    check_step(scene)
     seat, reused = _seat(scene, folder / "seat.h5", watch, progress)
     stiffness = _static_stiffness(seat.greens)
-    striker = _striker(scene)
+    striker = striker_of(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
-    _check_length(scene, dt)
+    check_length(scene, dt)
     with watch("contact"):
-        result, wall = _impact(scene, striker, seat.greens, dt, progress)
+        result = run_contact(scene, striker, seat.greens, dt, progress)
     with watch("spring baseline"):
-        baseline, spring_wall = _impact(scene, striker, impact.spring(stiffness=stiffness), dt, silent)
+        baseline = run_contact(scene, striker, impact.spring(stiffness=stiffness), dt)
+    with watch("error budget"):
+        left = error_budget(scene, seat, striker, result)
     summary: dict[str, object] = {
         "title": scene.title,
         **summarise(result, scene.run.filter_width),
         **{f"spring_{k}": v for k, v in summarise(baseline, scene.run.filter_width).items()},
-        "spring_wall_time_s": spring_wall,
-        "contact_wall_time_s": wall,
+        "spring_wall_time_s": watch.stages["spring baseline"],
+        "contact_wall_time_s": watch.stages["contact"],
+        **left.keys(),
         "seat_static_stiffness_N_per_m": stiffness,
-        **_error_keys(seat.greens),
+        **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": reused,
         "regime": impact.regime_card(striker, impact.Body(seat.greens), result),
@@ -85,10 +80,10 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         pictures, gaps = draw_run(scene, seat, result, baseline, folder, progress)
     summary["wall_time_s"] = time.perf_counter() - start
     summary["stages_s"] = {k: round(v, 3) for k, v in watch.stages.items()}
-    _write_json(folder / "summary.json", summary)
+    write_json(folder / "summary.json", summary)
     advice = (*_assumed_reed(scene), *(str(a) for a in result.advice))
     files = (folder / "summary.json", folder / "result.h5", folder / "seat.h5", *pictures)
-    return RunOutcome(summary, _accuracy_note(scene, seat.greens) + advice + gaps, files, watch.stages)
+    return RunOutcome(summary, _accuracy_note(scene, left) + advice + gaps, files, watch.stages)
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
@@ -97,7 +92,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     seat, reused = _seat(scene, path, watch, progress)
     summary = {
         "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
-        **_error_keys(seat.greens),
+        **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": reused,
     }
@@ -118,65 +113,6 @@ def write_modes(scene: Scene, folder: Path, progress: Progress = silent) -> RunO
     return RunOutcome({"frequencies_hz": frequencies, **seat.about}, gaps, files, watch.stages)
 
 
-def summarise(result: ImpactResult, filter_width: float) -> dict[str, object]:
-    """The flat keys of one contact, units in their names; ``None`` where there was no contact."""
-    raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
-    touched = len(groups) > 0
-    return {
-        "peak_force_N": measures.peak_force(result),
-        "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
-        "filter_width_s": filter_width,
-        "impulse_Ns": measures.impulse(result),
-        "first_contact_s": float(groups[0, 0]) if touched else None,
-        "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
-        "contact_count": len(groups),
-        "contact_count_raw": len(raw),
-        "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
-        "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
-        "energy_residual": result.energy.residual,
-        "energy_by_work": ", ".join(result.energy.by_work),
-        "contact_loss_J": float(result.energy.contact_loss[-1]),
-        "time_step_s": result.dt,
-        "history_engine": result.engine,
-    }
-
-
-def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
-    """Step [s]: a quarter radian of the highest frequency kept, a twentieth of the filter, a fortieth of a transit."""
-    limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
-    for greens in (reed, seat):
-        if isinstance(greens, ModalGreens) and len(greens.omega) and greens.omega.max() > 0:
-            limits.append(1.0 / (STEPS_PER_RADIAN * float(greens.omega.max())))
-        if isinstance(greens, DampedFixedRod):
-            limits.append(greens.transit / STEPS_PER_TRANSIT)
-        elif isinstance(greens, DelayRod):
-            limits.append(greens.round_trip / 2 / STEPS_PER_TRANSIT)
-    return min(limits)
-
-
-def _check_step(scene: Scene) -> None:
-    """Refuse a given step that cannot serve, before anything expensive happens."""
-    step, width = scene.run.time_step, scene.run.filter_width
-    if step is not None:
-        _check_length(scene, step)
-    if step is not None and 2 * step > width:
-        raise RunError(
-            f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
-            f"(half of run.filter_width = {width:g} s); use a shorter step or a wider filter"
-        )
-
-
-def _check_length(scene: Scene, dt: float) -> None:
-    steps = scene.run.duration / dt
-    if steps > MAX_STEPS:
-        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies need"
-        raise RunError(
-            f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
-            f"{MAX_STEPS:.0e} are stored: shorten run.duration, keep fewer modes (reed.n_modes), or give a longer "
-            "run.time_step"
-        )
-
-
 def _seat(scene: Scene, path: Path, watch: Stopwatch, progress: Progress) -> tuple[SeatAnswer, bool]:
     """The seat, from ``path`` if that holds the same one, else computed and written there."""
     key = scene.seat_key()
@@ -185,7 +121,7 @@ def _seat(scene: Scene, path: Path, watch: Stopwatch, progress: Progress) -> tup
         return SeatAnswer(kept, about={"seat_model": f"kept in {path.name}"}), True
     answer = build_seat(scene, watch, progress)
     greens = answer.greens
-    if isinstance(greens, ModalGreens | SampledGreens):  # a closed form costs nothing to make again
+    if isinstance(greens, ModalGreens | PoleGreens | SampledGreens):  # a closed form costs nothing to make again
         greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
     if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
         save_greens(greens, path)
@@ -202,32 +138,6 @@ def _kept(path: Path, key: str, scene: Scene) -> GreensFunction | None:
     return greens if greens.provenance.get("seat_key") == key and lasts else None
 
 
-def _striker(scene: Scene) -> impact.Body:
-    reed = scene.reed
-    if isinstance(reed, Cantilever):
-        return impact.cantilever_reed(
-            young=reed.material.young,
-            density=reed.material.density,
-            length=reed.length,
-            width=reed.width,
-            thickness=reed.thickness,
-            damping_ratio=reed.damping_ratio,
-            n_modes=reed.n_modes,
-            tip_deflection=reed.release.tip_deflection,
-            contact_at=scene.contact.at,
-        )
-    return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
-
-
-def _impact(
-    scene: Scene, striker: impact.Body, greens: GreensFunction, dt: float, progress: Progress
-) -> tuple[ImpactResult, float]:
-    start = time.perf_counter()
-    problem = impact.ContactProblem(striker, impact.Body(greens), gap=scene.contact.gap, law=impact.Signorini())
-    result = impact.solve(problem, dt=dt, duration=scene.run.duration, progress=progress)
-    return result, time.perf_counter() - start
-
-
 def _static_stiffness(greens: GreensFunction) -> float:
     compliance = float(greens.static_compliance()[0, 0])
     if not np.isfinite(compliance) or compliance <= 0:
@@ -238,18 +148,20 @@ def _static_stiffness(greens: GreensFunction) -> float:
     return 1.0 / compliance
 
 
-def _error_keys(greens: GreensFunction) -> dict[str, object]:
-    error = greens.error_estimate
-    return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
-
-
-def _accuracy_note(scene: Scene, greens: GreensFunction) -> tuple[str, ...]:
-    error, target = greens.error_estimate.total, scene.accuracy.target
-    if error is None or error <= target:
-        return ()
-    return (
-        f"the estimated error of the seat's Green's function is {error:.2g}, above accuracy.target = {target:g}: "
-        "refine seat.mesh, or lower seat.greens.tolerance",
+def _accuracy_note(scene: Scene, left: Budget) -> tuple[str, ...]:
+    """What misses the target, by how much, and what to refine."""
+    target = scene.accuracy.target
+    missed = [name for name in scene.accuracy.measures if left.relative(name) > target]
+    remedies = {
+        "mesh": "refine seat.mesh",
+        "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
+        "time_step": "shorten run.time_step",
+        "model": "keep more reed.n_modes",
+    }
+    return tuple(
+        f"{KEYS[name]} has an error bar of {left.relative(name):.2g}, above accuracy.target = {target:g}; most of it "
+        f"is the {left.dominant(name).replace('_', ' ')}'s: {remedies.get(left.dominant(name), 'see error_budget')}"
+        for name in missed
     )
 
 
@@ -259,8 +171,3 @@ def _assumed_reed(scene: Scene) -> tuple[str, ...]:
     if not isinstance(scene.reed, Cantilever) or not assumed:
         return ()
     return (f"not given, taken from the paper's reed: {', '.join(f'reed.{key}' for key in assumed)}",)
-
-
-def _write_json(path: Path, data: Mapping[str, object]) -> None:
-    with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(data, indent=2, default=str) + "\n", encoding="utf-8")

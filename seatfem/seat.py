@@ -34,9 +34,13 @@ PER_WAVELENGTH = 3  # second-order elements per shear wavelength at the band edg
 
 @dataclass(frozen=True)
 class SeatAnswer:
-    """A seat's Green's function and, where finite elements made it, the mesh and modes behind it."""
+    """A seat's Green's function and, where finite elements made it, the mesh and modes behind it.
+
+    ``coarser``: the same on a mesh coarser by `COARSENING`.
+    """
 
     greens: GreensFunction
+    coarser: GreensFunction | None = None
     mesh: SeatMesh | None = None
     model: SecondOrderModel | None = None
     modes: Modes | None = None
@@ -129,7 +133,7 @@ def _solved(scene: Scene, seat: ElasticSeat, mesh: SeatMesh, watch: Stopwatch, p
     greens = reduction.greens
     if isinstance(greens, ModalGreens | SampledGreens):
         greens = replace(greens, origin={**greens.origin, "mesh": str(mesh), "mesh_hash": mesh.provenance.content_hash})
-    return SeatAnswer(greens, mesh, model, reduction.modes, about)
+    return SeatAnswer(greens, None, mesh, model, reduction.modes, about)
 
 
 def _with_mesh_error(
@@ -150,7 +154,9 @@ def _with_mesh_error(
     greens = answer.greens
     assert isinstance(greens, ModalGreens | SampledGreens)
     greens = replace(greens, error=ErrorEstimate(greens.error.reduction, difference))
-    return replace(answer, greens=greens, about={**answer.about, "coarse_dof": coarse.about["seat_dof"]})
+    return replace(
+        answer, greens=greens, coarser=coarse.greens, about={**answer.about, "coarse_dof": coarse.about["seat_dof"]}
+    )
 
 
 def memory(scene: Scene) -> float:

@@ -80,10 +80,14 @@ class Run(Table):
         return self
 
 
+Measure = Literal["impulse", "filtered_peak", "contact_duration", "seat_displacement"]
+
+
 class Accuracy(Table):
     """What the answer must reach."""
 
     target: Fraction = default("1 %", "relative error asked for")
+    measures: tuple[Measure, ...] = Field(("impulse", "filtered_peak"), min_length=1, description="what it is asked of")
 
 
 class Scene(Table):

@@ -13,7 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from seatfem import pipeline
-from seatfem.pipeline import _striker, run_scene
+from seatfem.contact import striker_of
+from seatfem.pipeline import run_scene
 from seatfem.scene import DrawnSeat, Rod, Scene, load_scene
 from seatfem.seat import build_seat
 
@@ -64,7 +65,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     program the reed's modes alone, whose arrival is checked. The 12 rod modes give the impulse to 5e-6 (6 and 24: the
     same to 1e-5).
     """
-    reed = _striker(scene)
+    reed = striker_of(scene)
     assert reed.state is not None
     omega, zeta, phi = reed.greens.omega, reed.greens.zeta, reed.greens.shapes[:, 0]  # type: ignore[attr-defined]
     compliance = reed.greens.residual.compliance[0, 0] + 1 / stiffness  # type: ignore[attr-defined]

@@ -201,7 +201,7 @@ def test_a_reed_known_by_its_length_is_the_papers_and_that_is_told(
     told, results = [], []
     for name, reed in (("given", REED), ("assumed", short)):
         path = tmp_path / f"{name}.toml"
-        path.write_text(SPRING + reed + RUN, encoding="utf-8")
+        path.write_text(SPRING + reed + RUN + '[accuracy]\ntarget = "30 %"\n', encoding="utf-8")
         outcome = run_scene(load_scene(path), tmp_path / name)
         told.append(outcome.messages)
         results.append(outcome.summary["impulse_Ns"])

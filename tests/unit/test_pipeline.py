@@ -137,15 +137,36 @@ def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
     assert stored.provenance["dof"] == found["seat_dof"]
 
 
+def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
+    """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
+    found = annular.summary
+    for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
+        parts = [found[f"error_{source}_{key}"] for source in ("mesh", "reduction", "time_step", "model")]
+        assert found[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
+    assert found["error_unknown"] == ""
+    peak = found["filtered_peak_force_N"]
+    assert 1e-5 * peak < found["error_mesh_filtered_peak_force_N"] < 0.2 * peak
+    assert found["greens_error_reduction"] * peak <= found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
+
+
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files, curves = {"summary.json", "result.h5", "seat.h5"}, {"force.png", "motion.png", "energy.png", "greens.png"}
     assert written == files | curves | {"mesh.png", "modes.png", "mode_1.gif"}
     assert {path.name for path in annular.folder.iterdir()} == written
     assert not [message for message in annular.outcome.messages if "picture" in message]
-    assert {"mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "files", "pictures"} == set(
-        annular.outcome.stages
+    stages = (
+        "mesh",
+        "assembly",
+        "reduction",
+        "mesh error",
+        "contact",
+        "spring baseline",
+        "error budget",
+        "files",
+        "pictures",
     )
+    assert set(annular.outcome.stages) == set(stages)
     assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
 
 

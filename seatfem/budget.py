@@ -1,0 +1,95 @@
+"""How far each measure of a run is from the truth, and which part of the model is to blame.
+
+Every source of error is varied on its own, from what was computed to something coarser, and the run repeated: the
+change of the *measure* is the size of that source's error in it. With a refinement ratio r and an order q the error
+left is the change over r^q - 1; it is taken as the change itself, which is on the safe side for q >= 1 at r = 2 and
+q >= 1.5 at r = 1.6. Source: goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+
+from impact import measures
+from impact.result import ImpactResult
+
+Source = Literal["mesh", "reduction", "time_step", "model"]
+SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model")
+SAFETY: Final = 1.5  # on the sum of the sources, which need not be independent
+KEYS: Final = {
+    "impulse": "impulse_Ns",
+    "filtered_peak": "filtered_peak_force_N",
+    "contact_duration": "contact_duration_s",
+    "seat_displacement": "max_seat_displacement_m",
+}
+"""Measures an accuracy may be asked for, and their keys in summary.json."""
+
+Values = Mapping[str, float]
+
+
+def measured(result: ImpactResult, filter_width: float) -> Values:
+    """The measures of a run, SI, by the names of `KEYS`; a contact that never was has duration 0."""
+    groups = measures.contact_groups(result)
+    return {
+        "impulse": measures.impulse(result),
+        "filtered_peak": measures.filtered_peak_force(result, filter_width),
+        "contact_duration": float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0,
+        "seat_displacement": float(np.max(np.abs(result.target_displacement))),
+    }
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Error left in each measure.
+
+    Attributes:
+        values: the measures themselves [SI].
+        parts: by source and measure, the error it leaves [SI]; a source that is not there is unknown, one that cannot
+            err has zeros.
+    """
+
+    values: Values
+    parts: Mapping[Source, Values] = field(default_factory=dict)
+
+    def bar(self, measure: str) -> float:
+        """Half width of the error bar [SI]: `SAFETY` times the sum over the sources."""
+        return SAFETY * sum(part[measure] for part in self.parts.values())
+
+    def relative(self, measure: str) -> float:
+        """The bar over the value; infinite for a value of zero with an error."""
+        bar, value = self.bar(measure), abs(self.values[measure])
+        return bar / value if value > 0 else (np.inf if bar > 0 else 0.0)
+
+    def dominant(self, measure: str) -> str:
+        """The source that contributes most."""
+        return max(self.parts, key=lambda source: self.parts[source][measure], default="nothing known")
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Sources that nothing is known of."""
+        return tuple(source for source in SOURCES if source not in self.parts)
+
+    def keys(self) -> dict[str, object]:
+        """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY."""
+        bars: dict[str, object] = {f"error_bar_{KEYS[name]}": self.bar(name) for name in self.values}
+        shares = {f"error_{source}_{KEYS[name]}": part[name] for source, part in self.parts.items() for name in part}
+        return bars | shares | {"error_unknown": ", ".join(self.unknown)}
+
+
+def changes(one: Values, other: Values) -> Values:
+    """|one - other|, measure by measure."""
+    return {name: abs(one[name] - other[name]) for name in one}
+
+
+def share(values: Values, relative: float) -> Values:
+    """``relative`` times |value|, measure by measure."""
+    return {name: relative * abs(value) for name, value in values.items()}
+
+
+def total(one: Values, other: Values) -> Values:
+    """one + other, measure by measure."""
+    return {name: one[name] + other[name] for name in one}

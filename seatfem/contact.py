@@ -1,0 +1,95 @@
+"""The contact of a scene: who strikes, how finely time is stepped, and one run of it."""
+
+from __future__ import annotations
+
+import impact
+from impact.closed_form import DelayRod
+from impact.damped_rods import DampedFixedRod
+from impact.greens import GreensFunction
+from impact.modal import ModalGreens
+from impact.poles import PoleGreens
+from impact.progress import Progress, silent
+from impact.result import ImpactResult
+from seatfem.scene import Cantilever, Scene
+
+STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
+STEPS_PER_FILTER = 20
+STEPS_PER_TRANSIT = 40  # of a closed-form rod
+MAX_STEPS = 20_000_000  # some 4 GB of histories
+
+
+class RunError(ValueError):
+    """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
+
+
+def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
+    """The scene's striker; ``n_modes``: beam modes in place of the scene's own number."""
+    reed = scene.reed
+    if isinstance(reed, Cantilever):
+        return impact.cantilever_reed(
+            young=reed.material.young,
+            density=reed.material.density,
+            length=reed.length,
+            width=reed.width,
+            thickness=reed.thickness,
+            damping_ratio=reed.damping_ratio,
+            n_modes=n_modes or reed.n_modes,
+            tip_deflection=reed.release.tip_deflection,
+            contact_at=scene.contact.at,
+        )
+    return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
+
+
+def run_contact(
+    scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float, progress: Progress = silent
+) -> ImpactResult:
+    """One run: rigid unilateral contact (Signorini) between striker and seat."""
+    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    return impact.solve(problem, dt=dt, duration=scene.run.duration, progress=progress)
+
+
+def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
+    """Step [s]: a quarter radian of the highest frequency kept, a twentieth of the filter, a fortieth of a transit."""
+    limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
+    for greens in (reed, seat):
+        highest = _highest_frequency(greens)
+        if highest > 0:
+            limits.append(1.0 / (STEPS_PER_RADIAN * highest))
+        if isinstance(greens, DampedFixedRod):
+            limits.append(greens.transit / STEPS_PER_TRANSIT)
+        elif isinstance(greens, DelayRod):
+            limits.append(greens.round_trip / 2 / STEPS_PER_TRANSIT)
+    return min(limits)
+
+
+def _highest_frequency(greens: GreensFunction) -> float:
+    """[rad/s], 0 where the representation has none."""
+    if isinstance(greens, ModalGreens):
+        return float(greens.omega.max(initial=0.0))
+    if isinstance(greens, PoleGreens):
+        return float(abs(greens.poles).max(initial=0.0))
+    return 0.0
+
+
+def check_step(scene: Scene) -> None:
+    """Refuse a given step that cannot serve, before anything expensive happens."""
+    step, width = scene.run.time_step, scene.run.filter_width
+    if step is not None:
+        check_length(scene, step)
+    if step is not None and 2 * step > width:
+        raise RunError(
+            f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
+            f"(half of run.filter_width = {width:g} s); use a shorter step or a wider filter"
+        )
+
+
+def check_length(scene: Scene, dt: float) -> None:
+    """Refuse more steps than can be stored."""
+    steps = scene.run.duration / dt
+    if steps > MAX_STEPS:
+        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies need"
+        raise RunError(
+            f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
+            f"{MAX_STEPS:.0e} are stored: shorten run.duration, keep fewer modes (reed.n_modes), or give a longer "
+            "run.time_step"
+        )

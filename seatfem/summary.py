@@ -1,0 +1,49 @@
+"""The flat keys of summary.json, units in their names."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from impact import measures
+from impact.atomic import whole_file
+from impact.greens import GreensFunction
+from impact.result import ImpactResult
+
+
+def summarise(result: ImpactResult, filter_width: float) -> dict[str, object]:
+    """The keys of one contact; ``None`` where there was no contact."""
+    raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
+    touched = len(groups) > 0
+    return {
+        "peak_force_N": measures.peak_force(result),
+        "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
+        "filter_width_s": filter_width,
+        "impulse_Ns": measures.impulse(result),
+        "first_contact_s": float(groups[0, 0]) if touched else None,
+        "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
+        "contact_count": len(groups),
+        "contact_count_raw": len(raw),
+        "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
+        "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
+        "energy_residual": result.energy.residual,
+        "energy_by_work": ", ".join(result.energy.by_work),
+        "contact_loss_J": float(result.energy.contact_loss[-1]),
+        "time_step_s": result.dt,
+        "history_engine": result.engine,
+    }
+
+
+def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
+    """The stated error of the seat's Green's function."""
+    error = greens.error_estimate
+    return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
+
+
+def write_json(path: Path, data: Mapping[str, object]) -> None:
+    """Whole or not at all."""
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(data, indent=2, default=str) + "\n", encoding="utf-8")
