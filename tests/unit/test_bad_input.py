@@ -157,7 +157,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
 
     def messages(step: str) -> tuple[str, ...]:
         path = tmp_path / "scene.toml"
-        path.write_text(SPRING + REED + RUN + f'time_step = "{step}"', encoding="utf-8")
+        path.write_text(SPRING + REED + RUN + f'time_step = "{step}"\n[accuracy]\ntarget = "90 %"', encoding="utf-8")
         return run_scene(load_scene(path), tmp_path / "out").messages
 
     (warning,) = messages("0.4 us")
