@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 
 from seatfem._gmsh_arrays import arrays
-from seatfem.geometry import FAMILIES, Geometry, GeometryError, decode, model_unit
+from seatfem._gmsh_section import mesh_section, plane_arrays
+from seatfem._gmsh_sizes import set_sizes
+from seatfem.geometry import FAMILIES, Geometry, GeometryError, Revolved, decode, model_unit, revolved
 from seatfem.geometry.inspect import area_of, patch_tags, volume_of
 from seatfem.geometry.step_colours import paint
 from seatfem.mesh_spec import MeshSpec
@@ -58,24 +60,6 @@ def build(gmsh: Any, geometry: Geometry) -> dict[str, list[int]]:
     if shared := set(tags["contact"]) & set(tags["fixed"]):
         raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
     return tags
-
-
-def set_sizes(gmsh: Any, spec: MeshSpec, contact: list[int], unit: float) -> None:
-    """Background size: constant near the contact patch, then growing linearly to the bulk's."""
-    field = gmsh.model.mesh.field
-    edges = gmsh.model.getBoundary([(2, tag) for tag in contact], combined=False, oriented=False)
-    near, far = spec.patch_size / unit, (spec.patch_size + spec.transition) / unit
-    distance = field.add("Distance")
-    field.setNumbers(distance, "SurfacesList", contact)
-    field.setNumbers(distance, "CurvesList", [tag for _, tag in edges])
-    field.setNumber(distance, "Sampling", 200)
-    threshold = field.add("Threshold")
-    field.setNumber(threshold, "InField", distance)
-    field.setNumber(threshold, "SizeMin", near)
-    field.setNumber(threshold, "SizeMax", spec.size / unit)
-    field.setNumber(threshold, "DistMin", near)
-    field.setNumber(threshold, "DistMax", max(far, 1.001 * near))
-    field.setAsBackgroundMesh(threshold)
 
 
 def name_groups(gmsh: Any, tags: dict[str, list[int]]) -> None:
@@ -128,7 +112,8 @@ def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     unit = model_unit(geometry)
     stage("building the geometry", 0.0)
     tags = build(gmsh, geometry)
-    set_sizes(gmsh, spec, tags["contact"], unit)
+    edges = gmsh.model.getBoundary([(2, tag) for tag in tags["contact"]], combined=False, oriented=False)
+    set_sizes(gmsh, spec, tags["contact"], [tag for _, tag in edges], 1.0 / unit)
     name_groups(gmsh, tags)
     generate(gmsh, spec, unit)
     if job["msh"]:
@@ -163,7 +148,25 @@ def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     return {}
 
 
-TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {"mesh": make, "read": read, "step": export}
+def section(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "section": the half section of a solid of revolution -> plane arrays."""
+    geometry: Revolved = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    stage("building the section", 0.0)
+    lines = revolved.section(geometry, gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    stage("meshing the section", 0.3)
+    mesh_section(gmsh, spec, lines["contact"], unit)
+    return plane_arrays(gmsh, spec, lines, {}, unit)
+
+
+TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {
+    "mesh": make,
+    "read": read,
+    "section": section,
+    "step": export,
+}
 
 
 def import_gmsh() -> Any:

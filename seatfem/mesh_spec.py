@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 from seatfem.geometry import GeometryError
 
 
 @dataclass(frozen=True)
 class MeshSpec:
-    """Element sizes in metres.
+    """Element sizes in metres, and the kind of element.
 
     ``size``: in the bulk. ``contact_size``: on the contact patch (None: the bulk's). ``grading``: growth of the
-    size per unit distance from the patch. ``order``: of the tetrahedra, 1 or 2. ``curved``: second-order elements
-    follow curved faces (isoparametric).
+    size per unit distance from the patch. ``order``: of the elements, 1 or 2. ``curved``: second-order elements
+    follow curved faces (isoparametric). ``shape``: "tet" (a meridian: triangles) or "hex" (quadrilaterals).
     """
 
     size: float
@@ -22,6 +23,7 @@ class MeshSpec:
     grading: float = 0.25
     order: int = 2
     curved: bool = True
+    shape: Literal["tet", "hex"] = "tet"
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
@@ -31,6 +33,8 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.contact_size = {self.contact_size:g} m: must be <= size = {self.size:g} m")
         if self.order not in (1, 2):
             raise GeometryError(f"MeshSpec.order = {self.order}: must be 1 or 2")
+        if self.shape not in ("tet", "hex"):
+            raise GeometryError(f"MeshSpec.shape = {self.shape!r}: must be 'tet' or 'hex'")
 
     @property
     def patch_size(self) -> float:

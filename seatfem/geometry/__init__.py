@@ -1,8 +1,9 @@
 """Geometry of seats: frozen specs in SI units, and one gmsh recipe per family.
 
 A new family is one file with a frozen dataclass (its ``patches`` name the faces) and a ``build`` function, and one
-line in ``FAMILIES``. Recipes receive the OpenCASCADE part of a gmsh model, work in millimetres as CAD does, and run
-only inside the gmsh process: nothing here imports gmsh.
+line in ``FAMILIES``; a solid of revolution has a ``profile`` instead of a function of its own. Recipes receive the
+OpenCASCADE part of a gmsh model, work in millimetres as CAD does, and run only inside the gmsh process: nothing here
+imports gmsh.
 """
 
 from __future__ import annotations
@@ -13,22 +14,30 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from seatfem.geometry import annular, bar, block, cad
+from seatfem.geometry import bar, block, cad, revolved
 from seatfem.geometry.annular import AnnularSeat
 from seatfem.geometry.bar import Bar
 from seatfem.geometry.block import Block
 from seatfem.geometry.cad import CadPart
 from seatfem.geometry.checks import GeometryError
-from seatfem.geometry.faces import (
+from seatfem.geometry.conical import ConicalSeat
+from seatfem.geometry.faces import Face
+from seatfem.geometry.profile import Edge, Profile
+from seatfem.geometry.selectors import (
     CONTACT_COLOUR,
     FIXED_COLOUR,
     SELECTORS,
     ColourFace,
-    Face,
+    ConeFace,
+    CylinderFace,
+    HalfPlaneFace,
+    NamedFace,
     PlaneFace,
+    PointFace,
     Selector,
     select,
 )
+from seatfem.geometry.stopper import Stopper
 
 __all__ = [
     "CONTACT_COLOUR",
@@ -39,12 +48,22 @@ __all__ = [
     "Block",
     "CadPart",
     "ColourFace",
+    "ConeFace",
+    "ConicalSeat",
+    "CylinderFace",
+    "Edge",
     "Face",
     "Family",
     "Geometry",
     "GeometryError",
+    "HalfPlaneFace",
+    "NamedFace",
     "PlaneFace",
+    "PointFace",
+    "Profile",
+    "Revolved",
     "Selector",
+    "Stopper",
     "decode",
     "encode",
     "fingerprint",
@@ -52,7 +71,8 @@ __all__ = [
     "select",
 ]
 
-Geometry = AnnularSeat | Bar | Block | CadPart
+Geometry = AnnularSeat | ConicalSeat | Stopper | Bar | Block | CadPart
+Revolved = AnnularSeat | ConicalSeat | Stopper
 
 
 @dataclass(frozen=True)
@@ -64,7 +84,9 @@ class Family:
 
 
 FAMILIES: dict[str, Family] = {
-    "annular": Family(AnnularSeat, annular.build),
+    "annular": Family(AnnularSeat, revolved.build),
+    "conical": Family(ConicalSeat, revolved.build),
+    "stopper": Family(Stopper, revolved.build),
     "bar": Family(Bar, bar.build),
     "block": Family(Block, block.build),
     "cad": Family(CadPart, cad.build),

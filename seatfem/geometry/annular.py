@@ -1,21 +1,20 @@
-"""The annular valve seat: a circular plate with a port bore and a raised, rounded lip around it."""
+"""The annular valve seat: a circular plate with a port bore and a raised, rounded lip around it, or a flat one."""
 
 from __future__ import annotations
 
-import itertools
-import math
 from dataclasses import dataclass
-from typing import Any
 
 from seatfem.geometry.checks import GeometryError, require_below, require_positive
-from seatfem.geometry.faces import Patches, PlaneFace
+from seatfem.geometry.profile import Edge, Point, Profile, polygon
+from seatfem.geometry.selectors import Patches, PlaneFace
 
 
 @dataclass(frozen=True)
 class AnnularSeat:
     """Solid of revolution about z, underside at z = 0 (metres).
 
-    ``bore_radius``: of the port. ``lip_width``: radial, edges included. ``lip_height``: above the plate.
+    ``bore_radius``: of the port. ``lip_width``: radial, edges included. ``lip_height``: above the plate; 0 for a flat
+    seat, whose contact is the innermost ring of width ``lip_width`` (it needs ``lip_edge_radius`` = 0).
     ``lip_edge_radius``: of both upper edges, 0 for sharp ones. ``outer_radius``, ``thickness``: of the plate.
     The group "contact" is the flat top of the lip, "fixed" the underside.
     """
@@ -28,11 +27,13 @@ class AnnularSeat:
     thickness: float = 8e-3
 
     def __post_init__(self) -> None:
-        require_positive(self, "bore_radius", "lip_width", "lip_height", "outer_radius", "thickness")
+        require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
+        if self.lip_height != 0.0:
+            require_positive(self, "lip_height")
         if self.lip_edge_radius != 0.0:
             require_positive(self, "lip_edge_radius")
-        require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
-        require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
+            require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
+            require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
         lip_radius = self.bore_radius + self.lip_width
         if self.outer_radius <= lip_radius:
             raise GeometryError(
@@ -42,31 +43,23 @@ class AnnularSeat:
 
     @property
     def patches(self) -> Patches:
-        top = PlaneFace((0.0, 0.0, 1.0), self.thickness + self.lip_height)
-        return {"contact": (top,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+        top, edge = self.thickness + self.lip_height, self.lip_edge_radius
+        inner, outer = self.bore_radius + edge, self.bore_radius + self.lip_width - edge
+        contact = PlaneFace((0.0, 0.0, 1.0), top, radius_min=inner, radius_max=outer)
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
-
-def build(seat: AnnularSeat, occ: Any) -> None:
-    """Revolve the half section (millimetres) in the given gmsh OpenCASCADE model."""
-    bore, width, height = 1e3 * seat.bore_radius, 1e3 * seat.lip_width, 1e3 * seat.lip_height
-    edge, outer, plate = 1e3 * seat.lip_edge_radius, 1e3 * seat.outer_radius, 1e3 * seat.thickness
-    lip, top = bore + width, plate + height
-
-    def point(r: float, z: float) -> int:
-        return int(occ.addPoint(r, 0.0, z))
-
-    corners = [point(bore, 0.0), point(outer, 0.0), point(outer, plate), point(lip, plate)]
-    if edge == 0.0:
-        corners += [point(lip, top), point(bore, top)]
-        outline = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-    else:
-        outside = [point(lip, top - edge), point(lip - edge, top - edge), point(lip - edge, top)]
-        inside = [point(bore + edge, top), point(bore + edge, top - edge), point(bore, top - edge)]
-        path = [*corners, outside[0]]
-        outline = [occ.addLine(a, b) for a, b in itertools.pairwise(path)]
-        outline += [occ.addCircleArc(*outside), occ.addLine(outside[-1], inside[0])]
-        outline += [occ.addCircleArc(*inside), occ.addLine(inside[-1], corners[0])]
-        occ.remove([(0, outside[1]), (0, inside[1])])
-    section = occ.addPlaneSurface([occ.addCurveLoop(outline)])
-    occ.revolve([(2, section)], 0, 0, 0, 0, 0, 1, 2 * math.pi)
-    occ.remove([(2, section)], recursive=True)
+    @property
+    def profile(self) -> Profile:
+        """The half section."""
+        bore, lip, r = self.bore_radius, self.bore_radius + self.lip_width, self.lip_edge_radius
+        plate, top = self.thickness, self.thickness + self.lip_height
+        base: list[Point] = [(bore, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate), (lip, plate)]
+        if self.lip_height == 0.0:
+            return Profile(polygon([*base, (bore, plate)], ["fixed", "", "", "contact", ""]))
+        if r == 0.0:
+            return Profile(polygon([*base, (lip, top), (bore, top)], ["fixed", "", "", "", "contact", ""]))
+        points = [*base, (lip, top - r), (lip - r, top), (bore + r, top), (bore, top - r)]
+        edges = list(polygon(points, ["fixed", "", "", "", "", "contact", "", ""]))
+        edges[4] = Edge(points[4], points[5], (lip - r, top - r))
+        edges[6] = Edge(points[6], points[7], (bore + r, top - r))
+        return Profile(tuple(edges))

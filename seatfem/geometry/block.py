@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatfem.geometry.checks import require_below, require_positive
-from seatfem.geometry.faces import Patches, PlaneFace
+from seatfem.geometry.selectors import Patches, PlaneFace
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seatfem.geometry.checks import GeometryError
-from seatfem.geometry.faces import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
+from seatfem.geometry.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
 
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.geometry.faces import Colour, Face, Patches, select
+from seatfem.geometry.faces import Axis, Colour, Face, Vector
+from seatfem.geometry.selectors import Patches, select
 
 NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
 POINTS_PER_CURVE = 17
@@ -50,7 +52,30 @@ def _face(model: Any, tag: int, unit: float) -> Face:
         curves=frozenset(curves),
         normal=_normal(model, tag) if kind == "Plane" else None,
         colour=_colour(model, tag),
+        axis=_axis(model, tag, unit) if kind in ("Cylinder", "Cone") else None,
+        distance=lambda point: _distance(model, tag, point, unit),
     )
+
+
+def _axis(model: Any, tag: int, unit: float) -> Axis:
+    """OpenCASCADE's surface is P = O + (R + v sin a) e(u) + v cos a Z with the unit vector e normal to Z."""
+    low, high = model.getParametrizationBounds(2, tag)
+    where = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]
+    point = model.getValue(2, tag, where)
+    along = model.getDerivative(2, tag, where)[3:]
+    to_axis = model.getSecondDerivative(2, tag, where)[:3]
+    sine = -(along @ to_axis) / np.linalg.norm(to_axis)
+    direction = along + sine * to_axis / np.linalg.norm(to_axis)
+    x, y, z = direction / np.linalg.norm(direction)
+    px, py, pz = unit * (point + to_axis)
+    return Axis((float(px), float(py), float(pz)), (float(x), float(y), float(z)), abs(math.asin(float(sine))))
+
+
+def _distance(model: Any, tag: int, point: Vector, unit: float) -> float:
+    marker = model.occ.addPoint(*(c / unit for c in point))
+    distance = model.occ.getDistance(0, marker, 2, tag)[0]
+    model.occ.remove([(0, marker)])
+    return unit * float(distance)
 
 
 def _outline(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
