@@ -49,6 +49,10 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     short = omega * t * (1 + zeta) < 0.5  # where 1 - cos loses digits, Gauss quadrature of h is exact to round-off
     safe = np.where(short, 1.0, omega)
     closed: Array = (1.0 - cosine - zeta * omega * sine) / safe**2
+    heavy = (zeta > 2) & ~short
+    if np.any(heavy):
+        closed = np.array(closed)
+        closed[heavy] = _creep(t[heavy], omega[heavy], zeta[heavy])
     if not np.any(short):
         return closed
     out = np.array(closed)
@@ -56,6 +60,14 @@ def step_response(t: Array, omega: Array, zeta: Array) -> Array:
     s = ts[:, None] * (1 + _NODES) / 2
     out[short] = ts / 2 * (impulse_response(s, ws[:, None], zs[:, None]) @ _WEIGHTS)
     return out
+
+
+def _creep(t: Array, omega: Array, zeta: Array) -> Array:
+    """The step response for heavy damping: t [E(s t) - E(f t)]/(f - s), E(x) = (1 - exp(-x))/x, slow and fast rates."""
+    wd = omega * np.sqrt((zeta - 1) * (zeta + 1))
+    fast = zeta * omega + wd
+    slow = omega * (omega / fast)
+    return np.asarray(t * (expm1_over(-slow * t) - expm1_over(-fast * t)) / (2 * wd))
 
 
 def transition(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array]:
