@@ -16,7 +16,7 @@ from seatfem.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.scene import Scene
 from seatfem.scene.seats import Annular, ElasticSeat
 from seatfem.seat import SeatAnswer
-from seatfem.tet_grid import TetGrid
+from seatfem.cell_grid import CellGrid
 
 SHOWN_MODES = 6
 _Picture = tuple[str, Callable[[Path], None]]
@@ -71,10 +71,10 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
     return pictures
 
 
-def _shapes(seat: SeatAnswer, count: int) -> tuple[TetGrid, list[Array]]:
+def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
     assert seat.model is not None
     assert seat.modes is not None
-    return TetGrid.of_model(seat.model), [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    return CellGrid.of_model(seat.model), [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
 
 
 def _frequencies(seat: SeatAnswer, count: int) -> list[float]:

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from impact.atomic import whole_file
 from impact.drawing import ORANGE, SKY, PictureError, sheet, text
+from seatfem.cell_grid import VTK_TYPES, CellGrid
 from seatfem.model import Array
 from seatfem.rendering import ABOVE, BELOW, Image, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
-from seatfem.tet_grid import TetGrid
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -32,7 +32,7 @@ _BODY, _INSIDE = "#E4E7EA", "#F2DFA0"
 
 
 def plot_modes(
-    grid: TetGrid,
+    grid: CellGrid,
     shapes: Sequence[Array],
     frequencies_hz: Sequence[float] | Array,
     path: str | os.PathLike[str],
@@ -84,7 +84,7 @@ def plot_modes(
 
 
 def animate_mode(
-    grid: TetGrid,
+    grid: CellGrid,
     shape: Array,
     frequency_hz: float,
     path: str | os.PathLike[str],
@@ -117,7 +117,7 @@ def animate_mode(
 
 
 def write_vtu(
-    grid: TetGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
+    grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
 ) -> None:
     """The modes as vector fields on the mesh itself, curved cells included, for ParaView (Warp By Vector).
 
@@ -126,8 +126,7 @@ def write_vtu(
     """
     _check(grid, shapes, frequencies_hz)
     pyvista = import_pyvista()
-    kind = pyvista.CellType.TETRA if grid.cells.shape[1] == 4 else pyvista.CellType.QUADRATIC_TETRA
-    data = _unstructured(pyvista, grid.points, grid.cells, kind)
+    data = _unstructured(pyvista, grid.points, grid.cells)
     for k, (shape, frequency) in enumerate(zip(shapes, frequencies_hz, strict=True), start=1):
         data.point_data[f"mode {k:02d}, {float(frequency):.6g} Hz"] = np.ascontiguousarray(np.asarray(shape).T)
     with whole_file(path) as temporary:
@@ -144,7 +143,7 @@ def plot_mesh(
 ) -> None:
     """The mesh from above, cut open, and from below, with the contact patch and the fixed faces in colour.
 
-    ``mesh``: a scikit-fem tetrahedral mesh with named boundaries, or an object that carries one as ``.mesh``.
+    ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
 
     Raises:
         PictureError: what drawing needs is missing.
@@ -167,6 +166,7 @@ def plot_mesh(
         aim(plotter, vertices, 0.0, view)
         images.append(shoot(plotter))
     plotter.close()
+    cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
     with _album(crop(images), ["from above", "cut open", "from below"], path, title, 3) as figure:
         figure.legend(
             handles=[
@@ -174,7 +174,7 @@ def plot_mesh(
             ],
             loc="outside lower center",
             ncols=2,
-            title=f"{mesh.nelements} tetrahedra, {mesh.doflocs.shape[1]} nodes",
+            title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes",
             title_fontsize=8,
         )
 
@@ -196,8 +196,8 @@ def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...])
 class _Body:
     """What is drawn of a grid: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
 
-    def __init__(self, pyvista: ModuleType, grid: TetGrid, shapes: Sequence[Array], cut: bool) -> None:
-        volume = _unstructured(pyvista, grid.points, grid.linear_cells, pyvista.CellType.TETRA)
+    def __init__(self, pyvista: ModuleType, grid: CellGrid, shapes: Sequence[Array], cut: bool) -> None:
+        volume = _unstructured(pyvista, grid.points, grid.linear_cells)
         for k, shape in enumerate(shapes):
             field = np.asarray(shape, dtype=float).T
             largest = float(np.linalg.norm(field, axis=1).max())
@@ -232,12 +232,13 @@ class _Body:
         plotter.add_mesh(self.outline, color="#6A6A6A", line_width=1.5)
 
 
-def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64], kind: int) -> Any:
+def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64]) -> Any:
     counted = np.column_stack([np.full(len(cells), cells.shape[1]), cells]).ravel()
-    return pyvista.UnstructuredGrid(counted, np.full(len(cells), kind, dtype=np.uint8), points)
+    kinds = np.full(len(cells), VTK_TYPES[cells.shape[1]], dtype=np.uint8)
+    return pyvista.UnstructuredGrid(counted, kinds, points)
 
 
-def _check(grid: TetGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array) -> None:
+def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array) -> None:
     if len(shapes) == 0 or len(shapes) != len(frequencies_hz):
         raise PictureError(f"{len(shapes)} shapes and {len(frequencies_hz)} frequencies: give as many, at least one")
     for k, shape in enumerate(shapes):

@@ -18,8 +18,8 @@ from impact.receptance import receptance
 from seatfem import plots as seat_plots
 from seatfem import rendering
 from seatfem.assembly import assemble
+from seatfem.cell_grid import CellGrid
 from seatfem.model import Material, ModelError
-from seatfem.tet_grid import TetGrid
 
 pytest.importorskip("matplotlib")
 
@@ -203,12 +203,12 @@ def block():
 
 
 @pytest.fixture(scope="module")
-def grid(block) -> TetGrid:
-    return TetGrid.of_model(block)
+def grid(block) -> CellGrid:
+    return CellGrid.of_model(block)
 
 
 @pytest.fixture(scope="module")
-def shapes(grid: TetGrid) -> list[np.ndarray]:
+def shapes(grid: CellGrid) -> list[np.ndarray]:
     """Bending and stretching of the block."""
     x, _, z = grid.points.T
     zero = np.zeros_like(z)
@@ -229,14 +229,14 @@ def _volume(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
 
 
-def test_grid_has_its_middle_nodes_on_the_edges_vtk_expects(grid: TetGrid) -> None:
+def test_grid_has_its_middle_nodes_on_the_edges_vtk_expects(grid: CellGrid) -> None:
     edges = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
     for column, (a, b) in enumerate(edges, start=4):
         middle = (grid.points[grid.cells[:, a]] + grid.points[grid.cells[:, b]]) / 2
         assert np.abs(grid.points[grid.cells[:, column]] - middle).max() < 1e-15
 
 
-def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: TetGrid) -> None:
+def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: CellGrid) -> None:
     whole = np.abs(_volume(grid.points, grid.cells))
     parts = np.abs(_volume(grid.points, grid.linear_cells)).reshape(-1, 8)
     assert parts == pytest.approx(np.repeat(whole[:, None], 8, axis=1) / 8, rel=1e-9)
@@ -244,10 +244,24 @@ def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: TetGrid) -> None
     assert np.all(signs == np.sign(_volume(grid.points, grid.cells))[:, None])
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
+    """VTK's own volumes of the cells and of their eighths (negative: mirrored); a node out of place would fold them."""
+    straight = skfem.MeshHex.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
+    mesh = straight if order == 1 else skfem.MeshHex2.from_mesh(straight)
+    named = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 1 - 1e-9})
+    grid = CellGrid.of_model(assemble(named, Material(1.0, 0.3, 1.0)))
+    pyvista = rendering.import_pyvista()
+    for cells, volume in ((grid.cells, 1 / 8), (grid.linear_cells, 1 / 8 if order == 1 else 1 / 64)):
+        found = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
+        assert np.abs(found) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
+    assert len(grid.linear_cells) == (8 if order == 1 else 64)
+
+
 def test_grid_of_bare_matrices_is_refused(block) -> None:
     bare = type(block)(block.M, None, block.K, block.ports)
     with pytest.raises(ModelError, match="does not know its mesh"):
-        TetGrid.of_model(bare)
+        CellGrid.of_model(bare)
 
 
 def test_visible_facets_close_the_half_that_is_kept(block) -> None:
@@ -263,7 +277,7 @@ def test_visible_facets_close_the_half_that_is_kept(block) -> None:
 
 
 def test_vtu_holds_quadratic_cells_and_shapes(
-    grid: TetGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
+    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
 ) -> None:
     import pyvista
 
@@ -275,7 +289,7 @@ def test_vtu_holds_quadratic_cells_and_shapes(
     assert [p.name for p in tmp_path.iterdir()] == ["modes.vtu"]
 
 
-def test_mode_pictures(grid: TetGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
+def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
     from PIL import Image
 
     seat_plots.plot_modes(grid, shapes, [1234.5, 67890.0], tmp_path / "modes.png", cut=True)
@@ -287,7 +301,9 @@ def test_mode_pictures(grid: TetGrid, shapes: list[np.ndarray], drawing: None, t
     assert violet.sum() > 1000
 
 
-def test_animation_is_a_loop_that_moves(grid: TetGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
+def test_animation_is_a_loop_that_moves(
+    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
+) -> None:
     import imageio.v3 as imageio
 
     seat_plots.animate_mode(grid, shapes[0], 1234.5, tmp_path / "mode.gif", frames=8)
@@ -308,7 +324,7 @@ def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_pa
     assert ((b > 130) & (b - r > 60)).sum() > 2000
 
 
-def test_shapes_that_do_not_fit_are_refused(grid: TetGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
+def test_shapes_that_do_not_fit_are_refused(grid: CellGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
     with pytest.raises(PictureError, match="give as many"):
         seat_plots.plot_modes(grid, shapes, [1.0], tmp_path / "modes.png")
     with pytest.raises(PictureError, match=r"must be finite and \(3, "):
