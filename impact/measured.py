@@ -16,6 +16,7 @@ from impact.sums import SumGreens
 from impact.time_series import SECONDS, csv_number, csv_rows
 
 UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
+REST_LIMIT = 0.05  # of the largest value: what a record may end with under the tail rule 'zero'
 _CHECKED_STEPS = 8192
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
 _HEADER = re.compile(r"\s*(\w+)\s*\[\s*([^\]]*?)\s*\]\s*")
@@ -71,7 +72,7 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
     """What a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts of a sum).
 
     Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
-    passive, over the first 8192 steps at most.
+    passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.
     """
     if isinstance(greens, SumGreens):
         return tuple(advice for part in greens.parts for advice in sampling_advice(part, dt, n, body=body))
@@ -89,6 +90,16 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
                 f"use dt <= {greens.dt:.3g} s",
             )
         )
+    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and (level := _last(greens)) > REST_LIMIT:
+        found.append(
+            Advice(
+                f"last tenth of the sampled {body}'s record over its largest value",
+                level,
+                REST_LIMIT,
+                f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
+                "measure or compute longer, until it has come to rest",
+            )
+        )
     report = passivity(greens, dt, min(n, _CHECKED_STEPS))
     if not report.passive:
         found.append(
@@ -101,6 +112,11 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
             )
         )
     return tuple(found)
+
+
+def _last(greens: SampledGreens) -> float:
+    size = np.abs(greens.values).max(axis=(0, 1))
+    return float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
 
 
 def _above(greens: SampledGreens, frequency: float) -> float:
