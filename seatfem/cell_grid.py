@@ -78,7 +78,7 @@ class CellGrid:
             raise ModelError(f"points have shape {self.points.shape}, pictures need (n, 3)")
         if self.cells.ndim != 2 or self.cells.shape[1] not in VTK_TYPES:
             raise ModelError(
-                f"cells have shape {self.cells.shape}, pictures need (m, 4), (m, 10) tetrahedra or (m, 8), (m, 27) hexahedra"
+                f"cells have shape {self.cells.shape}, pictures need tetrahedra (4, 10 nodes) or hexahedra (8, 27)"
             )
 
     @staticmethod

@@ -11,12 +11,12 @@ from impact.greens_plots import plot_greens
 from impact.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
 from impact.result import ImpactResult
+from seatfem.cell_grid import CellGrid
 from seatfem.model import Array
 from seatfem.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.scene import Scene
 from seatfem.scene.seats import Annular, ElasticSeat
 from seatfem.seat import SeatAnswer
-from seatfem.cell_grid import CellGrid
 
 SHOWN_MODES = 6
 _Picture = tuple[str, Callable[[Path], None]]
