@@ -141,7 +141,8 @@ class Orthotropic:
         q = np.asarray(self.axes, dtype=float)
         turned = np.einsum("ia,jb,ijkl,kc,ld->abcd", q, q, stiffness_tensor(local), q, q, optimize=True)
         stiffness = np.array([[turned[*row, *column] for column in VOIGT] for row in VOIGT])
-        return (stiffness + stiffness.T) / 2
+        symmetric: Array = (stiffness + stiffness.T) / 2
+        return symmetric
 
     def _speeds(self, normals: ArrayLike) -> Array:
         """(..., 3) phase speeds [m/s] along (..., 3) directions, slowest first, by Christoffel's equation."""
