@@ -20,9 +20,9 @@ CORNERS = {"tetrahedron": 3, "hexahedron": 4}
 def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
     """Points (metres), cells and named groups as plain arrays, which `mesh_io.from_gmsh` takes.
 
-    ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME" or "surface:NAME" per group.
-    Raises `GeometryError` naming what it found where the volume elements are not of one kind: tetrahedra or hexahedra
-    of order 1 or 2.
+    ``scale``: metres per model unit. Keys: "points", "cells", and one "volume:NAME", "surface:NAME" or "nodes:NAME" per
+    group; groups of one dimension and one name are one. Raises `GeometryError` naming what it found where the volume
+    elements are not of one kind: tetrahedra or hexahedra of order 1 or 2.
     """
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
@@ -31,15 +31,21 @@ def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
     elements, nodes = mesh.getElementsByType(solid)
     row = _inverse(elements)
     out = {"points": scale * coordinates.reshape(-1, 3), "cells": index[nodes].reshape(len(elements), -1)}
+    groups: dict[str, list[Integers]] = {}
     for dimension, tag in gmsh.model.getPhysicalGroups():
-        name = gmsh.model.getPhysicalName(dimension, tag) or f"group {tag}"
+        name = gmsh.model.getPhysicalName(dimension, tag).strip() or f"group {tag}"  # .med pads with blanks
         entities = gmsh.model.getEntitiesForPhysicalGroup(dimension, tag)
         if dimension == 3:
             parts = [mesh.getElementsByType(solid, entity)[0] for entity in entities]
-            out[f"volume:{name}"] = row[np.concatenate([[], *parts]).astype(np.int64)]
+            members, kind = row[np.concatenate([[], *parts]).astype(np.int64)], "volume"
         elif dimension == 2:
-            out[f"surface:{name}"] = index[_faces(mesh, SOLIDS[solid], entities)]
-    return out
+            members, kind = index[_faces(mesh, SOLIDS[solid], entities)], "surface"
+        elif dimension == 0:
+            members, kind = index[mesh.getNodesForPhysicalGroup(0, tag)[0].astype(np.int64)], "nodes"
+        else:
+            continue
+        groups.setdefault(f"{kind}:{name}", []).append(members)
+    return out | {key: np.concatenate(parts) for key, parts in groups.items()}
 
 
 def _solid_type(mesh: Any) -> int:

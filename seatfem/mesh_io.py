@@ -63,14 +63,15 @@ class MeshArrays:
 
 def from_gmsh(found: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
     """From the arrays that the gmsh process gives; hexahedra of 20 nodes get the 7 others."""
-
-    def group(kind: str) -> dict[str, Integers]:
-        return {key.removeprefix(kind): members for key, members in found.items() if key.startswith(kind)}
-
     points, cells = found["points"], found["cells"]
     if cells.shape[1] == 20:
         points, cells = serendipity_to_27(points, cells)
-    return MeshArrays(points, cells, group("surface:"), group("volume:"), source)
+    return MeshArrays(points, cells, groups(found, "surface"), groups(found, "volume"), source)
+
+
+def groups(found: Mapping[str, NDArray[Any]], kind: str) -> dict[str, Integers]:
+    """Name -> members of the groups of a kind: "surface", "volume", "nodes"."""
+    return {key.removeprefix(f"{kind}:"): rows for key, rows in found.items() if key.startswith(f"{kind}:")}
 
 
 def to_skfem(arrays: MeshArrays) -> SolidMesh:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
+
+import numpy as np
 
 from seatfem.mesh_checks import check_mesh
 from seatfem.mesh_io import MeshArrays, SolidMesh, to_skfem
@@ -16,13 +19,18 @@ PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedr
 
 @dataclass(frozen=True)
 class MeshProvenance:
-    """Where a mesh came from. ``geometry`` and ``spec`` are plain data, empty where it was read from a file."""
+    """Where a mesh came from.
+
+    ``geometry`` and ``spec`` are plain data, empty where it was read from a file; ``gmsh_version``: "" where gmsh had
+    no part in it; ``notes``: what was mended on the way.
+    """
 
     source: str
     content_hash: str
     gmsh_version: str
     geometry: Mapping[str, Any]
     spec: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +55,7 @@ class SeatMesh:
             f"{self.provenance.source}: {q.nodes} nodes ({3 * q.nodes} dof), {q.elements} {PLURALS[self.shape]} of "
             f"order {self.order}, volume {1e9 * q.volume:.6g} mm^3, {patches}, "
             f"smallest scaled Jacobian {q.min_scaled_jacobian:.2f}"
+            + "".join(f"; {note}" for note in self.provenance.notes)
         )
 
 
@@ -56,8 +65,15 @@ def seat_mesh(
     cad_volume: float | None = None,
     cad_areas: Mapping[str, float] = MappingProxyType({}),
     required: tuple[str, ...] = ("contact", "fixed"),
+    parts: int = 1,
 ) -> SeatMesh:
-    """Checked, measured and converted. Raises `MeshError` like `check_mesh` and `to_skfem`."""
-    check_mesh(arrays, required)
-    mesh = to_skfem(arrays)
-    return SeatMesh(mesh, arrays.order, measure(mesh, arrays, cad_volume, cad_areas), provenance, arrays.shape)
+    """Checked, converted and measured. Raises `MeshError` like `check_mesh` and `to_skfem`."""
+    checked = check_mesh(arrays, required, parts)
+    notes = list(provenance.notes)
+    if checked is not arrays:
+        notes.append("all elements were in mirrored node order and are reordered")
+    if loose := len(arrays.points) - len(np.unique(arrays.cells)):
+        notes.append(f"{loose} nodes of no element are dropped")
+    mesh = to_skfem(checked)
+    quality = measure(mesh, checked, cad_volume, cad_areas)
+    return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
