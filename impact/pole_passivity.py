@@ -51,13 +51,13 @@ def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PoleP
 
     Source: Anderson and Vongpanitlerd, Network Analysis and Synthesis (1973), ch. 2.
     """
-    w = _frequencies(greens)
-    margins = _margins(greens, w)
+    w = passivity_grid(greens)
+    margins = passivity_margins(greens, w)
     for _ in range(2):  # the neighbourhood of the eight least values
         least = np.argsort(margins)[:8]
         fine = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, len(w) - 1)], 33)[1:-1] for k in least]
         w = np.concatenate([w, *fine])
-        margins = np.concatenate([margins, _margins(greens, np.concatenate(fine))])
+        margins = np.concatenate([margins, passivity_margins(greens, np.concatenate(fine))])
         order = np.argsort(w)
         w, margins = w[order], margins[order]
     worst = int(np.argmin(margins))
@@ -101,14 +101,15 @@ def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
     return total, size
 
 
-def _margins(greens: PoleGreens, omega: Array) -> Array:
+def passivity_margins(greens: PoleGreens, omega: Array) -> Array:
+    """(n,) smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms."""
     total, size = real_mobility(greens, omega)
     least = total[:, 0, 0] if total.shape[1] == 1 else np.linalg.eigvalsh(total)[:, 0]
     return np.asarray(least / np.where(size > 0, size, 1.0))
 
 
-def _frequencies(greens: PoleGreens) -> Array:
-    """Around each pole in half widths, around each real pole in octaves, and far below and above all."""
+def passivity_grid(greens: PoleGreens) -> Array:
+    """Angular frequencies around each pole in half widths, each real pole in octaves, far below and above all."""
     s, width = greens.poles, np.maximum(-greens.poles.real, 1e-6 * np.abs(greens.poles))
     near = (s.imag[:, None] + width[:, None] * _AROUND).ravel()
     rates = greens.rates[greens.rates > 0]
