@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy import sparse
 
 from impact.modal import ModalGreens, Residual
 from seatfem.model import Array, ModelError, SecondOrderModel
@@ -12,20 +13,39 @@ from seatfem.model import Array, ModelError, SecondOrderModel
 
 @dataclass(frozen=True)
 class Damping:
-    """zeta(w) = ratio + alpha/(2 w) + beta w/2: uniform modal damping, or Rayleigh's C = alpha M + beta K."""
+    """zeta = ratio + alpha/(2 w) + beta w/2 + phi' H phi/(2 w^2) of the mode (w, phi).
+
+    Uniform modal damping, Rayleigh's C = alpha M + beta K, and the modal strain energy of a loss matrix
+    H = sum of eta_m K_m over regions m; H = eta K is the uniform ratio eta/2. Source: Johnson and Kienholz, AIAA
+    Journal 20 (1982) 1284 (modal strain energy); Clough and Penzien, Dynamics of Structures (Rayleigh).
+
+    Attributes:
+        ratio, alpha, beta: uniform part [-], [1/s], [s].
+        loss: H where it is not eta K.
+    """
 
     ratio: float = 0.0
     alpha: float = 0.0
     beta: float = 0.0
+    loss: sparse.csr_array | None = field(default=None, repr=False, compare=False)
 
-    def ratios(self, omega: Array) -> Array:
-        """Damping ratio of each mode; `ModelError` for mass-proportional damping of a rigid-body mode (w = 0)."""
+    def ratios(self, omega: Array, loss: Array | None = None) -> Array:
+        """Damping ratio of each mode, ``loss`` (M,) its phi' H phi [1/s^2].
+
+        Raises:
+            ModelError: mass-proportional damping of a rigid-body mode (w = 0).
+        """
         if self.alpha > 0 and np.any(omega == 0):
             raise ModelError(
                 f"alpha = {self.alpha:g} 1/s damps the rigid motion of a free body: use alpha = 0 or fix it"
             )
         safe = np.where(omega > 0, omega, np.inf)
-        return np.asarray(self.ratio + self.alpha / (2 * safe) + self.beta * omega / 2)
+        lost = 0.0 if loss is None else np.maximum(loss, 0.0) / (2 * safe**2)
+        return np.asarray(self.ratio + self.alpha / (2 * safe) + self.beta * omega / 2 + lost)
+
+    def losses(self, shapes: Array) -> Array | None:
+        """(M,) phi' H phi of the columns of ``shapes`` [1/s^2]; ``None`` without a loss matrix."""
+        return None if self.loss is None else np.asarray(np.einsum("nm,nm->m", shapes, self.loss @ shapes))
 
     def first_velocity(self) -> float:
         """g(0+) relative to the undamped 1/Z.
@@ -41,25 +61,31 @@ class Damping:
         return float(2 / np.pi * arc)
 
 
-def damping_of(model: SecondOrderModel, ratio: float) -> Damping:
-    """The model's Rayleigh damping, or uniform modal damping of ``ratio``.
+def damping_of(model: SecondOrderModel, ratio: float = 0.0) -> Damping:
+    """The model's Rayleigh damping and loss factors, plus uniform modal damping of ``ratio``: the ratios add.
 
     Raises:
-        ModelError: both at once, a negative ratio, a C that is not alpha M + beta K, a damped rigid body.
+        ModelError: a negative ratio or coefficient, a C that is not alpha M + beta K.
     """
     if not ratio >= 0:
         raise ModelError(f"damping_ratio = {ratio} must be >= 0")
-    if model.C is None:
-        return Damping(ratio)
-    if ratio > 0:
-        raise ModelError(f"damping_ratio = {ratio} and a damping matrix C at once: give one of them")
     rayleigh = model.rayleigh
     if rayleigh is None:
-        raise ModelError("C is not alpha M + beta K, so the modes are coupled by damping: use method='transient'")
+        raise ModelError("C is not alpha M + beta K, so the modes are coupled by damping: use method='second_order'")
     alpha, beta = rayleigh
     if alpha < 0 or beta < 0:
         raise ModelError(f"C = {alpha:g} M + {beta:g} K would feed energy: both coefficients must be >= 0")
-    return Damping(0.0, alpha, beta)
+    eta = uniform_loss(model)
+    return Damping(ratio + (eta or 0.0) / 2, alpha, beta, model.loss if eta is None else None)
+
+
+def uniform_loss(model: SecondOrderModel) -> float | None:
+    """eta if the loss matrix is H = eta K to 1e-9, else ``None``; 0 without H."""
+    if model.loss is None or model.loss.nnz == 0:
+        return 0.0
+    eta = float(model.loss.multiply(model.K).sum() / model.K.multiply(model.K).sum())
+    left = sparse.linalg.norm(model.loss - eta * model.K)
+    return eta if left <= 1e-9 * sparse.linalg.norm(model.loss) else None
 
 
 def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Residual:
@@ -85,16 +111,22 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Resi
 
 
 def truncate(
-    omega: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
+    omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
 ) -> ModalGreens:
     """Modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the residual.
 
     Args:
-        omega, shapes: (M,) and (M, p) mass-normalised modes.
+        omega, zeta, shapes: (M,), (M,) and (M, p) mass-normalised modes.
         above: highest retained angular frequency [rad/s].
         extra: (p, p) static compliance known to be in no mode at all [m/N].
     """
     kept = omega <= above
     dropped = shapes[~kept] / omega[~kept, None]
-    rest = residual(dropped.T @ dropped + extra, model, damping)
-    return ModalGreens(omega[kept], damping.ratios(omega[kept]), shapes[kept], rest, model.port_names)
+    tail = damping
+    if damping.loss is not None:  # the patch's loss: of the dropped modes, by their share of the compliance
+        elastic = omega > 0 if kept.all() else ~kept
+        share = np.sum((shapes[elastic] / omega[elastic, None]) ** 2, axis=1)
+        lost = (zeta - damping.ratios(omega))[elastic]
+        tail = replace(damping, ratio=damping.ratio + float(share @ lost / share.sum()))
+    rest = residual(dropped.T @ dropped + extra, model, tail)
+    return ModalGreens(omega[kept], zeta[kept], shapes[kept], rest, model.port_names)

@@ -6,26 +6,31 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import Literal, get_args
+from typing import TypedDict, get_args
 
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
+from impact.poles import PoleGreens
 from impact.progress import Progress, silent
 from impact.sampled import SampledGreens
-from seatfem.damping import damping_of
+from seatfem.choice import Method, choose
+from seatfem.damping import Damping, damping_of, uniform_loss
 from seatfem.factorization import Backend
 from seatfem.krylov import krylov_greens
+from seatfem.lanczos import lanczos_greens
 from seatfem.model import ModelError, SecondOrderModel
 from seatfem.modes import Modes, modal_greens
+from seatfem.second_order_krylov import second_order_greens
 from seatfem.transient import transient_greens
 
-Method = Literal["auto", "krylov", "modes", "transient"]
-_SMALL = 600  # unknowns up to which all modes cost nothing
+__all__ = ["Method", "Reduction", "greens_function", "reduce_model"]
+
+_MODES_ARE_CHEAP = 3000  # unknowns
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """A Green's function, and the modes of the body that were found on the way (``None`` from the transient road)."""
+    """A Green's function, and the modes of the body that were found on the way (krylov and modes; else ``None``)."""
 
     greens: GreensFunction
     modes: Modes | None
@@ -53,8 +58,10 @@ def greens_function(
         bandwidth: [Hz].
         duration: [s], how long g is needed.
         tolerance: largest estimated relative error.
-        damping_ratio: uniform modal damping ratio; for Rayleigh damping give the model a C.
-        method: "krylov" (Ritz pairs), "modes" (eigensolve + residual flexibility), "transient" (time stepping).
+        damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.
+        method: "krylov" (one factorization, Ritz pairs), "lanczos" (diagonal mass, products only), "modes"
+            (eigensolve + residual flexibility), "second_order" (any C: complex poles), "transient" (any C: time
+            stepping). "auto" chooses; ``origin["reason"]`` says why, with numbers.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization.
         progress: called with the stage and the fraction done.
@@ -97,32 +104,9 @@ def reduce_model(
     if method not in get_args(Method):
         raise ModelError(f"method {method!r} is unknown; choose from {', '.join(get_args(Method))}")
     model = _with_ports(model, ports)
-    road, reason = _choose(model, damping_ratio) if method == "auto" else (method, "asked for")
-    greens: ModalGreens | SampledGreens
-    modes: Modes | None
-    if road == "transient":
-        if damping_ratio > 0:
-            raise ModelError(
-                f"damping_ratio = {damping_ratio}: uniform modal damping is a function of M^-1 K and has no sparse C: "
-                "it cannot be stepped in time; use method='krylov' or 'modes', or give the model a C"
-            )
-        greens, modes = (
-            transient_greens(
-                model, bandwidth=bandwidth, duration=duration, tolerance=tolerance, backend=backend, progress=progress
-            ),
-            None,
-        )
-    else:
-        solve = krylov_greens if road == "krylov" else modal_greens
-        greens, modes = solve(
-            model,
-            damping_of(model, damping_ratio),
-            bandwidth=bandwidth,
-            duration=duration,
-            tolerance=tolerance,
-            backend=backend,
-            progress=progress,
-        )
+    road, reason = choose(model, duration) if method == "auto" else (method, "asked for")
+    aims = Aims(bandwidth=bandwidth, duration=duration, tolerance=tolerance, progress=progress)
+    greens, modes = _run(model, road, damping_ratio, backend, aims)
     origin = {
         "method": road,
         "reason": reason,
@@ -133,19 +117,63 @@ def reduce_model(
         "rayleigh": None if model.C is None or model.rayleigh is None else list(model.rayleigh),
         "dof": model.size,
         **greens.origin,
+        **({"advice": advice} if (advice := _advice(road, model)) else {}),
         "versions": {name: version(name) for name in ("numpy", "scipy", "scikit-fem")},
     }
     return Reduction(replace(greens, origin=origin), modes)
 
 
-def _choose(model: SecondOrderModel, damping_ratio: float) -> tuple[Literal["krylov", "modes", "transient"], str]:
-    if model.C is not None and model.rayleigh is None:
-        if damping_ratio > 0:
-            raise ModelError(f"damping_ratio = {damping_ratio} and a damping matrix C at once: give one of them")
-        return "transient", "C is not alpha M + beta K: damping couples the modes, so the model is stepped in time"
-    if model.size <= _SMALL:
-        return "modes", f"{model.size} unknowns: all modes at once cost less than anything else"
-    return "krylov", f"{model.size} unknowns: one factorization, and far fewer vectors than there are modes in the band"
+class Aims(TypedDict):
+    """What every road is asked for."""
+
+    bandwidth: float
+    duration: float
+    tolerance: float
+    progress: Progress
+
+
+def _run(
+    model: SecondOrderModel, road: Method, ratio: float, backend: Backend, aims: Aims
+) -> tuple[ModalGreens | PoleGreens | SampledGreens, Modes | None]:
+    if road == "transient":
+        _refuse_modal_damping(model, ratio)
+        return transient_greens(model, backend=backend, **aims), None
+    if road == "second_order":
+        return second_order_greens(model, _beside(model, ratio), backend=backend, **aims), None
+    damping = damping_of(model, ratio)
+    if road == "lanczos":
+        return lanczos_greens(model, damping, **aims), None
+    solve = krylov_greens if road == "krylov" else modal_greens
+    return solve(model, damping, backend=backend, **aims)
+
+
+def _beside(model: SecondOrderModel, ratio: float) -> Damping:
+    """Modal damping in addition to whatever C is."""
+    eta = uniform_loss(model)
+    return Damping(ratio + (eta or 0.0) / 2, loss=model.loss if eta is None else None)
+
+
+def _refuse_modal_damping(model: SecondOrderModel, ratio: float) -> None:
+    if ratio > 0:
+        raise ModelError(
+            f"damping_ratio = {ratio}: uniform modal damping is a function of M^-1 K and has no sparse C: it cannot be "
+            "stepped in time; use method='krylov', 'lanczos' or 'modes', or give the model a C"
+        )
+    if model.loss is not None and model.loss.nnz:
+        raise ModelError(
+            "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
+            "method='krylov', or 'second_order' if there are dashpots too"
+        )
+
+
+def _advice(road: Method, model: SecondOrderModel) -> str:
+    """What would be quicker, if the road was asked for against the cost."""
+    if road == "modes" and model.size > _MODES_ARE_CHEAP:
+        return (
+            "modes cost far more than the Green's function needs: method='krylov' reaches the same error with one "
+            "factorization and a tenth of the vectors (benchmarks/roads.py)"
+        )
+    return ""
 
 
 def _with_ports(model: SecondOrderModel, names: Sequence[str] | None) -> SecondOrderModel:

@@ -1,4 +1,7 @@
-"""The growing M-orthonormal block-Krylov basis of (K + s^2 M)^-1 M, and its Ritz pairs."""
+"""The growing M-orthonormal block-Krylov basis of (K + s^2 M)^-1 M, and its Ritz pairs.
+
+Rigid-body shapes, where they are known, are its first vectors with a stiffness of exactly zero.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +19,22 @@ class KrylovBasis:
         factor: factorization of K + s^2 M.
         shift: s > 0 [rad/s].
         limit: largest number of vectors.
+        rigid: (n, r) M-orthonormal with K rigid = 0.
     """
 
-    def __init__(self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int) -> None:
+    def __init__(
+        self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int, rigid: Array | None = None
+    ) -> None:
         self.model, self.factor, self.shift, self.limit = model, factor, shift, limit
-        self.size = 0
-        self._vectors = np.empty((model.size, 0), order="F")
+        self.rigid = 0 if rigid is None else rigid.shape[1]
+        self.size = self.rigid
+        self._vectors = np.empty((model.size, 0), order="F") if rigid is None else np.asfortranarray(rigid)
         self._stiffness = np.zeros((limit, limit))
         self._ports = np.zeros((limit, model.port_matrix.shape[1]))
+        self._ports[: self.rigid] = self._vectors.T @ model.port_matrix
         self._next = factor.solve(model.port_matrix)  # candidates
+        compliance = model.port_matrix.T @ self._next
+        self.reciprocity = float(np.abs(compliance - compliance.T).max() / np.abs(compliance).max())
 
     @property
     def V(self) -> Array:
@@ -60,16 +70,22 @@ class KrylovBasis:
             self._vectors = grown
         self._vectors[:, k] = w / norm
         self.size = k + 1
-        self._stiffness[: k + 1, k] = self._stiffness[k, : k + 1] = self.V.T @ (K @ self._vectors[:, k])
+        first = self.rigid
+        column = self._vectors[:, first : k + 1].T @ (K @ self._vectors[:, k])
+        self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
     def ritz(self) -> tuple[Array, Array, Array]:
         """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V."""
-        values, vectors = np.linalg.eigh(self._stiffness[: self.size, : self.size])
+        first, k = self.rigid, self.size
+        values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
         if values[0] < -1e-8 * self.shift**2:
             raise ModelError(f"K is indefinite: it has the Ritz value {values[0]:.2e} 1/s^2 relative to M")
-        square = np.where(values < 1e-10 * self.shift**2, 0.0, values)
-        return np.sqrt(square), vectors.T @ self._ports[: self.size], vectors
+        zero = 0.0 if first else 1e-10 * self.shift**2  # free bodies whose rigid shapes are not known
+        square = np.concatenate([np.zeros(first), np.where(values < zero, 0.0, values)])
+        coefficients = np.eye(k)
+        coefficients[first:, first:] = vectors
+        return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
 
     def orthogonality_error(self) -> float:
         """Largest entry of V'MV - I."""

@@ -12,9 +12,11 @@ from impact.greens import ErrorEstimate
 from impact.modal import ModalGreens, Residual
 from impact.progress import Progress, silent
 from impact.pulse import error_times
+from seatfem.checks import passivity
 from seatfem.damping import Damping, truncate
 from seatfem.factorization import Backend, Factorization, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel
+from seatfem.rigid import default_shift, rigid_shapes
 
 _DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
 
@@ -76,7 +78,7 @@ def solve_modes(
     shift = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
     if model.size <= max(_DENSE, n + 2):
         return _dense_modes(model, min(n, model.size), shift)
-    factor = factorize(model.K + shift**2 * model.M, backend=backend)
+    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
     progress("modes", 0.3)
     wanted, seed = min(n + 4, model.size - 1), 0
     for attempt in range(3):
@@ -121,16 +123,31 @@ def modal_greens(
                 f"(tolerance {tolerance:.1e}): use method='krylov'"
             )
         progress("reduction", min(0.9, n / max_modes))
-        modes = solve_modes(model, max(n, 1), check=False, backend=backend, progress=progress)
+        modes = _counted(model, n, cutoff, backend, progress)
         found = len(modes.omega)
         shapes = modes.shapes.T @ model.port_matrix
         extra = _left_out(model, modes, shapes, backend)
-        greens = truncate(modes.omega, shapes, 2 * np.pi * cutoff, extra, model, damping)
+        zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
+        greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
         error = _modal_error(greens, t, bandwidth, cutoff)
         if error <= tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
             progress("reduction", 1.0)
-            return greens.with_error(ErrorEstimate(reduction=error)), modes
+            origin = {
+                "modes": found,
+                "cutoff_Hz": cutoff,
+                "counted": True,
+                "checks": {"reciprocity": 0.0, **passivity(greens)},
+            }
+            return greens.with_error(ErrorEstimate(reduction=error), origin), modes
         cutoff *= 1.3
+
+
+def _counted(model: SecondOrderModel, n: int, cutoff: float, backend: Backend, progress: Progress) -> Modes:
+    """The ``n`` modes that the inertia counts below ``cutoff`` [Hz]: all of them, repeated ones included."""
+    modes = solve_modes(model, max(n, 1), check=False, backend=backend, progress=progress)
+    if n == 0 or modes.frequencies_hz[n - 1] <= cutoff * (1 + 1e-9) or len(modes.omega) == model.size:
+        return modes
+    return solve_modes(model, n, backend=backend, progress=progress)  # one was missed: counts and restarts
 
 
 def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float) -> float:
@@ -158,7 +175,7 @@ def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, backend: Bac
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
     shift = min(default_shift(model), 1e-3 * float(modes.omega[-1]))
-    factor = factorize(model.K + shift**2 * model.M, backend=backend)
+    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
     static = model.port_matrix.T @ factor.solve(model.port_matrix)
     rest = static - (shapes / (modes.omega**2 + shift**2)[:, None]).T @ shapes
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)
@@ -169,18 +186,12 @@ def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, backend: Bac
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def default_shift(model: SecondOrderModel) -> float:
-    """Of the order of the lowest elastic frequency: c/L from the local frequency c/h and the number of nodes."""
-    local = float(np.median(model.K.diagonal() / model.M.diagonal()))
-    return float(np.sqrt(0.1 * local) * model.size ** (-1 / 3))
-
-
 def _count_below(model: SecondOrderModel, frequency_hz: float, backend: Backend) -> int:
     """Number of modes below a frequency by Sylvester's law of inertia."""
     if model.size <= _DENSE:
         return model.size
     square = (2 * np.pi * frequency_hz) ** 2
-    count = factorize(model.K - square * model.M, definite=False, backend=backend).negative_pivots
+    count = factorize(model.K - square * model.M, definite=False, backend=backend, name="K - w^2 M").negative_pivots
     if count is None:
         raise ConvergenceError("this factorization cannot count eigenvalues: use method='krylov'")
     return count
@@ -191,7 +202,7 @@ def _missing(model: SecondOrderModel, values: Array, n: int, shift: float, backe
     gaps = np.diff(values[n - 1 :]) / (values[n:] + shift**2)
     last = n - 1 + int(np.argmax(gaps))
     middle = (values[last] + values[last + 1]) / 2
-    count = factorize(model.K - middle * model.M, definite=False, backend=backend).negative_pivots
+    count = factorize(model.K - middle * model.M, definite=False, backend=backend, name="K - w^2 M").negative_pivots
     return 0 if count is None else count - (last + 1)
 
 
@@ -212,7 +223,12 @@ def _dense_modes(model: SecondOrderModel, n: int, shift: float) -> Modes:
 def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
     if values[0] < -1e-6 * shift**2:
         raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
-    square = np.where(values < 1e-6 * shift**2, 0.0, values)
+    zero = values < 1e-6 * shift**2
+    rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
+    if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
+        shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)
+        zero = np.arange(len(values)) < known
+    square = np.where(zero, 0.0, np.maximum(values, 0.0))
     return Modes(
         np.sqrt(square) / (2 * np.pi), shapes, eigen_residuals(model, square, shapes, shift), complete, backend
     )

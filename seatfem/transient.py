@@ -19,18 +19,23 @@ from impact.greens import ErrorEstimate
 from impact.progress import Progress, silent
 from impact.pulse import error_times
 from impact.sampled import SampledGreens
+from seatfem.checks import reciprocity
 from seatfem.factorization import Backend, FactorizationError, factorize
 from seatfem.model import Array, ModelError, SecondOrderModel, as_csr
-from seatfem.modes import ConvergenceError, default_shift
+from seatfem.modes import ConvergenceError
+from seatfem.rigid import default_shift
 
 
 def march(
     model: SecondOrderModel, dt: float, n_steps: int, *, backend: Backend = "auto", progress: Progress = silent
 ) -> Array:
-    """(p, p, n_steps + 1) velocities of the ports under unit step forces at t = 0, dt, ...: samples of g [m/(N s)]."""
+    """(p, p, n_steps + 1) velocities of the ports under unit step forces at t = 0, dt, ...: samples of g [m/(N s)].
+
+    Symmetric to the round-off of the solves.
+    """
     M, K, B = model.M, model.K, model.port_matrix
     C = as_csr((model.size, model.size)) if model.C is None else model.C
-    factor = factorize(M + dt / 2 * C + dt**2 / 4 * K, backend=backend)
+    factor = factorize(M + dt / 2 * C + dt**2 / 4 * K, backend=backend, name="M + h/2 C + h^2/4 K")
     u, v, g = np.zeros(B.shape), np.zeros(B.shape), np.zeros((B.shape[1], B.shape[1], n_steps + 1))
     for half in range(2):  # backward Euler
         v = factor.solve(M @ v + dt / 2 * (B - K @ u))
@@ -42,7 +47,7 @@ def march(
         g[:, :, n + 1] = B.T @ v
         if n % 50 == 0:
             progress("stepping", n / n_steps)
-    return (g + g.transpose(1, 0, 2)) / 2
+    return g
 
 
 def transient_greens(
@@ -85,7 +90,7 @@ def transient_greens(
         error = max(float(np.abs(a - b).max()) for a, b in after) / 2 / scale
         if error <= tolerance:
             progress("stepping", 1.0)
-            origin = {"steps": n, "step_s": duration / n}
+            origin = {"steps": n, "step_s": duration / n, **fine.origin}
             known = ErrorEstimate(reduction=error)
             return SampledGreens(
                 fine.values, fine.dt, "forbid", model.port_names, _static(model, backend), known, origin
@@ -100,13 +105,15 @@ def transient_greens(
 
 def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, progress: Progress) -> SampledGreens:
     dt = duration / n
-    return SampledGreens(march(model, dt, n, backend=backend, progress=progress), dt, port_names=model.port_names)
+    g = march(model, dt, n, backend=backend, progress=progress)
+    origin = {"checks": {"reciprocity": reciprocity(g)}}
+    return SampledGreens((g + g.transpose(1, 0, 2)) / 2, dt, port_names=model.port_names, origin=origin)
 
 
 def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
     """A body that is merely free to move has a positive definite K + s^2 M for any s > 0, however small."""
     try:
-        factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend)
+        factorize(model.K + 1e-6 * default_shift(model) ** 2 * model.M, backend=backend, name="K + s^2 M")
     except FactorizationError as error:
         raise ModelError("K is indefinite: the body would gain energy") from error
 
@@ -114,7 +121,7 @@ def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
 def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
     """(p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
     try:
-        compliance = model.port_matrix.T @ factorize(model.K, backend=backend).solve(model.port_matrix)
+        compliance = model.port_matrix.T @ factorize(model.K, backend=backend, name="K").solve(model.port_matrix)
     except FactorizationError:
         _refuse_indefinite(model, backend)
         return None
