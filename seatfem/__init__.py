@@ -10,16 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seatfem.assembly import assemble
+    from seatfem.frf import FrequencyResponse, read_frf
     from seatfem.greens import Reduction, greens_function, reduce_model
     from seatfem.materials import Material, Orthotropic
+    from seatfem.matrices import read_matrices
     from seatfem.mesh_files import read_mesh
     from seatfem.meshing import MeshSpec, SeatMesh, make_mesh
     from seatfem.model import ModelError, Port, SecondOrderModel
     from seatfem.modes import Modes, solve_modes
     from seatfem.pipeline import run_scene
+    from seatfem.pole_fit import fit_impulse_response, fit_poles
     from seatfem.scene import load_scene
+    from seatfem.store import Store, content_key
+    from seatfem.uff import read_frf_uff, read_modes_uff
 
 __all__ = [
+    "FrequencyResponse",
     "Material",
     "MeshSpec",
     "ModelError",
@@ -29,17 +35,34 @@ __all__ = [
     "Reduction",
     "SeatMesh",
     "SecondOrderModel",
+    "Store",
     "assemble",
+    "content_key",
+    "fit_impulse_response",
+    "fit_poles",
     "greens_function",
     "load_scene",
     "make_mesh",
+    "read_frf",
+    "read_frf_uff",
+    "read_matrices",
     "read_mesh",
+    "read_modes_uff",
     "reduce_model",
     "run_scene",
     "solve_modes",
 ]
 
 _HOME = {
+    "FrequencyResponse": "frf",
+    "read_frf": "frf",
+    "read_matrices": "matrices",
+    "fit_impulse_response": "pole_fit",
+    "fit_poles": "pole_fit",
+    "Store": "store",
+    "content_key": "store",
+    "read_frf_uff": "uff",
+    "read_modes_uff": "uff",
     "assemble": "assembly",
     "Reduction": "greens",
     "greens_function": "greens",
