@@ -83,8 +83,8 @@ def assemble(
     mesh = getattr(mesh, "mesh", mesh)
     patches = {"contact": "contact"} if ports is None else dict(ports)
     held = {"fixed": _names(fixed), "sliding": _names(sliding), "antisymmetric": _names(antisymmetric)}
-    _check_ports(mesh, patches, held)
-    solids, region = _regions(mesh, material)
+    check_ports(mesh, patches, held)
+    solids, region = solids_by_region(mesh, material)
     made = discretize(mesh, order)
     progress("assembly", 0.1)
     unknowns = freedom(made, *held.values())
@@ -164,7 +164,7 @@ def _damping(
     return C, H
 
 
-def _regions(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
+def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
     """The solids, and which of them each element is made of."""
     count = int(mesh.nelements)
     if isinstance(material, Material | Orthotropic):
@@ -211,7 +211,7 @@ def _names(given: str | Sequence[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
 
 
-def _check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
+def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
     """Raise if a boundary is missing, or a patch is pushed that cannot move."""
     for role, group in {**held, "port": tuple(patches.values())}.items():
         for name in group:

@@ -5,20 +5,30 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
+from seatfem.assembly import check_ports, solids_by_region
 from seatfem.errors import ModelError
 from seatfem.materials import Solid
 from seatfem.model import Array, DofMap, Port, SecondOrderModel
 from seatfem.node_constraints import Constraint, free_directions
-from seatfem.revolved_elements import Section, mass_blocks, nodal_mass_blocks, stiffness_blocks
-from seatfem.revolved_materials import Regions, per_cell, regions_of
+from seatfem.revolved_elements import (
+    Section,
+    angle_integral,
+    boundary_nodes,
+    mass_blocks,
+    nodal_mass_blocks,
+    ring_surface,
+    stiffness_blocks,
+)
+from seatfem.revolved_materials import check_revolved
+from seatfem.supports import Support, spread_supports
 
 Mass = Literal["consistent", "nodal"]
 
@@ -34,6 +44,7 @@ def assemble_axisymmetric(
     order: int | None = None,
     mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
+    supports: Sequence[Support] = (),
     progress: Progress = silent,
 ) -> SecondOrderModel:
     """Small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
@@ -59,6 +70,7 @@ def assemble_axisymmetric(
         order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
         mass: "consistent", or "nodal" for a diagonal one, see `nodal_mass_blocks`.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the materials' own.
+        supports: springs and dashpots on boundaries (`seatfem.supports`), all around.
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -71,43 +83,58 @@ def assemble_axisymmetric(
         raise ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
     section = Section.of(mesh, order)
-    regions = regions_of(mesh, material)
+    solids, region = solids_by_region(mesh, material)
+    for solid in solids:
+        check_revolved(solid)
     patches = {"contact": "contact"} if ports is None else dict(ports)
     held = {"fixed": _names(fixed), "sliding": _names(sliding)}
+    check_ports(mesh, patches, held)
     T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, held))
-    components = np.array([0, 2] if harmonic == 0 else [0, 1, 2])
-    moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
     progress("assembly", 0.1)
-    K, M, C, loss = _matrices(section, regions, harmonic, mass, moving)
+    K, M, C, loss = _matrices(section, solids, region, harmonic, mass, T)
+    progress("assembly", 0.8)
     if rayleigh is not None:
-        uniform = rayleigh[0] * M + rayleigh[1] * K
-        C = uniform if C is None else C + uniform
-    progress("assembly", 0.9)
-    made = {port: _port(section, name, held, regions, harmonic, moving) for port, name in patches.items()}
+        C = _sum(C, rayleigh[0] * M + rayleigh[1] * K)
+    bodies = [ring_surface(section, s.boundary, type(s).__name__, angle_integral(harmonic)) for s in supports]
+    added = spread_supports(supports, bodies, solids, region, section.n_nodes)
+    if "K" in added:
+        K = K + sparse.csr_array(T.T @ added["K"] @ T)
+    if "C" in added:
+        C = _sum(C, sparse.csr_array(T.T @ added["C"] @ T))
+    whole = {port: _port(section, name, solids, region, harmonic) for port, name in patches.items()}
+    made = {name: replace(port, vector=T.T @ port.vector) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
-    dofs = DofMap(points, _largest_entries(T), mesh, T)
     progress("assembly", 1.0)
-    return SecondOrderModel(M, C, K, made, dofs, loss)
+    return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss)
+
+
+def _sum(one: sparse.csr_array | None, other: sparse.csr_array) -> sparse.csr_array:
+    return other if one is None else sparse.csr_array(one + other)
 
 
 def _matrices(
-    section: Section, regions: Regions, harmonic: int, mass: Mass, moving: sparse.csr_array
+    section: Section,
+    solids: Sequence[Solid],
+    region: NDArray[np.int32],
+    harmonic: int,
+    mass: Mass,
+    T: sparse.csr_array,
 ) -> tuple[sparse.csr_array, sparse.csr_array, sparse.csr_array | None, sparse.csr_array | None]:
     """(K, M, C, loss) of the unknowns; C and loss are the materials' own, ``None`` without."""
-    n_cells = section.cells.shape[1]
-    blocks = stiffness_blocks(section, per_cell(regions, n_cells, lambda solid: solid.elasticity), harmonic)
+    components = np.array([0, 2] if harmonic == 0 else [0, 1, 2])
+    moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
+    blocks = stiffness_blocks(section, np.array([solid.elasticity for solid in solids])[region], harmonic)
     volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
-    density = per_cell(regions, n_cells, lambda solid: np.array(solid.density))
-    alpha, beta = per_cell(regions, n_cells, lambda solid: np.array(solid.rayleigh)).T
-    eta = per_cell(regions, n_cells, lambda solid: np.array(solid.loss_factor))
+    density = np.array([solid.density for solid in solids])[region]
+    alpha, beta = np.array([solid.rayleigh for solid in solids])[region].T
+    eta = np.array([solid.loss_factor for solid in solids])[region]
 
     def stiffness(factor: Array | float) -> sparse.csr_array:
         weighted = blocks * np.reshape(factor, (-1, 1, 1, 1, 1))
         return sparse.csr_array(moving.T @ section.gather(weighted) @ moving)
 
     def inertia(factor: Array) -> sparse.csr_array:
-        scalar = _scalar_mass(section, volumes, factor)
-        each = sparse.kron(scalar, np.eye(blocks.shape[2]), format="csr")
+        each = sparse.kron(_scalar_mass(section, volumes, factor), np.eye(len(components)), format="csr")
         return sparse.csr_array(moving.T @ each @ moving)
 
     damped = np.any(alpha > 0) or np.any(beta > 0)
@@ -126,27 +153,6 @@ def _names(given: str | Sequence[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
 
 
-def _facets(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
-    """Facets of a named boundary; the error lists the names there are."""
-    boundaries = mesh.boundaries or {}
-    if name not in boundaries:
-        raise ModelError(f"{role}: the mesh has no boundary {name!r}; it has {', '.join(sorted(boundaries)) or 'none'}")
-    facets = np.asarray(boundaries[name], dtype=np.int64)
-    if facets.size == 0:
-        raise ModelError(f"{role}: boundary {name!r} is empty (length 0): select at least one facet")
-    inside = np.setdiff1d(facets, mesh.boundary_facets())
-    if inside.size:
-        raise ModelError(
-            f"{role}: {inside.size} facets of boundary {name!r} lie inside the section, not on its outline"
-        )
-    return facets
-
-
-def _surface(section: Section, name: str, role: str) -> Any:
-    facets = _facets(section.mesh, name, role)
-    return skfem.FacetBasis(section.mesh, section.element, facets=facets, intorder=2 * section.order + 3)
-
-
 def _constraints(section: Section, harmonic: int, held: Mapping[str, Sequence[str]]) -> Iterator[Constraint]:
     """What holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
@@ -155,54 +161,27 @@ def _constraints(section: Section, harmonic: int, held: Mapping[str, Sequence[st
     on_axis = {0: (r,), 1: (r + th, z)}.get(harmonic, (r, th, z))
     yield from ((section.on_axis, direction) for direction in on_axis)
     for name in held["fixed"]:
-        nodes = np.unique(_surface(section, name, "fixed").get_dofs(_facets(section.mesh, name, "fixed")).all())
-        yield from ((nodes, direction) for direction in (r, th, z))
+        yield from ((boundary_nodes(section, name, "fixed"), direction) for direction in (r, th, z))
     for name in held["sliding"]:
-        surface = _surface(section, name, "sliding")
-        normals = surface.normals.reshape(2, -1)
-        if (off := float(np.ptp(normals, axis=1).max())) > 1e-6:
+        normals = ring_surface(section, name, "sliding", 1.0).normals.reshape(-1, 3)
+        if (off := float(np.ptp(normals, axis=0).max())) > 1e-6:
             raise ModelError(f"sliding: boundary {name!r} is not straight (its normal changes by {off:.1e})")
-        nodes = np.unique(surface.get_dofs(_facets(section.mesh, name, "sliding")).all())
-        yield nodes, np.array([normals[0, 0], 0.0, normals[1, 0]])
+        yield boundary_nodes(section, name, "sliding"), normals[0]
 
 
-def _port(
-    section: Section,
-    name: str,
-    held: Mapping[str, Sequence[str]],
-    regions: Regions,
-    harmonic: int,
-    moving: sparse.csr_array,
-) -> Port:
-    """b = integral of n . N over the ring / its area."""
-    for role, group in held.items():
-        for other in group:
-            common = np.intersect1d(_facets(section.mesh, name, "port"), _facets(section.mesh, other, role)).size
-            if common:
-                raise ModelError(f"port: {common} facets of {name!r} are also {role} ({other!r}) and cannot be pushed")
-    surface = _surface(section, name, "port")
-    weight = 2 * math.pi * surface.dx * surface.global_coordinates().value[0]
-    area = float(weight.sum())
-    if not area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {area:g} m^2")
-    vector = np.zeros((section.n_nodes, moving.shape[0] // section.n_nodes))
-    for dofs, field in zip(surface.element_dofs, surface.basis, strict=True):
-        for axis, normal in zip((0, -1), surface.normals, strict=True):
-            share = (normal * np.asarray(field[0]) * weight).sum(axis=-1)
-            vector[:, axis] += np.bincount(dofs, share, section.n_nodes)
-    impedance = float((weight * _impedance(section, surface, regions)).sum())
-    return Port(moving.T @ vector.ravel() / area, area, impedance if harmonic == 0 else impedance / 2)
-
-
-def _impedance(section: Section, surface: Any, regions: Regions) -> Array:
-    """(n_facets, n_points) rho c_p along the normal [N s/m^3]."""
-    normals = np.stack([surface.normals[0], 0 * surface.normals[0], surface.normals[1]], axis=-1)
-    cells = section.mesh.f2t[0, surface.find]
-    out = np.empty(normals.shape[:-1])
-    for solid, made_of in regions:
-        here = np.isin(cells, made_of)
-        out[here] = solid.density * solid.c_p_along(normals[here])
-    return out
+def _port(section: Section, name: str, solids: Sequence[Solid], region: NDArray[np.int32], harmonic: int) -> Port:
+    """b = integral of n . N over the ring / its area, over all nodes; impedance = integral of rho c_p, halved."""
+    ring = ring_surface(section, name, "port", 2 * math.pi)
+    if not ring.area > 0:
+        raise ModelError(f"port: boundary {name!r} has area {ring.area:g} m^2")
+    parts = np.einsum("fqi,fqa,fq->fia", ring.shapes, ring.normals, ring.weights, optimize=True)
+    vector = np.zeros((section.n_nodes, 3))
+    np.add.at(vector, ring.cells, parts)
+    impedance = 0.0
+    for k, solid in enumerate(solids):
+        of = region[ring.elements] == k
+        impedance += float((solid.density * solid.c_p_along(ring.normals[of]) * ring.weights[of]).sum())
+    return Port(vector.ravel() / ring.area, ring.area, impedance if harmonic == 0 else impedance / 2)
 
 
 def _largest_entries(T: sparse.csr_array) -> NDArray[np.int64]:

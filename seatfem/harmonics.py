@@ -29,6 +29,7 @@ from seatfem.materials import Solid
 from seatfem.model import Array, ModelError, SecondOrderModel
 from seatfem.modes import ConvergenceError
 from seatfem.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
+from seatfem.supports import Support
 
 _FEWEST = 4  # harmonics reduced at least: the lowest frequency first falls, then rises with n
 
@@ -47,6 +48,7 @@ def ring_greens(
     order: int | None = None,
     mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
+    supports: Sequence[Support] = (),
     method: Method = "auto",
     backend: Backend = "auto",
     max_harmonic: int = 1000,
@@ -69,6 +71,7 @@ def ring_greens(
             order=order,
             mass=mass,
             rayleigh=rayleigh,
+            supports=supports,
         )
 
     return combine_harmonics(

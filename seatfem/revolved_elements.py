@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from seatfem.model import Array, ModelError
+from seatfem.surfaces import Surface, facets_of
 
 _ELEMENTS = {
     ("RefTri", 1): skfem.ElementTriP1,
@@ -112,6 +113,24 @@ class Section:
         indptr = np.searchsorted(unique, np.arange(n + 1, dtype=np.int64) * n)
         total = sparse.bsr_array((values, unique % n, indptr), shape=(n * d, n * d)).tocsr()
         return sparse.csr_array((total + total.T) / 2)  # the products are symmetric to round-off only
+
+
+def ring_surface(section: Section, name: str, role: str, angle: float) -> Surface:
+    """A named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds."""
+    facets = facets_of(section.mesh, name, role)
+    basis = skfem.FacetBasis(section.mesh, section.element, facets=facets, intorder=2 * section.order + 3)
+    elements = np.asarray(section.mesh.f2t[0, facets], dtype=np.int64)
+    radial, axial = np.asarray(basis.normals)
+    weights = np.asarray(basis.dx * basis.global_coordinates().value[0] * angle)
+    shapes = np.stack([np.broadcast_to(np.asarray(field[0]), weights.shape) for field in basis.basis], axis=-1)
+    normals = np.stack([radial, np.zeros_like(radial), axial], axis=-1)
+    return Surface(section.cells[:, elements].T.astype(np.int32), shapes, normals, weights, elements)
+
+
+def boundary_nodes(section: Section, name: str, role: str) -> NDArray[np.int64]:
+    """Displacement nodes on a named boundary."""
+    basis = skfem.Basis(section.mesh, section.element, intorder=1, elements=np.arange(1))
+    return np.unique(basis.get_dofs(facets_of(section.mesh, name, role)).all())
 
 
 def angle_integral(harmonic: int) -> float:

@@ -85,10 +85,21 @@ def support_matrices(
     made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
 ) -> Mapping[str, sparse.csr_array]:
     """What the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is added."""
+    patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
+    return spread_supports(supports, patches, solids, region, made.size)
+
+
+def spread_supports(
+    supports: Sequence[Support],
+    patches: Sequence[Surface],
+    solids: Sequence[Solid],
+    region: NDArray[np.int32],
+    n_nodes: int,
+) -> Mapping[str, sparse.csr_array]:
+    """As `support_matrices`, on the ``patches`` that belong to the supports."""
     sums: dict[str, sparse.csr_array] = {}
-    for support in supports:
-        patch = surface(made, support.boundary, type(support).__name__)
-        matrix = _spread(patch, *_densities(support, patch, solids, region), 3 * made.size)
+    for support, patch in zip(supports, patches, strict=True):
+        matrix = _spread(patch, *_densities(support, patch, solids, region), 3 * n_nodes)
         target = "K" if isinstance(support, Foundation | Bolted) else "C"
         sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
