@@ -147,6 +147,8 @@ def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]
     def solve(rhs: Array) -> Array:
         b = np.asfortranarray(rhs, dtype=float)
         x, failed = np.empty_like(b, order="F"), integer(0)
+        if b.size == 0:  # an exhausted Krylov space asks for nothing; the library would refuse
+            return x
         solver._mkl_pardiso(
             handle,
             *fixed,
