@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from seatfem.mesh_checks import check_mesh
-from seatfem.mesh_io import MeshArrays, SolidMesh, to_skfem
+from seatfem.mesh_io import MeshArrays, MeshError, SolidMesh, to_skfem
 from seatfem.mesh_quality import MeshQuality, measure
 
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
@@ -75,5 +75,16 @@ def seat_mesh(
     if loose := len(arrays.points) - len(np.unique(arrays.cells)):
         notes.append(f"{loose} nodes of no element are dropped")
     mesh = to_skfem(checked)
+    _check_outside(mesh, required, arrays.source)
     quality = measure(mesh, checked, cad_volume, cad_areas)
     return SeatMesh(mesh, arrays.order, quality, dataclasses.replace(provenance, notes=tuple(notes)), arrays.shape)
+
+
+def _check_outside(mesh: SolidMesh, names: tuple[str, ...], source: str) -> None:
+    for name in names:
+        facets = mesh.boundaries[name]
+        inside = int(np.sum(mesh.f2t[1, facets] >= 0))
+        if inside:
+            raise MeshError(
+                f"{source}: {inside} of {len(facets)} faces of {name!r} lie inside the mesh: must be outside"
+            )

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from seatfem.cell_kinds import TET_EDGES
+from seatfem.cell_kinds import CELL_KINDS, TET_EDGES, serendipity_to_27
 from seatfem.mesh_checks import check_mesh
 from seatfem.mesh_files import read_mesh
 from seatfem.mesh_io import MeshArrays, MeshError, to_skfem
-from seatfem.mesh_quality import measure, scaled_jacobian
+from seatfem.mesh_quality import measure, scaled_jacobian, shape_measure
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])
@@ -41,6 +41,65 @@ def test_curved_volume_by_hand():
     quality = measure(to_skfem(arrays), arrays, None, {})
     assert quality.volume == pytest.approx(1 / 6 + 0.2 / 24, rel=1e-13)
     assert quality.min_scaled_jacobian == pytest.approx(1.0, rel=1e-13)  # its least value, where L1 = 0
+
+
+def grid(nodes: int) -> MeshArrays:
+    """2 x 2 x 1 hexahedra of 8 or 27 nodes on [0, 2] x [0, 2] x [0, 1]."""
+    shifts = np.array([(i, j, 0) for i in range(2) for j in range(2)], dtype=float)
+    every = (CELL_KINDS[nodes].nodes[None] + shifts[:, None]).reshape(-1, 3)
+    points, cells = np.unique(every, axis=0, return_inverse=True)
+    number = {tuple(point): k for k, point in enumerate(points)}
+    top = np.array([[number[i + x, j + y, 1.0] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))] for i, j, _ in shifts])
+    return MeshArrays(points, cells.reshape(-1, nodes), {"contact": top}, {}, "grid")
+
+
+@pytest.mark.parametrize("nodes", [8, 27])
+def test_hexahedra_curved_by_a_map(nodes):
+    # x + 0.1 x z, y + 0.05 x^2, z: det = 1 + 0.1 z. Its x^2 is lost at order 1 (a parabola's chord), its volume is not:
+    # shearing along y does not change it. The top's area is 1.1 times that of the plane square, 4.
+    arrays = grid(nodes)
+    x, y, z = arrays.points.T
+    arrays.points[:] = np.c_[x + 0.1 * x * z, y + 0.05 * x**2, z]
+    mesh = to_skfem(arrays)
+    quality = measure(mesh, arrays, None, {})
+    assert quality.volume == pytest.approx(4 * 1.05, rel=1e-13)
+    assert quality.areas == pytest.approx({"contact": 4.4}, rel=1e-13)
+    # det / its mean is smallest where z = 0.
+    assert quality.min_scaled_jacobian == pytest.approx(1 / 1.05, rel=1e-13)
+    # Every node of every element stands where scikit-fem's own map puts it, and is one of ours.
+    element = arrays.kind.element
+    places = mesh.mapping().F(element.doflocs.T)
+    ours = arrays.points[arrays.cells[:, arrays.kind.columns]].transpose(2, 0, 1)
+    assert np.allclose(places, ours, rtol=0, atol=1e-14)
+    assert mesh.doflocs.shape[1] == len(arrays.points)
+
+
+def test_twenty_nodes_become_twentyseven():
+    arrays = grid(27)
+    x, y, z = arrays.points.T
+    # All products of the 20 shape functions' space up to x y z^2.
+    arrays.points[:] += 0.05 * np.c_[x * y * z**2 - y**2, x**2 * y + z, x * z - y * z**2]
+    used, cells = np.unique(arrays.cells[:, :20], return_inverse=True)
+    points, filled = serendipity_to_27(arrays.points[used], cells.reshape(-1, 20))
+    assert len(points) == len(arrays.points)
+    assert np.allclose(points[filled], arrays.points[arrays.cells], rtol=0, atol=1e-14)
+
+
+def test_shape_of_hexahedra():
+    arrays = grid(8)
+    assert shape_measure(arrays) == pytest.approx(np.ones(4))
+    arrays.points[:, 2] *= 2.0  # edges 1, 1, 2: 3 * 2^(2/3) / 6
+    assert shape_measure(arrays) == pytest.approx(np.full(4, 3 * 2 ** (2 / 3) / 6))
+
+
+def test_faces_that_are_none():
+    arrays = dataclasses.replace(grid(8), surfaces={"contact": np.array([[0, 1, 2, 17]])})
+    with pytest.raises(MeshError, match=r"grid: 1 of 1 quadrilaterals of 'contact' are no faces of its elements"):
+        to_skfem(arrays)
+    with pytest.raises(MeshError, match=r"faces of 'contact' have 3 vertices, the mesh's faces are quadrilaterals"):
+        to_skfem(dataclasses.replace(arrays, surfaces={"contact": np.array([[0, 1, 2]])}))
+    with pytest.raises(MeshError, match=r"cells of shape \(1, 6\): must be \(m, 4\) or"):
+        dataclasses.replace(arrays, cells=np.zeros((1, 6), dtype=int))
 
 
 def test_orphan_nodes_are_dropped_and_names_kept():
