@@ -16,6 +16,7 @@ QUADRILATERALS = {1: 3, 2: 10}
 FRONTAL_FOR_QUADS = 8
 BLOSSOM = 1
 ALL_QUADRILATERALS = 1
+PASSES = 4
 HALVING = 2.0  # quadrilaterals come from elements twice as large, each cut into three or four
 
 
@@ -28,7 +29,8 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], unit: float) -> 
         option("Mesh.Algorithm", FRONTAL_FOR_QUADS)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", BLOSSOM)
-    set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit)
+    arcs = [tag for _, tag in gmsh.model.getEntities(1) if gmsh.model.getType(1, tag) == "Circle"]
+    set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit, arcs)
     mesh.generate(2)
     mend_flat_corners(gmsh)
     if quadrilaterals:
@@ -39,7 +41,14 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], unit: float) -> 
 
 
 def mend_flat_corners(gmsh: Any) -> None:
-    """On the mesh of order 1; the angles are those of the curved mesh of order 2, which gmsh numbers anew."""
+    """On the mesh of order 1, in a few passes: what replaces one flat corner may have another."""
+    for _ in range(PASSES):
+        if not _mend(gmsh):
+            return
+
+
+def _mend(gmsh: Any) -> bool:
+    """One pass; whether anything was changed. The angles are those of order 2, which gmsh numbers anew."""
     mesh = gmsh.model.mesh
     surfaces = [tag for _, tag in gmsh.model.getEntities(2)]
     mesh.setOrder(2)
@@ -47,6 +56,7 @@ def mend_flat_corners(gmsh: Any) -> None:
     angles = [_angles(mesh, tag, points) for tag in surfaces]
     mesh.setOrder(1)
     points = _points(mesh)
+    changed = False
     for tag, turned in zip(surfaces, angles, strict=True):
         elements, cells = [], []
         for kind, width in ((TRIANGLES[1], 3), (QUADRILATERALS[1], 4)):
@@ -55,9 +65,11 @@ def mend_flat_corners(gmsh: Any) -> None:
             cells += [tuple(row) for row in rows.tolist()]
         removed, added = without_flat_corners(points, dict(zip(cells, turned, strict=True)))
         if removed:
+            changed = True
             number = dict(zip(cells, elements, strict=True))
             mesh.removeElements(2, tag, [number[cell] for cell in removed])
             mesh.addElementsByType(tag, TRIANGLES[1], [], [node for cell in added for node in cell])
+    return changed
 
 
 def _points(mesh: Any) -> NDArray[np.float64]:

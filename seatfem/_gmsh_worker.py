@@ -18,8 +18,10 @@ import numpy as np
 from seatfem._gmsh_arrays import arrays
 from seatfem._gmsh_section import mesh_section, plane_arrays
 from seatfem._gmsh_sizes import set_sizes
-from seatfem.geometry import FAMILIES, Geometry, GeometryError, Revolved, decode, model_unit, revolved
+from seatfem.geometry import Extruded, Geometry, GeometryError, Revolved, decode, family_of, model_unit, revolved
 from seatfem.geometry.inspect import area_of, patch_tags, volume_of
+from seatfem.geometry.plan import EVERYWHERE
+from seatfem.geometry.sectors import cut, patches_in
 from seatfem.geometry.step_colours import paint
 from seatfem.mesh_spec import MeshSpec
 
@@ -27,6 +29,7 @@ APT_LINE = (
     "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
 )
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
+EQUAL_SECTORS = 1e-6  # relative, of volumes
 POOR_JACOBIAN = 0.05
 MILLIMETRE = 1e-3  # in which STEP files are written
 OPTIONS = {
@@ -51,12 +54,21 @@ def stage(what: str, done: float) -> None:
     send(stage=what, done=done)
 
 
-def build(gmsh: Any, geometry: Geometry) -> dict[str, list[int]]:
-    """Build the solid and return the face tags of its groups."""
-    family = next(family for family in FAMILIES.values() if isinstance(geometry, family.spec))
-    family.build(geometry, gmsh.model.occ)
-    gmsh.model.occ.synchronize()
-    tags = patch_tags(gmsh.model, geometry.patches, model_unit(geometry))
+def build(gmsh: Any, geometry: Geometry, sectors: int = 1) -> dict[str, list[int]]:
+    """Build the solid, or one of its equal sectors, and return the face tags of its groups."""
+    unit = model_unit(geometry)
+    occ = gmsh.model.occ
+    family_of(geometry).build(geometry, occ)
+    if sectors > 1:
+        whole = sum(occ.getMass(3, tag) for _, tag in occ.getEntities(3))
+        cut(occ, 3, sectors)
+        part = sum(occ.getMass(3, tag) for _, tag in occ.getEntities(3))
+        if abs(sectors * part / whole - 1.0) > EQUAL_SECTORS:
+            raise GeometryError(
+                f"sector = {sectors}: the part beside y = 0 is {part / whole:.6g} of the solid's volume"
+            )
+    occ.synchronize()
+    tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit)
     if shared := set(tags["contact"]) & set(tags["fixed"]):
         raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
     return tags
@@ -111,7 +123,7 @@ def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     spec = MeshSpec(**job["spec"])
     unit = model_unit(geometry)
     stage("building the geometry", 0.0)
-    tags = build(gmsh, geometry)
+    tags = build(gmsh, geometry, job["sectors"])
     edges = gmsh.model.getBoundary([(2, tag) for tag in tags["contact"]], combined=False, oriented=False)
     set_sizes(gmsh, spec, tags["contact"], [tag for _, tag in edges], 1.0 / unit)
     name_groups(gmsh, tags)
@@ -161,8 +173,36 @@ def section(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     return plane_arrays(gmsh, spec, lines, {}, unit)
 
 
+def plan(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
+    geometry: Extruded = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    recipe = family_of(geometry).plan
+    assert recipe is not None
+    stage("building the plan", 0.0)
+    occ = gmsh.model.occ
+    areas = recipe(geometry, occ)
+    if job["sectors"] > 1:
+        whole = [tag for _, tag in occ.getEntities(2)]
+        pieces = dict(zip(whole, cut(occ, 2, job["sectors"]), strict=True))
+        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
+        areas = {name: tags for name, tags in areas.items() if tags}
+    occ.synchronize()
+    struck = {name for names in geometry.plan.top.values() for name in names}
+    faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
+    edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
+    stage("meshing the plan", 0.3)
+    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), unit)
+    cad = {name: area_of(gmsh.model, tags, unit) for name, tags in areas.items()}
+    cad[EVERYWHERE] = area_of(gmsh.model, [tag for _, tag in gmsh.model.getEntities(2)], unit)
+    sizes = {f"cad:{name}": np.float64(value) for name, value in cad.items()}
+    return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
+
+
 TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {
     "mesh": make,
+    "plan": plan,
     "read": read,
     "section": section,
     "step": export,

@@ -1,8 +1,8 @@
 """Removes the flat corners of a plane mesh whose elements are to be curved.
 
 A vertex on a smooth piece of boundary where one element has both boundary edges turns through 180 degrees once the
-edges are curved: det J vanishes there. Such a quadrilateral is cut into triangles; a triangle is first merged with its
-neighbour across the opposite edge.
+edges are curved: det J vanishes there. Such an element is merged with neighbours until the union can be cut into
+triangles that all meet in one of its vertices and none of which is flat.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 Cell = tuple[int, ...]
 
 FLAT = np.deg2rad(160.0)
+GOOD = np.deg2rad(15.0)
+MOST_MERGED = 4
 
 
 def corner_angles(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -36,40 +38,53 @@ def without_flat_corners(
 ) -> tuple[list[Cell], list[Cell]]:
     """``angles``: triangles and quadrilaterals by their vertices (rows of ``points``), and their `corner_angles`.
 
-    Returns the cells to be removed and the triangles to be put in their place. A triangle without a neighbour stays.
+    Returns the cells to be removed and the triangles to be put in their place; no cell is removed twice.
     """
     across = {edge: cell for cell in angles for edge in _edges(cell)}
     removed: list[Cell] = []
     added: list[Cell] = []
-    for cell, turns in angles.items():
-        if turns.max() <= FLAT:
-            continue
-        loop = _from(cell, int(turns.argmax()))
-        gone = [cell]
-        if len(cell) == 3:
-            neighbour = across.get((loop[2], loop[1]))
-            if neighbour is None:
-                continue
-            loop = (*loop[:2], *_from(neighbour, neighbour.index(loop[2]))[2:], loop[2])
-            gone.append(neighbour)
-        if not set(gone) & set(removed):
-            interior = {node: sum(float(angles[c][c.index(node)]) for c in gone if node in c) for node in loop}
+    for cell in [cell for cell, turns in angles.items() if turns.max() > FLAT]:
+        gone, ring = [cell], cell
+        while (best := _best(points, ring, _interior(angles, gone, ring)))[0] < GOOD and len(gone) < MOST_MERGED:
+            unions = [
+                (*_best(points, union, _interior(angles, [*gone, other], union)), other)
+                for edge in _edges(ring)
+                if (other := across.get((edge[1], edge[0]))) is not None
+                and len(set(union := _merged(ring, edge, other))) == len(union)
+            ]
+            if not unions:
+                break
+            _, ring, other = max(unions, key=lambda found: found[0])
+            gone.append(other)
+        if len(gone) + len(cell) > 4 and not set(gone) & set(removed):
             removed += gone
-            added += _best_fan(points, loop, interior)
+            added += _fan(best[1])
     return removed, added
 
 
-def _best_fan(points: NDArray[np.float64], loop: Cell, interior: Mapping[int, float]) -> list[Cell]:
-    """The triangles of a polygon that meet in one vertex, chosen for the largest smallest angle.
+def _merged(ring: Cell, edge: tuple[int, int], other: Cell) -> Cell:
+    """The union of a polygon with the cell across one of its edges."""
+    return _from(ring, ring.index(edge[1])) + _from(other, other.index(edge[1]))[2:]
 
-    The two vertices beside that one become corners of single triangles: how far they are from flat counts too.
+
+def _interior(angles: Mapping[Cell, NDArray[np.float64]], cells: list[Cell], ring: Cell) -> dict[int, float]:
+    """Angle of a union of cells at each vertex of its outline."""
+    return {node: sum(float(angles[cell][cell.index(node)]) for cell in cells if node in cell) for node in ring}
+
+
+def _best(points: NDArray[np.float64], loop: Cell, interior: Mapping[int, float]) -> tuple[float, Cell]:
+    """How good the best triangulation by lines from one vertex is, and the polygon from that vertex on.
+
+    Measured by the smallest angle; a corner of the polygon that stays the corner of one triangle counts by how far
+    its curved edges are from flat.
     """
 
     def score(ring: Cell) -> float:
         straight = min(_smallest_angle(points[list(triangle)]) for triangle in _fan(ring))
-        return min(straight, np.pi - interior[ring[1]], np.pi - interior[ring[-1]])
+        single = (ring[1], ring[-1]) if len(ring) > 3 else ring
+        return min(straight, *(np.pi - interior[node] for node in single))
 
-    return _fan(max((_from(loop, k) for k in range(len(loop))), key=score))
+    return max((score(ring), ring) for ring in (_from(loop, k) for k in range(len(loop))))
 
 
 def _fan(ring: Cell) -> list[Cell]:

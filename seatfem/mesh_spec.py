@@ -16,6 +16,8 @@ class MeshSpec:
     ``size``: in the bulk. ``contact_size``: on the contact patch (None: the bulk's). ``grading``: growth of the
     size per unit distance from the patch. ``order``: of the elements, 1 or 2. ``curved``: second-order elements
     follow curved faces (isoparametric). ``shape``: "tet" (a meridian: triangles) or "hex" (quadrilaterals).
+    ``layers``: of hexahedra around the full circle or along the extrusion (None: as many as ``size`` makes at the
+    outermost radius; graded from the patch along an extrusion).
     """
 
     size: float
@@ -24,6 +26,7 @@ class MeshSpec:
     order: int = 2
     curved: bool = True
     shape: Literal["tet", "hex"] = "tet"
+    layers: int | None = None
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
@@ -35,6 +38,8 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.order = {self.order}: must be 1 or 2")
         if self.shape not in ("tet", "hex"):
             raise GeometryError(f"MeshSpec.shape = {self.shape!r}: must be 'tet' or 'hex'")
+        if self.layers is not None and self.layers < 1:
+            raise GeometryError(f"MeshSpec.layers = {self.layers}: must be >= 1")
 
     @property
     def patch_size(self) -> float:

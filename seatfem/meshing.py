@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from impact.progress import Progress, silent
-from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, CadPart, Geometry, encode, fingerprint
+from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, CadPart, Geometry, GeometryError, encode, fingerprint
+from seatfem.geometry.sectors import check_sectors
 from seatfem.gmsh_process import STAGE, Arrays, MeshingError, run_gmsh
+from seatfem.hexes import make_hexes
 from seatfem.mesh_io import MeshError, from_gmsh
 from seatfem.mesh_spec import MeshSpec
 from seatfem.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
@@ -30,32 +32,46 @@ __all__ = [
 ]
 
 
-def content_hash(geometry: Geometry, spec: MeshSpec) -> str:
+def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
     """SHA-256 of everything that decides the mesh; a CAD file counts by its content. Raises `OSError`."""
-    text = json.dumps({"geometry": fingerprint(geometry), "spec": asdict(spec)}, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    data = {"geometry": fingerprint(geometry), "spec": asdict(spec), "sector": sector}
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 
-def make_mesh(geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, msh: Path | None = None) -> SeatMesh:
-    """Mesh a geometry with gmsh; ``msh``: also write gmsh's own file there, in metres, with the group names.
+def make_mesh(
+    geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, sector: int = 1, msh: Path | None = None
+) -> SeatMesh:
+    """Mesh a geometry, or the first of its ``sector`` equal sectors.
 
-    Raises `GeometryError` for a geometry that cannot be built or whose faces cannot be told, `MeshingError` where
-    gmsh fails, and `MeshError` for a mesh with inverted elements.
+    A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
+    2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names (tetrahedra only).
+    Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be told, `MeshingError`
+    where gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
-    job = {"task": "mesh", "geometry": _encoded(geometry), "spec": asdict(spec)}
-    with _replacing(msh) as temporary:
-        found = run_gmsh(job | {"msh": temporary}, progress)
+    data = _encoded(geometry)
+    check_sectors(geometry, sector)
     source = str(geometry.path) if isinstance(geometry, CadPart) else type(geometry).__name__
-    cad = {name: float(value) for name, value in _group(found, "cad").items()}
-    cad_volume = cad.pop("volume")
+    if spec.shape == "hex":
+        if msh is not None:
+            raise GeometryError(f"{msh}: only meshes of tetrahedra are written as .msh")
+        hexes = make_hexes(geometry, spec, sector, progress)
+        arrays, version = hexes.arrays, hexes.gmsh_version
+        cad_volume, cad = hexes.cad_volume, dict(hexes.cad_areas)
+    else:
+        job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
+        with _replacing(msh) as temporary:
+            found = run_gmsh(job | {"msh": temporary}, progress)
+        arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
+        cad = {name: float(value) for name, value in _group(found, "cad").items()}
+        cad_volume = cad.pop("volume")
     provenance = MeshProvenance(
         source=source,
-        content_hash=content_hash(geometry, spec),
-        gmsh_version=str(found["gmsh_version"]),
+        content_hash=content_hash(geometry, spec, sector),
+        gmsh_version=version,
         geometry=encode(geometry),
-        spec=asdict(spec),
+        spec=asdict(spec) | {"sector": sector},
     )
-    seat = seat_mesh(from_gmsh(found, source), provenance, cad_volume, cad)
+    seat = seat_mesh(arrays, provenance, cad_volume, cad)
     progress(STAGE, 1.0)
     return seat
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from seatfem.geometry import bar, block, cad, revolved
+from seatfem.geometry import bar, block, cad, revolved, stopper, valve_plate
 from seatfem.geometry.annular import AnnularSeat
 from seatfem.geometry.bar import Bar
 from seatfem.geometry.block import Block
@@ -38,6 +38,7 @@ from seatfem.geometry.selectors import (
     select,
 )
 from seatfem.geometry.stopper import Stopper
+from seatfem.geometry.valve_plate import ValvePlate
 
 __all__ = [
     "CONTACT_COLOUR",
@@ -52,6 +53,7 @@ __all__ = [
     "ConicalSeat",
     "CylinderFace",
     "Edge",
+    "Extruded",
     "Face",
     "Family",
     "Geometry",
@@ -64,33 +66,45 @@ __all__ = [
     "Revolved",
     "Selector",
     "Stopper",
+    "ValvePlate",
     "decode",
     "encode",
+    "family_of",
     "fingerprint",
     "model_unit",
     "select",
 ]
 
-Geometry = AnnularSeat | ConicalSeat | Stopper | Bar | Block | CadPart
+Geometry = AnnularSeat | ConicalSeat | Stopper | ValvePlate | Bar | Block | CadPart
 Revolved = AnnularSeat | ConicalSeat | Stopper
+Extruded = Stopper | ValvePlate | Bar | Block
 
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of seat: its spec, and the recipe that builds one solid in a gmsh OpenCASCADE model."""
+    """A kind of seat: its spec, and the recipe that builds its solid in a gmsh OpenCASCADE model.
+
+    ``plan``: the recipe for the areas of an extruded solid's plan, by name, where gmsh meshes it.
+    """
 
     spec: type[Geometry]
     build: Callable[[Any, Any], None]
+    plan: Callable[[Any, Any], dict[str, list[int]]] | None = None
 
 
 FAMILIES: dict[str, Family] = {
     "annular": Family(AnnularSeat, revolved.build),
     "conical": Family(ConicalSeat, revolved.build),
-    "stopper": Family(Stopper, revolved.build),
+    "stopper": Family(Stopper, revolved.build, stopper.plan),
+    "valve_plate": Family(ValvePlate, valve_plate.build, valve_plate.plan),
     "bar": Family(Bar, bar.build),
     "block": Family(Block, block.build),
     "cad": Family(CadPart, cad.build),
 }
+
+
+def family_of(geometry: Geometry) -> Family:
+    return next(family for family in FAMILIES.values() if isinstance(geometry, family.spec))
 
 
 def model_unit(geometry: Geometry) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatfem.geometry.checks import require_positive
+from seatfem.geometry.plan import EVERYWHERE, Plan
 from seatfem.geometry.selectors import Patches, PlaneFace
 
 
@@ -26,13 +27,22 @@ class Bar:
 
     @property
     def patches(self) -> Patches:
+        return self.patches_in(1)
+
+    def patches_in(self, sectors: int) -> Patches:
+        """The groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
         x, y = self.width / 2, self.height / 2
+        left, front = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
         return {
             "contact": (PlaneFace((0.0, 0.0, 1.0), self.length),),
             "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),),
-            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), PlaneFace((-1.0, 0.0, 0.0), x)),
-            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), PlaneFace((0.0, -1.0, 0.0), y)),
+            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), *([left] if sectors < 4 else [])),
+            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), *([front] if sectors < 2 else [])),
         }
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.length, {"contact": (EVERYWHERE,)}, {"fixed": (EVERYWHERE,)})
 
 
 def build(bar: Bar, occ: Any) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seatfem.geometry.checks import require_below, require_positive
+from seatfem.geometry.plan import EVERYWHERE, Plan
 from seatfem.geometry.selectors import Patches, PlaneFace
 
 
@@ -33,6 +34,10 @@ class Block:
         corner = math.hypot(self.patch_width, self.patch_depth) / 2
         patch = PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=corner)
         return {"contact": (patch,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
 
 
 def build(block: Block, occ: Any) -> None:

@@ -13,6 +13,7 @@ from seatfem.geometry.selectors import Patches, select
 
 NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
 POINTS_PER_CURVE = 17
+STEP_OFF_FACE = 1e-3  # over the square root of its area
 
 
 def faces_of(model: Any, unit: float) -> list[Face]:
@@ -50,7 +51,7 @@ def _face(model: Any, tag: int, unit: float) -> Face:
         area=area_of(model, [tag], unit),
         outline=_outline(model, curves, unit),
         curves=frozenset(curves),
-        normal=_normal(model, tag) if kind == "Plane" else None,
+        normal=_normal(model, tag, curves) if kind == "Plane" else None,
         colour=_colour(model, tag),
         axis=_axis(model, tag, unit) if kind in ("Cylinder", "Cone") else None,
         distance=lambda point: _distance(model, tag, point, unit),
@@ -87,10 +88,33 @@ def _outline(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
     return unit * np.concatenate(points) if points else np.empty((0, 3))
 
 
-def _normal(model: Any, tag: int) -> tuple[float, float, float]:
+def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
+    """Out of the solid; gmsh's own normal points in on some faces that were imprinted. Between two solids: gmsh's."""
     low, high = model.getParametrizationBounds(2, tag)
-    x, y, z = model.getNormal(tag, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2])
+    normal = np.asarray(model.getNormal(tag, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]))
+    solids = model.getAdjacencies(2, tag)[0]
+    if len(solids) == 1:
+        step = STEP_OFF_FACE * math.sqrt(model.occ.getMass(2, tag))
+        inside = _point_inside(model, tag, curves, normal, step)
+        if inside is not None and model.isInside(3, solids[0], list(inside + step * normal)):
+            normal = -normal
+    x, y, z = normal
     return float(x), float(y), float(z)
+
+
+def _point_inside(
+    model: Any, tag: int, curves: list[int], normal: NDArray[np.float64], step: float
+) -> NDArray[np.float64] | None:
+    """A point of a plane face, one step off the middle of a boundary curve."""
+    for curve in curves:
+        low, high = model.getParametrizationBounds(1, curve)
+        middle = [(low[0] + high[0]) / 2]
+        along = np.asarray(model.getDerivative(1, curve, middle))
+        across = step * np.cross(normal, along / np.linalg.norm(along))
+        for point in (model.getValue(1, curve, middle) + across, model.getValue(1, curve, middle) - across):
+            if model.isInside(2, tag, list(point)):
+                return np.asarray(point)
+    return None
 
 
 def _colour(model: Any, tag: int) -> Colour | None:

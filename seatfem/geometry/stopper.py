@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from seatfem.geometry.checks import GeometryError, require_below, require_positive
+from seatfem.geometry.faces import Vector
+from seatfem.geometry.plan import EVERYWHERE, Plan
 from seatfem.geometry.profile import Edge, Point, Profile, polygon
 from seatfem.geometry.selectors import Patches, PlaneFace, PointFace
+
+INSIDE = 1e-2  # radians from the plane y = 0
 
 
 @dataclass(frozen=True)
@@ -49,9 +54,15 @@ class Stopper:
         contact = (
             PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
             if self.dome_radius is None
-            else PointFace((0.0, 0.0, self.thickness))
+            else PointFace(self._inside_patch)
         )
         return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def _inside_patch(self) -> Vector:
+        """A point of the patch beside the axis and within every sector."""
+        r = self.contact_radius / 2
+        return r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
 
     @property
     def profile(self) -> Profile:
@@ -66,3 +77,14 @@ class Stopper:
         centre = (0.0, self.thickness - self.dome_radius)
         domed = tuple(Edge(edge.start, edge.end, centre, edge.name) for edge in edges[2:-1])
         return Profile((*edges[:2], *domed, edges[-1]))
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+
+
+def plan(stopper: Stopper, occ: Any) -> dict[str, list[int]]:
+    """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
+    disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (stopper.radius, stopper.contact_radius))
+    _, pieces = occ.fragment([(2, disc)], [(2, patch)])
+    return {"patch": [tag for _, tag in pieces[1]]}
