@@ -12,6 +12,7 @@ from impact.closed_form import DelayRod
 from impact.damped_rods import DampedFreeRod
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens, Residual
+from impact.poles import PoleGreens
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,9 @@ class Body:
             return g.mass if g.reflection == 1.0 else math.inf
         if isinstance(g, DampedFreeRod):
             return g.mass
-        if isinstance(g, ModalGreens):
-            rigid = float(np.sum(g.shapes[g.omega == 0, 0] ** 2))
+        if isinstance(g, ModalGreens | PoleGreens):
+            shapes = g.rigid if isinstance(g, PoleGreens) else g.shapes[g.omega == 0]
+            rigid = float(np.sum(shapes[:, 0] ** 2))
             return 1.0 / rigid if rigid > 0 else math.inf
         return math.inf
 

@@ -24,7 +24,9 @@ Complex = NDArray[np.complex128]
 Form = Literal["auto", "modal", "complex"]
 NOT_CAUSAL = 0.5  # causality defect from which a response is refused
 _FLOOR = 1e-3  # of the largest response: lines below count no more than it
-_GAIN = 0.8  # a higher order must lower the misfit to this part
+_ABOVE_NOISE = 5.0  # times the noise of a line: what counts as a resonance, and the least size that weights regard
+_GAIN = 0.9  # so many rounds of more poles must lower the misfit to this part
+_PATIENCE = 3
 _LEAN = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
 _ENOUGH = 1.25  # real modes are preferred while their misfit is below this multiple of the complex poles'
 
@@ -43,10 +45,13 @@ class _Data:
     def extra(self) -> Complex:
         return np.stack([np.ones_like(self.s), *([1 / self.s**2] if self.free else [])], axis=1)
 
+    @property
+    def scale(self) -> float:
+        return float(np.linalg.norm(self.weights[:, None, None] * self.g))
+
     def misfit(self, model: Complex) -> float:
         """Weighted, relative."""
-        w = self.weights[:, None, None]
-        return float(np.linalg.norm(w * (model - self.g)) / np.linalg.norm(w * self.g))
+        return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
 
 
 def fit_poles(
@@ -151,7 +156,7 @@ def _data(response: FrequencyResponse, free: bool | None) -> _Data:
     g = response.receptance
     size = np.linalg.norm(g, axis=(1, 2))
     free = moves_away(response) if free is None else free
-    weights = 1 / np.sqrt(np.maximum(size, _FLOOR * size.max()))
+    weights = 1 / np.sqrt(np.maximum(size, max(_FLOOR * size.max(), _ABOVE_NOISE * _noise(g))))
     return _Data(response.lines, g, np.asarray(weights), free, response.port_names)
 
 
@@ -161,22 +166,41 @@ def _poles(data: _Data, tolerance: float, most: int) -> Poles:
     elements = [(i, j) for i in range(p) for j in range(i, p)]
     responses = np.stack([data.g[:, i, j] for i, j in elements], axis=1)
     weights = np.stack([data.weights * (1 if i == j else np.sqrt(2)) for i, j in elements], axis=1)
-    size = np.linalg.norm(data.g, axis=(1, 2))
-    noise = np.median(np.linalg.norm(np.diff(data.g, 2, axis=0), axis=(1, 2))) / np.sqrt(6)
-    peaks = find_peaks(np.log(size * data.s.imag), prominence=0.5)[0]
-    peaks = data.s.imag[peaks[size[peaks] > 5 * noise]]
     most = min(most, len(data.s) // 3)
-    pairs = min(max(1, len(peaks)), most)
+    poles = starting_poles(data.s, *_peaks(data, most))
     found: list[tuple[float, Poles]] = []
-    while pairs <= most:
-        start = starting_poles(data.s, pairs, peaks)
-        poles = fitted_poles(data.s, responses, weights, data.extra, start)
-        misfit = data.misfit(_response(_free_residues(data, poles), data.s))
-        found.append((misfit, poles))
-        if misfit <= tolerance or (len(found) > 2 and misfit > _GAIN * found[-3][0]):
+    while True:
+        poles = fitted_poles(data.s, responses, weights, data.extra, poles)
+        apart = data.weights * np.linalg.norm(_response(_free_residues(data, poles), data.s) - data.g, axis=(1, 2))
+        found.append((float(np.linalg.norm(apart) / data.scale), poles))
+        vain = len(found) > _PATIENCE and found[-1][0] > _GAIN * found[-1 - _PATIENCE][0]
+        if found[-1][0] <= tolerance or vain or len(poles.pairs) >= most:
             break
-        pairs += max(1, pairs // 6)
-    return next(poles for misfit, poles in found if misfit <= max(tolerance, found[-1][0] / _GAIN))
+        poles = _with_more(poles, data.s, apart, max(1, len(poles.pairs) // 6))
+    least = min(misfit for misfit, _ in found)
+    return next(poles for misfit, poles in found if misfit <= max(tolerance, least / _GAIN))
+
+
+def _noise(g: Complex) -> float:
+    """Of one line, from the second differences of the lines: the median leaves resonances out."""
+    return float(np.median(np.linalg.norm(np.diff(g, 2, axis=0), axis=(1, 2))) / np.sqrt(6))
+
+
+def _peaks(data: _Data, most: int) -> tuple[int, Array]:
+    """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
+    size = np.linalg.norm(data.g, axis=(1, 2))
+    peaks = find_peaks(np.log(size * data.s.imag), prominence=0.5)[0]
+    peaks = data.s.imag[peaks[size[peaks] > _ABOVE_NOISE * _noise(data.g)]]
+    return min(max(1, len(peaks)), most), peaks
+
+
+def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
+    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
+    smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
+    peaks = find_peaks(np.concatenate([[0.0], smooth, [0.0]]))[0] - 1
+    worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
+    pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
+    return Poles(pairs[np.argsort(pairs.imag)], poles.rates)
 
 
 def _free_residues(data: _Data, poles: Poles) -> Residues:
@@ -292,7 +316,8 @@ def _reported(
 
 
 def _pulse_error(greens: ModalGreens | PoleGreens, data: _Data, response: FrequencyResponse) -> float:
-    """Largest |(1/pi) Re integral of dG P exp(i w t) dw| over the largest filtered g, over one period of the lines."""
+    """Largest |(1/pi) Re integral of dG P exp(i w t) dw|, t over one period of the lines, and what oscillations beyond
+    the band, whose frequencies nobody measured, leave after the pulse; over the largest filtered g."""
     f, w = response.frequency, data.s.imag
     width = float(2 / f[-1])
     u = w * width / (2 * np.pi)
@@ -305,7 +330,21 @@ def _pulse_error(greens: ModalGreens | PoleGreens, data: _Data, response: Freque
     for start in range(0, len(t), 256):
         turns = np.exp(1j * np.outer(t[start : start + 256], w))
         largest = max(largest, float(np.abs(np.tensordot(turns, apart, axes=1).real).max()) / np.pi)
-    return largest / float(np.abs(greens.filtered_matrix(t, width)).max())
+    beyond = _above(greens, float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
+    peak = float(np.abs(greens.filtered_matrix(t[t <= 200 * width], width)).max())
+    return (largest + float(np.abs(beyond).max(initial=0.0))) / peak
+
+
+def _above(greens: ModalGreens | PoleGreens, omega: float) -> ModalGreens | PoleGreens:
+    """The oscillations beyond the band alone."""
+    p = len(greens.port_names)
+    if isinstance(greens, ModalGreens):
+        high = greens.omega > omega
+        return ModalGreens(
+            greens.omega[high], greens.zeta[high], greens.shapes[high], Residual.none(p), greens.port_names
+        )
+    high = greens.poles.imag > omega
+    return PoleGreens(greens.poles[high], greens.shapes[high], port_names=greens.port_names)
 
 
 def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:

@@ -89,6 +89,29 @@ def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
     assert filtered_error(fit, truth) < fit.error_estimate.total < 0.01  # type: ignore[operator]
 
 
+def test_the_error_estimate_is_honest() -> None:
+    """Random bodies, some with modes beyond the band; noise of each line or of the whole record."""
+    ratios = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        modes, ports = int(rng.integers(2, 12)), int(rng.integers(1, 3))
+        truth = impact.ModalGreens(
+            2 * np.pi * np.sort(rng.uniform(500, 15000, modes)),
+            10 ** rng.uniform(-2.5, -1, modes),
+            10 * rng.normal(size=(modes, ports)),
+            impact.Residual.spring(1e-9 * np.eye(ports)),
+            ("lip", "stop")[:ports],
+        )
+        g = transfer(truth, S)
+        noise = 10 ** rng.uniform(-3, -1.5) * (rng.normal(size=g.shape) + 1j * rng.normal(size=g.shape))
+        g = g * (1 + noise) if seed % 2 else g + 0.05 * np.abs(g).max() * noise
+        fit = fit_poles(FrequencyResponse(F, g, truth.port_names))
+        assert fit.error_estimate.total is not None
+        ratios.append(filtered_error(fit, truth) / fit.error_estimate.total)
+    assert max(ratios) < 2.5
+    assert np.mean(np.array(ratios) < 1.25) >= 0.8  # true error over its estimate
+
+
 def test_a_free_body_keeps_its_mass() -> None:
     free = replace(
         SEAT, omega=np.append(0.0, SEAT.omega), zeta=np.append(0.0, SEAT.zeta), shapes=np.vstack([[3.0], SEAT.shapes])

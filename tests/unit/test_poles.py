@@ -116,6 +116,29 @@ def test_engines_agree_with_the_pole_recursion_of_the_same_modes(engine: str) ->
     assert found == pytest.approx(expected, abs=1e-9 * expected.max())
 
 
+def test_a_free_body_flies_as_its_modes_do() -> None:
+    free = impact.ModalGreens(
+        np.array([0.0, 3e4]), np.array([0.0, 0.02]), np.array([[3.0], [2.0]]), impact.Residual.none()
+    )
+    found, expected = (
+        impact.solve(
+            impact.ContactProblem(
+                impact.Body(greens, velocity=-1.0),
+                target=impact.Body(impact.spring(stiffness=1e7)),
+                law=impact.LinearSpring(stiffness=2e6),
+            ),
+            dt=DT,
+            duration=2e-3,
+        )
+        for greens in (impact.PoleGreens.of(free), free)
+    )
+    assert found.striker_mass == pytest.approx(1 / 9)
+    assert found.force == pytest.approx(expected.force, abs=1e-9 * expected.force.max())
+    assert found.energy.residual < 1e-9
+    rebound = [float(np.ravel(impact.measures.rebound_velocity(result))[0]) for result in (found, expected)]
+    assert rebound[0] == pytest.approx(rebound[1], rel=1e-9)
+
+
 def test_a_march_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
     whole, first, second = (impact.ContactStepper(impact.prepare(problem(COUPLED), DT, 2e-3)) for _ in range(3))
     whole.advance(1000)
