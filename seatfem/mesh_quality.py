@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from skfem import Basis, ElementHex0, ElementTetP0
 from skfem.quadrature import get_quadrature
 
-from seatfem.cell_kinds import CELL_KINDS, Floats, Integers
+from seatfem.cell_kinds import CELL_KINDS, CellKind, Floats, Integers
 from seatfem.mesh_io import MeshArrays, SolidMesh
 
 
 @dataclass(frozen=True)
 class MeshQuality:
-    """Measures of a mesh in SI units, from the quadrature that the finite elements use.
+    """Measures of a mesh in SI units; volumes by a quadrature that is exact for the elements' maps.
 
     ``min_scaled_jacobian``: smallest det J at the nodes and centroid of an element over the mean of its straight twin;
     1 for straight tetrahedra and parallelepipeds, 0 where an element starts to fold. ``min_shape``: smallest shape
@@ -37,13 +36,12 @@ def measure(
     mesh: SolidMesh, arrays: MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
 ) -> MeshQuality:
     """Volume, areas and element quality of a mesh made by `to_skfem`."""
-    constant = ElementTetP0() if arrays.shape == "tetrahedron" else ElementHex0()
     return MeshQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
         min_scaled_jacobian=float(scaled_jacobian(arrays).min()),
         min_shape=float(shape_measure(arrays).min()),
-        volume=float(Basis(mesh, constant, intorder=arrays.kind.degree).dx.sum()),
+        volume=float(_integrals(arrays.kind, arrays.points, arrays.cells).sum()),
         areas={name: _area(mesh, facets) for name, facets in mesh.boundaries.items()},
         cad_volume=cad_volume,
         cad_areas=dict(cad_areas),
@@ -52,10 +50,7 @@ def measure(
 
 def straight_determinants(arrays: MeshArrays) -> Floats:
     """Mean det J over each element's straight twin, negative where its vertices are in mirrored order; (m,)."""
-    kind = CELL_KINDS[arrays.kind.corners]
-    points, weights = get_quadrature(kind.element.refdom, kind.degree)
-    determinants = _determinants(arrays.points[arrays.vertices], kind.gradients(points.T))
-    return np.asarray(determinants @ (weights / weights.sum()))
+    return _integrals(CELL_KINDS[arrays.kind.corners], arrays.points, arrays.vertices, mean=True)
 
 
 def scaled_jacobian(arrays: MeshArrays) -> Floats:
@@ -67,9 +62,9 @@ def scaled_jacobian(arrays: MeshArrays) -> Floats:
     kind = arrays.kind
     straight = straight_determinants(arrays)
     least = straight.copy()
-    for place in kind.places:
-        determinant = _determinants(arrays.points[arrays.cells], kind.gradients(place[None, :]))
-        least = np.minimum(least, determinant[:, 0])
+    if kind.degree > 0:
+        for determinant in _determinants(kind, arrays.points, arrays.cells, kind.places):
+            np.minimum(least, determinant, out=least)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(straight == 0.0, -np.inf, least / np.abs(straight))
 
@@ -83,10 +78,25 @@ def shape_measure(arrays: MeshArrays) -> Floats:
     return _radius_ratio(arrays) if arrays.shape == "tetrahedron" else _corner_shape(arrays)
 
 
-def _determinants(nodes: Floats, gradients: Floats) -> Floats:
-    """det J of elements (m, k, 3) at places (q, k, 3): (m, q)."""
-    jacobian = np.einsum("qna,enx->eqax", gradients, nodes, optimize=True)
-    return np.asarray(np.linalg.det(jacobian))
+def _integrals(kind: CellKind, points: Floats, cells: Integers, *, mean: bool = False) -> Floats:
+    """Integral of det J over each element, its volume; or its mean; (m,)."""
+    places, weights = get_quadrature(kind.element.refdom, kind.degree)
+    if mean:
+        weights = weights / weights.sum()
+    total = np.zeros(len(cells))
+    for weight, determinant in zip(weights, _determinants(kind, points, cells, places.T), strict=True):
+        total += weight * determinant
+    return total
+
+
+def _determinants(kind: CellKind, points: Floats, cells: Integers, places: Floats) -> Iterator[Floats]:
+    """det J of every element, (m,), at one place after the other."""
+    nodes = points[cells.T].transpose(0, 2, 1).reshape(cells.shape[1], -1)
+    for gradient in kind.gradients(places):
+        a, b, c = (gradient.T @ nodes).reshape(3, 3, -1)
+        yield (
+            a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        )
 
 
 def _area(mesh: SolidMesh, facets: Integers) -> float:
@@ -108,6 +118,13 @@ def _radius_ratio(arrays: MeshArrays) -> Floats:
 
 def _corner_shape(arrays: MeshArrays) -> Floats:
     kind = CELL_KINDS[8]
-    jacobian = np.einsum("qna,enx->eqax", kind.gradients(kind.nodes), arrays.points[arrays.vertices], optimize=True)
-    positive = np.maximum(np.linalg.det(jacobian), 0.0)
-    return np.asarray((3 * positive ** (2 / 3) / np.sum(jacobian**2, axis=(2, 3))).min(axis=1))
+    nodes = arrays.points[arrays.vertices.T].transpose(0, 2, 1).reshape(8, -1)
+    least = np.full(len(arrays.cells), np.inf)
+    gradients, determinants = (
+        kind.gradients(kind.nodes),
+        _determinants(kind, arrays.points, arrays.vertices, kind.nodes),
+    )
+    for gradient, determinant in zip(gradients, determinants, strict=True):
+        squares = np.sum(((gradient.T @ nodes) ** 2).reshape(9, -1), axis=0)
+        np.minimum(least, 3 * np.maximum(determinant, 0.0) ** (2 / 3) / squares, out=least)
+    return least
