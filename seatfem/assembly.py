@@ -138,11 +138,11 @@ class _Body:
         if nodal:
             shares = nodal_rule(made)
             of_nodes = nodal_mass(made.cells, made.corners, made.places, exact, shares, self.region, density, made.size)
-            M = sparse.csr_array(sparse.diags_array(np.repeat(of_nodes, 3)[self.unknowns.base]))
+            M = sparse.csr_array(sparse.diags_array(of_nodes[self.unknowns.free // 3]))
         else:
             rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
-            M = sparse.csr_array((data, columns, rows), shape=(free, free))
-        return self.unknowns.turned(K), self.unknowns.turned(M)
+            M = self.unknowns.turned(sparse.csr_array((data, columns, rows), shape=(free, free)))
+        return self.unknowns.turned(K), M
 
 
 def _damping(

@@ -119,18 +119,21 @@ def expand_scalar(indptr: Ints, indices: Ints, values: Floats, unknown: Ints, fr
 @njit(cache=True)
 def _jacobian(corners: Ints, points: Floats, slopes: Floats, inverse: Floats) -> float:
     """det J of x = sum_v points_v N_v, with J^-1 into ``inverse`` (left as it is where J is singular)."""
-    j = np.zeros((3, 3))
+    xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
     for v in range(len(corners)):
-        for a in range(3):
-            for c in range(3):
-                j[a, c] += points[corners[v], a] * slopes[v, c]
-    for a in range(3):
-        for c in range(3):
-            u, v, s, t = (c + 1) % 3, (c + 2) % 3, (a + 1) % 3, (a + 2) % 3
-            inverse[a, c] = j[u, s] * j[v, t] - j[u, t] * j[v, s]
-    det: float = j[0, 0] * inverse[0, 0] + j[0, 1] * inverse[1, 0] + j[0, 2] * inverse[2, 0]
+        x, y, z = points[corners[v], 0], points[corners[v], 1], points[corners[v], 2]
+        r, s, t = slopes[v, 0], slopes[v, 1], slopes[v, 2]
+        xx, xy, xz = xx + x * r, xy + x * s, xz + x * t
+        yx, yy, yz = yx + y * r, yy + y * s, yz + y * t
+        zx, zy, zz = zx + z * r, zy + z * s, zz + z * t
+    a, b, c = yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx
+    det = xx * a + xy * b + xz * c
     if det != 0.0:
-        inverse /= det
+        one = 1 / det
+        inverse[0, 0], inverse[1, 0], inverse[2, 0] = a * one, b * one, c * one
+        inverse[0, 1], inverse[0, 2] = (xz * zy - xy * zz) * one, (xy * yz - xz * yy) * one
+        inverse[1, 1], inverse[1, 2] = (xx * zz - xz * zx) * one, (xz * yx - xx * yz) * one
+        inverse[2, 1], inverse[2, 2] = (xy * zx - xx * zy) * one, (xx * yy - xy * yx) * one
     return det
 
 
@@ -210,10 +213,9 @@ def _element_stiffness(
 
 
 @njit(cache=True)
-def _block(T: Floats, D: Floats, i: int, j: int, modes: int, lame: Floats, tensor: Floats, B: Floats) -> None:
-    """B = the stiffness that couples nodes i and j >= i: lam T + mu T' + mu tr(T) I, or C : T for lame = (0, 0)."""
+def _block(T: Floats, D: Floats, i: int, j: int, modes: int, lam: float, mu: float, tensor: Floats, B: Floats) -> None:
+    """B = the stiffness that couples nodes i and j >= i: lam T + mu T' + mu tr(T) I, or C : T for mu = 0."""
     r, s = 3 * i, 3 * j
-    lam, mu = lame
     if mu > 0:
         trace = mu * (T[r, s] + T[r + 1, s + 1] + T[r + 2, s + 2])
         for a in range(3):
@@ -297,18 +299,20 @@ def add_elements(
     inverse, products = np.empty((3, 3)), np.empty((local, local))
     for e in range(len(cells)):
         m = region[e]
-        _element_stiffness(corners[e], points, weights, shapes, slopes, gradients, modes[m], T, D)
+        cell, corner, number, tensor, lam, mu = cells[e], corners[e], modes[m], tensors[m], lame[m, 0], lame[m, 1]
+        _element_stiffness(corner, points, weights, shapes, slopes, gradients, number, T, D)
         products[:] = 0.0
         for q in range(len(mass_weights)):
-            det = abs(_jacobian(corners[e], points, mass_slopes[q], inverse))
-            weight = density[m] * mass_weights[q] * det
+            weight = density[m] * mass_weights[q] * abs(_jacobian(corner, points, mass_slopes[q], inverse))
             for i in range(local):
+                share = weight * values[q, i]
                 for j in range(i, local):
-                    products[i, j] += weight * values[q, i] * values[q, j]
+                    products[i, j] += share * values[q, j]
         for i in range(local):
+            first = cell[i]
             for j in range(i, local):
-                first, second = cells[e, i], cells[e, j]
-                _block(T, D, i, j, modes[m], lame[m], tensors[m], B)
+                second = cell[j]
+                _block(T, D, i, j, number, lam, mu, tensor, B)
                 k = _position(indices, indptr[first], indptr[first + 1], second)
                 mass[k] += products[i, j]
                 _scatter(stiffness, rows, unknown, first, second, offset[k], B, False)

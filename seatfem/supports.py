@@ -64,10 +64,13 @@ class Dashpot:
 class Absorbing:
     """Where the mesh ends and the body does not: dashpots rho c_p along and rho c_s across the normal.
 
-    Waves that arrive along the normal leave; others are reflected in part (Lysmer & Kuhlemeyer 1969).
+    Waves that arrive along the normal leave; others are reflected in part (Lysmer & Kuhlemeyer 1969). With ``centre``,
+    the place [m] the waves come from, at the distance R, springs 4 mu/R along and 2 mu/R across the normal stand for
+    the body beyond: the boundary is then right for slow motion too (Liu, Du, Du, Wang & Wu 2006).
     """
 
     boundary: str
+    centre: tuple[float, float, float] | None = None
 
 
 Support = Foundation | Bolted | Dashpot | Absorbing
@@ -99,24 +102,40 @@ def spread_supports(
     """As `support_matrices`, on the ``patches`` that belong to the supports."""
     sums: dict[str, sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
-        matrix = _spread(patch, *_densities(support, patch, solids, region), 3 * n_nodes)
-        target = "K" if isinstance(support, Foundation | Bolted) else "C"
-        sums[target] = sums[target] + matrix if target in sums else matrix
+        for target, along, across in _densities(support, patch, solids, region):
+            matrix = _spread(patch, along, across, 3 * n_nodes)
+            sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
 
 
 def _densities(
     support: Support, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]
-) -> tuple[Array, Array]:
-    """Stiffness or damping per area, along and across the normal, at the points (f, Q) of the patch."""
-    if not isinstance(support, Absorbing):
-        return tuple(np.full(patch.weights.shape, getattr(support, key)) for key in ("normal", "tangential"))  # type: ignore[return-value]
+) -> list[tuple[str, Array, Array]]:
+    """What is added to K or C per area, along and across the normal, at the points (f, Q) of the patch."""
+    if isinstance(support, Absorbing):
+        return _absorbing(support, patch, solids, region)
+    target = "C" if isinstance(support, Dashpot) else "K"
+    one = np.ones(patch.weights.shape)
+    return [(target, support.normal * one, (support.tangential or 0.0) * one)]
+
+
+def _absorbing(
+    support: Absorbing, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]
+) -> list[tuple[str, Array, Array]]:
     along, across = np.empty(patch.weights.shape), np.empty(patch.weights.shape)
+    rigidity = np.empty(patch.weights.shape)
     for k, solid in enumerate(solids):
         of = region[patch.elements] == k
         along[of] = solid.density * solid.c_p_along(patch.normals[of])
         across[of] = solid.density * solid.c_s
-    return along, across
+        rigidity[of] = solid.density * solid.c_s**2
+    dashpots = ("C", along, across)
+    if support.centre is None:
+        return [dashpots]
+    if patch.places is None:
+        raise ModelError(f"Absorbing({support.boundary!r}): centre serves solid models only; leave it out")
+    spring = rigidity / np.linalg.norm(patch.places - np.asarray(support.centre), axis=-1)
+    return [dashpots, ("K", 4 * spring, 2 * spring)]
 
 
 def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:

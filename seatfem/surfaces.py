@@ -24,6 +24,7 @@ class Surface:
         normals: (f, Q, 3) outward unit normals.
         weights: (f, Q) area of the points [m^2].
         elements: (f,) the element behind each facet.
+        places: (f, Q, 3) coordinates of the points [m], ``None`` on a meridian.
     """
 
     cells: NDArray[np.int32]
@@ -31,6 +32,7 @@ class Surface:
     normals: Array
     weights: Array
     elements: NDArray[np.int64]
+    places: Array | None = None
 
     @property
     def nodes(self) -> NDArray[np.int32]:
@@ -67,8 +69,9 @@ def surface(made: Discretization, name: str, role: str) -> Surface:
         for k, corners in enumerate(made.element.refdom.facets)
         if np.any(which == k)
     ]
-    cells, shapes, normals, weights = (np.concatenate(group) for group in zip(*parts, strict=True))
-    return Surface(cells, shapes, normals, weights, np.concatenate([elements[which == k] for k in np.unique(which)]))
+    cells, shapes, normals, weights, places = (np.concatenate(group) for group in zip(*parts, strict=True))
+    behind = np.concatenate([elements[which == k] for k in np.unique(which)])
+    return Surface(cells, shapes, normals, weights, behind, places)
 
 
 def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int]) -> tuple[Any, ...]:
@@ -86,4 +89,5 @@ def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: lis
     reference = np.asarray(made.element.doflocs, dtype=float)
     on_side = np.flatnonzero(np.abs((reference - origin) @ across) < 1e-9)
     shapes = np.broadcast_to(values(made.element, points)[:, on_side], (len(elements), points.shape[1], len(on_side)))
-    return made.cells[elements][:, on_side], shapes, normals / length[..., None], length * np.asarray(area)
+    places = np.einsum("qv,mva->mqa", values(made.geometry, points), made.places[made.corners[elements]])
+    return made.cells[elements][:, on_side], shapes, normals / length[..., None], length * np.asarray(area), places
