@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from impact.progress import Progress, silent
 from seatfem.verification.beams import beam_cases
 from seatfem.verification.case import Case, Row, carry_out
 from seatfem.verification.compliant import compliant_cases
 from seatfem.verification.finite_elements import finite_element_cases
+from seatfem.verification.ground import ground_cases
 from seatfem.verification.half_space import half_space_cases
 from seatfem.verification.lumped import lumped_cases
+from seatfem.verification.plates import plate_cases
 from seatfem.verification.radiating import radiating_cases
 from seatfem.verification.reeds import reed_cases
 from seatfem.verification.rods import rod_cases
+from seatfem.verification.round_bars import round_bar_cases
 from seatfem.verification.several import several_cases
+from seatfem.verification.solids import solid_cases
+from seatfem.verification.spheres import sphere_cases
 from seatfem.verification.stresses import stress_cases
 from seatfem.verification.waves import wave_cases
 
@@ -33,6 +38,11 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     beam_cases,
     reed_cases,
     finite_element_cases,
+    solid_cases,
+    sphere_cases,
+    round_bar_cases,
+    ground_cases,
+    plate_cases,
 )
 
 
@@ -41,9 +51,9 @@ def verification_cases() -> tuple[Case, ...]:
     return tuple(case for provider in PROVIDERS for case in provider())
 
 
-def verification_table(progress: Progress = silent) -> tuple[Row, ...]:
-    """Carry out every case."""
-    cases = verification_cases()
+def verification_table(progress: Progress = silent, cases: Sequence[Case] | None = None) -> tuple[Row, ...]:
+    """Carry out every case, or those given."""
+    cases = verification_cases() if cases is None else cases
     rows = []
     for done, case in enumerate(cases):
         progress("verifying", done / len(cases))

@@ -9,6 +9,23 @@ from seatfem.verification.case import Case, Estimate, Row, carry_out, refined, r
 from seatfem.verify import markdown_table, verification_cases, verification_table
 
 CASES = {f"{case.case}: {case.quantity}": case for case in verification_cases()}
+# elements against continua: how far the observed order may lie from that of theory, by a word of the case
+SOLIDS = {
+    "thin": 0.6,  # in thickness, the next term h^3 is up to a third of h^2 in the thickest plate of the highest mode
+    "membrane": None,  # corner singularity of a weight that differs from mode to mode
+    "curved hexahedra": 0.8,  # from one to four elements across the wall
+    "quadratic tetrahedra": 0.7,  # from two to eight along each side
+    "quadratic hexahedra": 0.25,
+    "as a solid": 0.45,  # from one to four across half the thickness
+    "axisymmetric": 0.35,
+    "free sphere": 0.35,
+    "round bar": 0.45,  # from one to four across the radius
+    "half-space of finite elements": 0.65,  # an edge of pressure: the order is that of a logarithm on a graded mesh
+}
+
+
+def is_solid(row: Row) -> bool:
+    return any(word in row.case for word in SOLIDS)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -16,7 +33,7 @@ def test_case_passes_and_can_fail(name: str) -> None:
     case = CASES[name]
     row = carry_out(case)
     assert row.verdict, f"error {row.error:.2e}, tolerance {row.tolerance:.2e}"
-    assert row.tolerance < 2e-3
+    assert row.tolerance < (5e-3 if is_solid(row) else 2e-3)  # 3 % of a modulus are 1.5 % of a frequency
     for coefficient in (1.03, 0.97):
         assert not carry_out(case, coefficient).verdict
 
@@ -24,7 +41,7 @@ def test_case_passes_and_can_fail(name: str) -> None:
 @cache
 def table() -> tuple[tuple[Row, ...], tuple[tuple[str, float], ...]]:
     heard: list[tuple[str, float]] = []
-    rows = verification_table(lambda stage, done: heard.append((stage, done)))
+    rows = verification_table(lambda stage, done: heard.append((stage, done)), tuple(CASES.values()))
     return rows, tuple(heard)
 
 
@@ -45,11 +62,26 @@ def test_observed_orders_are_those_of_theory() -> None:
     parameter is not that small, 5 %.
     """
     for row in table()[0]:
-        if row.order is None:
+        if row.order is None or is_solid(row):
             continue
         limit = any(word in row.quantity for word in ("lambda to 0", "leading order"))
         end = any(word in row.quantity for word in ("end of contact", "duration"))
         assert row.order == pytest.approx(row.theory, abs=0.05 if limit else 0.03 if end else 0.01), row
+
+
+def test_elements_converge_with_the_order_of_theory() -> None:
+    """Frequencies and compliances of quadratic elements: 4; with smooth loads in time: 2; limits of thin plates: 2.
+
+    The membrane's corners (clamped and free, 78.7 degrees) allow 2 x 0.83 at the least, 4 where a mode spares them.
+    """
+    rows = [row for row in table()[0] if is_solid(row) and row.order is not None]
+    assert len(rows) > 60
+    for row in rows:
+        slack = next(slack for word, slack in SOLIDS.items() if word in row.case)
+        if slack is None:
+            assert 1.65 < row.order < 4.0, row
+        else:
+            assert row.order == pytest.approx(row.theory, abs=slack), row
 
 
 def test_passive_march_is_first_order_at_jumps_and_second_on_the_grid() -> None:

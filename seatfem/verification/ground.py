@@ -1,0 +1,132 @@
+"""The half-space as a block of finite elements: a disk and a square pressed on it, at rest and suddenly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from impact.pulse import hann
+from impact.sampled import SampledGreens
+from seatfem.assembly import assemble
+from seatfem.axisymmetric import assemble_axisymmetric
+from seatfem.factorization import factorize
+from seatfem.model import Array, Material, SecondOrderModel
+from seatfem.transient import march
+from seatfem.verification.case import Case, Estimate
+from seatfem.verification.grids import box, section, split
+from seatfem.verification.half_space import unit_patch
+from seatfem.verification.levels import converged, recomputed
+
+_JOHNSON = "Johnson, Contact Mechanics, ch. 3"
+_LOVE = "Love, Phil. Trans. A 228 (1929) 377"
+_PEKERIS = "Pekeris' point load averaged over the disk by quadrature"
+_GROUND = 0.25  # Poisson's ratio
+
+
+def ground_cases() -> tuple[Case, ...]:
+    """Disk at rest, square at rest, disk loaded suddenly."""
+    return (*_disk_at_rest(), _square_at_rest(), *_disk_step())
+
+
+def _half_space_model(radius: float, n: int, young: float) -> SecondOrderModel:
+    """A clamped cylinder of radius and depth ``radius`` under a loaded disk of radius 1; n: cells per interval."""
+    far = 2.0 ** np.arange(1, round(math.log2(radius)) + 1)
+    r = split([0.0, 0.5, 0.8, 0.95, 1.0, 1.05, 1.2, 1.5, *far], n)
+    z = split([0.0, 0.05, 0.2, 0.5, 1.0, 1.5, *far], n)
+    mesh = section(r, z).with_boundaries({"contact": lambda x: (x[1] < 1e-12) & (x[0] < 1.0)})
+    material = Material(young, _GROUND, 1.0)
+    return assemble_axisymmetric(mesh, material, fixed=("outer", "top"), order=2)
+
+
+def _disk_at_rest() -> tuple[Case, ...]:
+    """w E a/((1 - nu^2) F), extrapolated to infinite depth R = 8, 16, 32, then to the mesh.
+
+    The clamped bottom takes away a rigid displacement ~1/R and, by symmetry, nothing until ~1/R^3.
+    """
+
+    def displacements(radius: float, n: int, young: float) -> Array:
+        model = _half_space_model(radius, n, young)
+        assert model.dofs is not None
+        u = factorize(model.K).solve(model.port_matrix)[:, 0]
+        down, (r, _, z) = -model.expand(u)[2], model.dofs.points
+        at = [int(np.flatnonzero((np.abs(r - place) < 1e-9) & (np.abs(z) < 1e-9))[0]) for place in (0.0, 1.0)]
+        return np.array([float(model.port_matrix[:, 0] @ u), *np.abs(down[at])]) / (1 - _GROUND**2)
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        one, two, four = (displacements(radius, n, young) for radius in (8.0, 16.0, 32.0))
+        before, after = 2 * two - one, 2 * four - two
+        return tuple(after + (after - before) / 7)
+
+    limit = converged(solve, 1, 3)
+    exact = {"mean": 16 / (3 * math.pi**2), "centre": 2 / math.pi, "edge": 4 / math.pi**2}
+    return tuple(
+        Case("half-space of finite elements, disk load", f"{at} w E a/((1 - nu^2) F)", value, 1e-6, _JOHNSON, limit(i))
+        for i, (at, value) in enumerate(exact.items())
+    )
+
+
+def _square_at_rest() -> Case:
+    """A quarter of a loaded square of side 1 on a block of hexahedra with three clamped sides.
+
+    R = 4 on meshes n = 1, 2, error ~ n^-3 as under the disk; what the depth takes away from R = 4, 8, 16 with n = 1.
+    Uncertainty: the correction for n, and the same relative error of the mesh n = 1 on the part for depth.
+    """
+
+    def compliance(radius: float, n: int, young: float) -> float:
+        far = [place for place in (8.0, 16.0) if place <= radius]
+        across = split([0.0, 0.35, 0.5, 0.7, 1.5, 4.0, *far], n)
+        down = split([0.0, 0.2, 0.6, 1.5, 4.0, *far], n)
+        mesh = box(across, across, down).with_boundaries(
+            {"contact": lambda x: (x[2] < 1e-12) & (x[0] < 0.5) & (x[1] < 0.5)}
+        )
+        material = Material(young, _GROUND, 1.0)
+        model = assemble(mesh, material, fixed=("x1", "y1", "z1"), sliding=("x0", "y0"), order=2)
+        b = model.port_matrix  # the quarter carries F/4
+        return float(np.vdot(b, factorize(model.K).solve(b))) / (4 * (1 - _GROUND**2))
+
+    @cache
+    def limit() -> Estimate:
+        one, two, four = (compliance(radius, 1, 1.0) for radius in (4.0, 8.0, 16.0))
+        before, after = 2 * two - one, 2 * four - two
+        depth = after + (after - before) / 7 - one
+        fine = compliance(4.0, 2, 1.0)
+        change = fine - one
+        return Estimate(fine + depth + change / 7, abs(change) / 7 + abs(change / fine * depth))
+
+    quantity = "mean w E b/((1 - nu^2) F)"
+    exact = 0.9464020088
+    compute = recomputed(lambda k: compliance(4.0, 1, k), limit)
+    return Case("half-space of finite elements, square load", quantity, exact, 1e-4, _LOVE, compute)
+
+
+def _disk_step() -> tuple[Case, ...]:
+    """The disk's response to a load switched on within 0.5 a/c_s, before an echo from the clamped bottom returns."""
+    width, times = 0.5, (0.5, 1.0, 1.5, 2.0, 2.7)
+    patch = unit_patch(_GROUND)
+    static = patch.static_compliance()[0, 0]
+
+    def switched(step: Callable[[Array], Array]) -> Array:
+        """Mean of u(t - s) with Hann's weight of s; the trapezoidal rule is exact on its ends to all orders."""
+        s = width * np.arange(200) / 200
+        weight = hann(s, width) * width / 200
+        return np.array([float(weight @ step(np.maximum(t - s, 0.0))) for t in times])
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        mesh = section(np.linspace(0.0, 3.5, 7 * n + 1), np.linspace(0.0, 2.5, 5 * n + 1))
+        mesh = mesh.with_boundaries({"contact": lambda x: (x[1] < 1e-12) & (x[0] < 1.0)})
+        material = Material(patch.young * young, _GROUND, 1.0)
+        model = assemble_axisymmetric(mesh, material, fixed=("outer", "top"), order=2)
+        dt = 0.1 / n
+        greens = SampledGreens(march(model, dt, 27 * n + 1), dt)
+        return tuple(switched(greens.step_response) / static)
+
+    limit = converged(solve, 2, 2)
+    exact = switched(patch.step_response) / static
+    name = "half-space of finite elements, disk load switched on in 0.5 a/c_s"
+    return tuple(
+        Case(name, f"mean u/u_static at c_s t/a = {t:g}", float(exact[i]), 1e-6, _PEKERIS, limit(i))
+        for i, t in enumerate(times)
+    )

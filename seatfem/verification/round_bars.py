@@ -1,0 +1,91 @@
+"""Longitudinal waves of a free round bar by the axisymmetric model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import jv
+
+from seatfem.axisymmetric import assemble_axisymmetric
+from seatfem.model import Material, SecondOrderModel
+from seatfem.modes import solve_modes
+from seatfem.verification.case import Case
+from seatfem.verification.grids import hold, plane, section, split
+from seatfem.verification.levels import converged, small_limit
+
+_POCHHAMMER = "Pochhammer 1876; Graff, Wave Motion in Elastic Solids, ch. 8"
+_RAYLEIGH = "Rayleigh 1885"
+_BAR = 0.29  # Poisson's ratio
+
+
+def round_bar_cases() -> tuple[Case, ...]:
+    """Phase velocities of the lowest wave, and for waves much shorter than the radius."""
+    return (*_bar(), _surface_wave())
+
+
+def bar_frequency(k: float, poisson: float = _BAR) -> float:
+    """w a/c_0 of the lowest longitudinal wave with wave number k/a along a free round bar.
+
+    2 (q^2 + k^2) p^2 J(p) J(q) - (q^2 - k^2)^2 J_0(p) J(q) - 4 k^2 p^2 J(p) J_0(q) = 0, J(x) = J_1(x)/x,
+    p^2 = (w/c_p)^2 - k^2, q^2 = (w/c_s)^2 - k^2, either of which may be negative.
+    """
+    material = Material(1.0, poisson, 1.0)
+
+    def equation(w: float) -> float:
+        p, q = (w / material.c_p) ** 2 - k**2, (w / material.c_s) ** 2 - k**2
+        root_p, root_q = np.sqrt(complex(p)), np.sqrt(complex(q))
+        zero_p, zero_q = jv(0, root_p), jv(0, root_q)
+        one_p, one_q = jv(1, root_p) / root_p, jv(1, root_q) / root_q
+        terms = 2 * (q + k**2) * p * one_p * one_q - (q - k**2) ** 2 * zero_p * one_q - 4 * k**2 * p * one_p * zero_q
+        return float(terms.real)
+
+    low = 0.5 * k * material.c_s
+    grid = np.linspace(low, k, 400) + 1e-9
+    values = [equation(w) for w in grid]
+    first = next(i for i in range(len(grid) - 1) if values[i] * values[i + 1] < 0)
+    return float(brentq(equation, grid[first], grid[first + 1], xtol=1e-14))
+
+
+def _round_bar(n: int, young: float, length: float) -> SecondOrderModel:
+    """Ends that slide: standing waves of k = m pi/length are exact."""
+    mesh = section(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, length, round(n * length) + 1))
+    material = Material(young, _BAR, 1.0)
+    return assemble_axisymmetric(mesh, material, fixed=(), sliding=("bottom", "top"), ports={}, order=2)
+
+
+def _bar() -> tuple[Case, ...]:
+    """Half waves of length pi/k, 1 to 6 along a bar of 4 pi radii."""
+    waves = (1, 3, 6)
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        omega = solve_modes(_round_bar(n, young, 4 * math.pi), 6, check=False, shift_hz=0.1).omega
+        return tuple(omega[m - 1] / (m / 4) for m in waves)
+
+    limit = converged(solve, 1, 4)
+    name = "longitudinal waves of a round bar, nu = 0.29"
+    return tuple(
+        Case(name, f"c/c_0 at k a = {m / 4:g}", bar_frequency(m / 4) / (m / 4), 1e-9, _POCHHAMMER, limit(i))
+        for i, m in enumerate(waves)
+    )
+
+
+def _surface_wave() -> Case:
+    """The bar's wave for k a = 24, 48, ...: curvature takes part with 1/(k a). Elements scale with the wave.
+
+    Between a sliding end and, a quarter wave on, a plane without radial displacement it is the lowest mode.
+    """
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        k = 24.0 * n
+        depth = np.array([0.0, 0.4, 0.8, 1.2, 1.8, 2.6, 3.6, 5.0, 7.0, 9.0, 12.0, 15.0, 19.0, 23.0]) / k
+        mesh = section(split([0.0, *(1.0 - depth[::-1])], 2), np.linspace(0.0, math.pi / (2 * k), 9))
+        material = Material(young, _BAR, 1.0)
+        half = assemble_axisymmetric(mesh, material, fixed=(), sliding="bottom", ports={}, order=2)
+        model = hold(half, ((0,), plane(2, math.pi / (2 * k))))
+        return (float(solve_modes(model, 1, check=False, shift_hz=0.1 * k).omega[0]) / k,)
+
+    name, quantity = "longitudinal waves of a round bar, nu = 0.29", "c/c_0 for k a to infinity"
+    return Case(name, quantity, 0.57640466, 1e-5, _RAYLEIGH, small_limit(solve)(0))

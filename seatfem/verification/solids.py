@@ -1,0 +1,128 @@
+"""Solids whose answer is known in three dimensions: sliding box, slender cantilever, thick tube under pressure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import skfem
+
+from impact.timoshenko import TimoshenkoCantilever
+from seatfem.assembly import assemble
+from seatfem.axisymmetric import assemble_axisymmetric
+from seatfem.factorization import factorize
+from seatfem.model import Array, Material, SecondOrderModel
+from seatfem.modes import solve_modes
+from seatfem.verification.case import Case
+from seatfem.verification.grids import box, hold, plane, section
+from seatfem.verification.levels import converged
+
+_SIDES = (1.0, 0.8, 0.6)
+_WALLS = tuple(f"{axis}{end}" for axis in "xyz" for end in (0, 1))
+_POISSON = 0.3
+_CELLS: dict[str, type] = {"hexahedra": skfem.MeshHex, "tetrahedra": skfem.MeshTet}
+_BEAM = TimoshenkoCantilever(200e9, 7850.0, 0.2, 0.02, 0.02, poisson=0.0)
+# Euler-Bernoulli bending with shear leaves out warping at the clamp and terms (k h)^4; measured 1.2e-5, 1.4e-4, 3.4e-4
+_BEAM_MODEL = (1e-4, 3e-4, 7e-4)
+_TUBE = (1.0, 2.0)  # radii
+
+
+def solid_cases() -> tuple[Case, ...]:
+    """Frequencies of a box and a beam, widening of a tube."""
+    return (*_sliding_box("hexahedra"), *_sliding_box("tetrahedra"), *_cantilever(), *_tube())
+
+
+def box_frequency(wave: tuple[int, int, int], speed: float) -> float:
+    """c |k|/(2 pi), k = pi (l/a, m/b, n/c): u_x = A sin(k_x x) cos(k_y y) cos(k_z z) and so on, A along k or across."""
+    return speed / 2 * math.hypot(*(n / side for n, side in zip(wave, _SIDES, strict=True)))
+
+
+def _sliding_box(shape: str) -> tuple[Case, ...]:
+    """Shear waves (1,1,0), (1,0,1) and the pressure wave (1,0,0) between walls that hold the normal displacement."""
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        mesh = box(*(np.linspace(0.0, side, n + 1) for side in _SIDES), cells=_CELLS[shape])
+        material = Material(young, _POISSON, 1.0)
+        model = assemble(mesh, material, fixed=(), sliding=_WALLS, ports={}, order=2)
+        return tuple(solve_modes(model, 3, check=False).frequencies_hz)
+
+    unit = Material(1.0, _POISSON, 1.0)
+    waves = (((1, 1, 0), "shear", unit.c_s), ((1, 0, 0), "pressure", unit.c_p), ((1, 0, 1), "shear", unit.c_s))
+    limit = converged(solve, 2, 4)
+    return tuple(
+        Case(
+            f"box of quadratic {shape} between sliding walls",
+            f"f of the {kind} wave {wave}",
+            box_frequency(wave, speed),
+            1e-9,
+            "d'Alembert's waves",
+            limit(i),
+        )
+        for i, (wave, kind, speed) in enumerate(waves)
+    )
+
+
+def _cantilever() -> tuple[Case, ...]:
+    """Bending of a beam of nu = 0, L/h = 10: the upper half in plane strain, which is plane stress here."""
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        half = _BEAM.thickness / 2
+        mesh = box(np.linspace(0.0, _BEAM.length, 10 * n + 1), np.array([0.0, half / n]), np.linspace(0.0, half, n + 1))
+        material = Material(_BEAM.young * young, 0.0, _BEAM.density)
+        whole = assemble(mesh, material, fixed="x0", sliding=("y0", "y1"), ports={}, order=2)
+        return tuple(solve_modes(hold(whole, ((0, 1), plane(2, 0.0))), 3, check=False).frequencies_hz)
+
+    limit = converged(solve, 1, 4)
+    exact = _BEAM.frequencies(3) / (2 * math.pi)
+    name = "cantilever, L/h = 10, nu = 0, as a solid"
+    source = "Timoshenko's beam, kappa = 5/6"
+    return tuple(Case(name, f"f_{i + 1} [Hz]", float(f), _BEAM_MODEL[i], source, limit(i)) for i, f in enumerate(exact))
+
+
+def tube_widening(inner: float, outer: float, poisson: float) -> float:
+    """u_r E/(p a) at the bore a of a long tube under pressure p that keeps its length."""
+    return (1 + poisson) * ((1 - 2 * poisson) * inner**2 + outer**2) / (outer**2 - inner**2)
+
+
+def _tube() -> tuple[Case, Case]:
+    exact = tube_widening(*_TUBE, _POISSON)
+
+    def widening(model: SecondOrderModel) -> tuple[float]:
+        """From the compliance u_r/F of the bore, F = p A."""
+        area = model.ports["bore"].area
+        assert area is not None
+        vector = model.port_matrix
+        return (float(np.vdot(vector, factorize(model.K).solve(vector))) * area / _TUBE[0],)
+
+    def revolved(n: int, young: float) -> Sequence[float]:
+        mesh = section(np.linspace(*_TUBE, n + 1), np.array([0.0, 1.0 / n]))
+        material = Material(young, _POISSON, 1.0)
+        return widening(
+            assemble_axisymmetric(mesh, material, fixed=(), sliding=("bottom", "top"), ports={"bore": "inner"}, order=2)
+        )
+
+    def quarter(n: int, young: float) -> Sequence[float]:
+        material = Material(young, _POISSON, 1.0)
+        sliding = ("y0", "y1", "z0", "z1")
+        return widening(assemble(_quarter_tube(n), material, fixed=(), sliding=sliding, ports={"bore": "x0"}, order=2))
+
+    def case(kind: str, limit: Any) -> Case:
+        return Case(
+            f"thick tube under pressure, {kind}", "u_r E/(p a) at the bore, b/a = 2", exact, 1e-9, "Lame", limit
+        )
+
+    return (
+        case("axisymmetric", converged(revolved, 2, 4)(0)),
+        case("quarter of curved hexahedra", converged(quarter, 1, 4)(0)),
+    )
+
+
+def _quarter_tube(n: int) -> Any:
+    """Box of radius, angle and height, bent: quadratic hexahedra with nodes on the cylinders."""
+    flat = box(np.linspace(*_TUBE, n + 1), np.linspace(0.0, math.pi / 2, 2 * n + 1), np.array([0.0, 0.5 / n]))
+    mesh = skfem.MeshHex2.from_mesh(flat)
+    radius, angle, height = mesh.doflocs
+    bent: Array = np.stack([radius * np.cos(angle), radius * np.sin(angle), height])
+    return skfem.MeshHex2(bent, mesh.t, _boundaries=flat.boundaries)
