@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -20,11 +19,19 @@ from seatfem.mesh_checks import check_coincident
 from seatfem.mesh_io import MeshArrays, MeshError, groups
 from seatfem.nastran_mesh import read_nastran
 from seatfem.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
+from seatfem.unv_mesh import read_unv
 from seatfem.vtu_mesh import read_vtu
 
-BY_GMSH = (".msh", ".unv", ".med")
+BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
-    {".inp": read_abaqus, ".bdf": read_nastran, ".nas": read_nastran, ".dat": read_nastran, ".vtu": read_vtu}
+    {
+        ".unv": read_unv,
+        ".inp": read_abaqus,
+        ".bdf": read_nastran,
+        ".nas": read_nastran,
+        ".dat": read_nastran,
+        ".vtu": read_vtu,
+    }
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 SMALLEST, LARGEST = 1e-4, 10.0  # metres: sizes of seats
@@ -42,9 +49,9 @@ def read_mesh(
 ) -> SeatMesh:
     """Read a mesh of tetrahedra or hexahedra of order 1 or 2, straight or curved.
 
-    Files: gmsh .msh (2 and 4), .unv, .med; Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat (`read_nastran`);
-    .vtu (`read_vtu`). Every named surface becomes a boundary, every named volume a subdomain; a node set is the surface
-    of the free faces all of whose vertices it holds.
+    Files: gmsh .msh (2 and 4), .med; .unv (`read_unv`); Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat
+    (`read_nastran`); .vtu (`read_vtu`). Every named surface becomes a boundary, every named volume a subdomain; a node
+    set is the surface of the free faces all of whose vertices it holds.
 
     ``contact``, ``fixed``: names of the file's groups, called "contact" and "fixed" from here on, whatever their case
     where that leaves one; ``fixed=None``: the seat is free. ``unit``: metres per length unit of the file (files carry
@@ -115,17 +122,8 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         found = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
     except (GeometryError, MeshingError) as error:
         raise MeshError(f"{path}: {error}") from error
-    if path.suffix.lower() == ".unv":
-        _check_unv(path, found["cells"].shape[1])
     surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
     return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
-
-
-def _check_unv(path: Path, width: int) -> None:
-    """gmsh writes bricks of 27 nodes that it reads as bricks of 8: the format has none of 27."""
-    heads = re.compile(r"^ +\d+ +(\d+) +\d+ +\d+ +\d+ +27 *$", re.MULTILINE)
-    if width == 8 and heads.search(path.read_text(encoding="latin-1")):
-        raise MeshError(f"{path}: elements of 27 nodes, which .unv does not have; write 20 nodes, or .msh or .med")
 
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:

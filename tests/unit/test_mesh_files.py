@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -305,8 +306,26 @@ def test_bad_nastran_deck(tmp_path, text, broken, message):
 
 
 def test_bricks_of_27_nodes_in_unv(files):
-    with pytest.raises(MeshError, match=r"hex-2-2.unv: elements of 27 nodes, which .unv does not have"):
+    with pytest.raises(MeshError, match=r"hex-2-2.unv: .* of type 115 has 27 nodes: must be 8"):
         ring(files, "hex-2-2.unv")
+
+
+def test_node_groups_of_unv(files, tmp_path):
+    whole = ring(files, "hex20-2-2.unv")
+    text = (files / "hex20-2-2.unv").read_text().rstrip().removesuffix("-1").rstrip()
+    # Every node with z = 0, as one more group of the last dataset.
+    nodes = re.findall(r"^ +(\d+) .*\n.* 0\.0+D\+00$", text, re.MULTILINE)
+    entities = [f"{7:10}{node:>10}{0:10}{0:10}" for node in nodes]
+    pairs = ["".join(entities[k : k + 2]) for k in range(0, len(entities), 2)]
+    path = tmp_path / "nodes.unv"
+    path.write_text(
+        "\n".join([text, "".join(f"{n:10}" for n in (9, 0, 0, 0, 0, 0, 0, len(entities))), "floor", *pairs, "    -1\n"])
+    )
+    seat = read_mesh(path, fixed="floor", unit=UNIT)
+    assert seat.quality.areas["fixed"] == pytest.approx(whole.quality.areas["fixed"], rel=1e-12)
+    path.write_text(text.replace("2412", "2412\n  1"))
+    with pytest.raises(MeshError, match=r"nodes\.unv: not readable as a universal file"):
+        read_mesh(path)
 
 
 @pytest.mark.parametrize(
@@ -332,7 +351,7 @@ def test_a_vtu_that_is_none(tmp_path):
     path.write_text("<VTKFile")
     with pytest.raises(MeshError, match=r"a\.vtu: not readable"):
         read_mesh(path)
-    with pytest.raises(MeshError, match=r"mesh files are \.msh, \.unv, \.med, \.inp"):
+    with pytest.raises(MeshError, match=r"mesh files are \.msh, \.med, \.unv, \.inp"):
         read_mesh(Path(__file__))
 
 
