@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import skfem
+from scipy import sparse
 
 from seatfem.assembly import assemble
 from seatfem.factorization import FactorizationError, _pardiso_class, factorize
@@ -57,3 +58,19 @@ def test_refuses_empty_rows_and_wrong_sizes(model):
 def test_a_poor_first_solve_is_reported_with_its_number(model):
     with pytest.raises(FactorizationError, match=r"leaves a residual of \d"):
         factorize(model.K, tolerance=1e-30)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_message_names_the_matrix_and_the_remedy(model, backend):
+    shifted = model.K - 100.0 * model.M
+    with pytest.raises(FactorizationError, match=rf"K - w\^2 M \({model.size} unknowns\).*fix a body that can move"):
+        factorize(shifted, backend=backend, name="K - w^2 M")
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+def test_the_direct_solve_is_pypardisos_own(model):
+    matrix = sparse.csr_matrix(model.K + 4.0 * model.M)
+    rhs = np.random.default_rng(2).standard_normal((model.size, 2))
+    theirs = _pardiso_class()(mtype=11)
+    assert factorize(matrix, backend="pardiso").solve(rhs) == pytest.approx(theirs.solve(matrix, rhs), rel=1e-9)
+    theirs.free_memory(everything=True)
