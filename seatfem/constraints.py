@@ -92,7 +92,7 @@ def freedom(
 def _hold_plane(plane: Surface, role: str, name: str, held: NDArray[np.bool_], against: Array) -> None:
     normals = plane.normals.reshape(-1, 3)
     n = normals[0] / np.linalg.norm(normals[0])
-    if (off := 1 - (normals @ n).min()) > _ALIGNED:
+    if (off := 1 - np.abs(normals @ n).min()) > _ALIGNED:
         raise ModelError(
             f"{role}: boundary {name!r} is not plane (its normal turns by {np.degrees(np.arccos(1 - off)):.2g} degrees)"
         )
