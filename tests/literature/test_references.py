@@ -8,7 +8,7 @@ import pytest
 
 from seatfem.verify import verification_cases
 
-FILES = ("half_space.json", "beams.json", "references.json")
+FILES = ("half_space.json", "beams.json", "references.json", "finite_elements.json")
 REFERENCES = {entry["id"]: entry for f in FILES for entry in json.loads(Path(__file__).with_name(f).read_text())}
 CASES = {(case.case, case.quantity): case for case in verification_cases()}
 
@@ -48,6 +48,21 @@ def paper_rod(entry: str, length: str, area: str) -> list[tuple[str, int, tuple[
 def mode_flight(entry: str, damping_ratio: str) -> list[tuple[str, int, tuple[str, str]]]:
     name = f"paper's reed released in its first mode, damping ratio {damping_ratio}"
     return [(entry, 0, (name, "first contact [s]")), (entry, 1, (name, "closing velocity [m/s]"))]
+
+
+def round_plate(entry: str, case: str) -> list[tuple[str, str, tuple[str, str]]]:
+    name = f"round {case}, thin"
+    quantities = [
+        (part, f"lambda^2, {part.split(',')[0]} nodal diameters, mode {part.split(',')[1]}")
+        for part in REFERENCES[entry]["value"]
+    ]
+    return [(entry, part, (name, quantity)) for part, quantity in quantities]
+
+
+def square_plate(about_x: str, about_y: str, *parts: str) -> list[tuple[str, str, tuple[str, str]]]:
+    name = f"free square plate (FV12), {about_x} about x, {about_y} about y, thin"
+    values = REFERENCES["nafems_FV12"]["value"]
+    return [("nafems_FV12", part, (name, f"f = {values[part]:g} Hz")) for part in parts]
 
 
 def several(entry: str, case: str, *quantities: str) -> list[tuple[str, int, tuple[str, str]]]:
@@ -134,6 +149,16 @@ PAIRS = [
     *paper_rod("paper_rod_l3_area", "3", "4.17e-07"),
     *paper_rod("paper_rod_l30_thk", "30", "4.17e-09"),
     *paper_rod("paper_rod_l30_area", "30", "4.17e-07"),
+    *round_plate("circ_plate_C_nu0.3", "clamped plate"),
+    *round_plate("circ_plate_S_nu0.3", "simply supported plate"),
+    *round_plate("annular_FF_0.5", "ring, b/a = 0.5, free outside, free inside"),
+    *round_plate("annular_CC_0.5", "ring, b/a = 0.5, clamped outside, clamped inside"),
+    *round_plate("annular_SF_0.5", "ring, b/a = 0.5, simply supported outside, free inside"),
+    *(("sphere_radial_nu0.3", n, ("free sphere, nu = 0.3", f"w a/c_p, breathing mode {n + 1}")) for n in range(3)),
+    *square_plate("antisymmetric", "antisymmetric", "7"),
+    *square_plate("symmetric", "symmetric", "8", "9", "14"),
+    *square_plate("symmetric", "antisymmetric", "10", "12"),
+    *(("nafems_FV32", n, ("tapered membrane (FV32), plane stress", f"f_{n + 1} [Hz]")) for n in range(6)),
 ]
 
 

@@ -1,0 +1,113 @@
+"""Closed forms behind the finite element cases, each by another road than the literature's table or the case itself."""
+
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+from scipy.optimize import brentq
+from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
+
+from seatfem.verification.round_bars import bar_frequency
+from seatfem.verification.solids import box_frequency, tube_widening
+from seatfem.verification.spheres import sphere_frequency
+
+ENTRIES = {entry["id"]: entry for entry in json.loads(Path(__file__).with_name("finite_elements.json").read_text())}
+NU = 0.3
+ROUND = {
+    "circ_plate_C_nu0.3": ("C", "", 0.0),
+    "circ_plate_S_nu0.3": ("S", "", 0.0),
+    "annular_FF_0.5": ("F", "F", 0.5),
+    "annular_CC_0.5": ("C", "C", 0.5),
+    "annular_SF_0.5": ("S", "F", 0.5),
+}
+
+
+def rows(edge: str, n: int, k: float, r: float, solutions: int) -> list[list[float]]:
+    """The two conditions of an edge at r for w = Z_n(k r) cos n th, one column per Z: J, I, Y, K.
+
+    Of Z'' only the sign in Z'' = -Z'/x -/+ (1 -/+ n^2/x^2) Z matters: laplace w = -/+ k^2 w.
+    """
+    x, sign = k * r, np.array([-1.0, 1.0, -1.0, 1.0])[:solutions]
+    value = np.array([jv(n, x), iv(n, x), yv(n, x), kv(n, x)][:solutions])
+    slope = k * np.array([jvp(n, x), ivp(n, x), yvp(n, x), kvp(n, x)][:solutions])
+    laplace = sign * k**2 * value
+    twist = slope / r - n**2 * value / r**2
+    moment = laplace - (1 - NU) * twist
+    shear = sign * k**2 * slope - (1 - NU) * n**2 / r**2 * (slope - value / r)
+    pairs = {"C": (value, slope), "S": (value, moment), "F": (moment, shear)}
+    return [list(row) for row in pairs[edge]]
+
+
+def determinant(outer: str, inner: str, hole: float, n: int, k: float) -> float:
+    matrix = rows(outer, n, k, 1.0, 4 if inner else 2) + (rows(inner, n, k, hole, 4) if inner else [])
+    a = np.array(matrix)
+    a /= np.abs(a).max(axis=1, keepdims=True)
+    return float(np.linalg.det(a / np.abs(a).max(axis=0)))
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_round_plates_have_the_roots_of_the_bessel_determinant(name: str) -> None:
+    grid = np.arange(1.5, 16.0, 0.05)
+    for n in range(4):
+        signs = [determinant(*ROUND[name], n, k) for k in grid]
+        roots = [
+            brentq(lambda k, n=n: determinant(*ROUND[name], n, k), a, b) ** 2
+            for (a, b), (f, g) in zip(itertools.pairwise(grid), itertools.pairwise(signs), strict=True)
+            if f * g < 0
+        ]
+        for key, value in ENTRIES[name]["value"].items():
+            diameters, mode = map(int, key.split(","))
+            if diameters == n:
+                assert roots[mode - 1] == pytest.approx(value, rel=ENTRIES[name]["rtol"])
+
+
+@pytest.mark.parametrize(
+    ("kind", "bounds", "printed"), [("torsional", (2.0, 3.0), 2.501), ("spheroidal", (2.3, 3.0), 2.640)]
+)
+def test_sphere_of_degree_two(kind: str, bounds: tuple[float, float], printed: float) -> None:
+    """Sato & Usami 1962 print 2.501 and, for nu = 1/4, 2.640."""
+    assert sphere_frequency(kind, *bounds, poisson=0.25) == pytest.approx(printed, abs=5e-4)
+
+
+def test_breathing_sphere() -> None:
+    speeds = math.sqrt((1 - 2 * NU) / (2 - 2 * NU))
+    for value in ENTRIES["sphere_radial_nu0.3"]["value"]:
+        x = value / speeds
+        found = sphere_frequency("radial", 0.98 * x, 1.02 * x)
+        assert found * speeds == pytest.approx(value, rel=1e-9)
+
+
+def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
+    """c/c_0 = 1 - (nu k a)^2/4 with an error of order (k a)^4; the surface wave, off by 1/(k a)."""
+    nu = 0.29
+    for k in (0.05, 0.1):
+        assert bar_frequency(k) / k == pytest.approx(1 - (nu * k) ** 2 / 4, abs=0.1 * k**4)
+    assert bar_frequency(150.0) / 150.0 == pytest.approx(0.57640466, rel=0.2 / 150)
+
+
+def test_tube_by_its_differential_equation() -> None:
+    """u'' + u'/r - u/r^2 = 0 with sigma_r = -p at the bore, 0 outside; E = p = a = 1."""
+    a, b = 1.0, 2.0
+    lam, mu = NU / ((1 + NU) * (1 - 2 * NU)), 1 / (2 * (1 + NU))
+
+    def stress(u: float, du: float, r: float) -> float:
+        return (lam + 2 * mu) * du + lam * u / r
+
+    found = solve_bvp(
+        lambda r, y: np.stack([y[1], y[0] / r**2 - y[1] / r]),
+        lambda left, right: np.array([stress(*left, a) + 1.0, stress(*right, b)]),
+        np.linspace(a, b, 20),
+        np.ones((2, 20)),
+        tol=1e-10,
+    )
+    assert found.sol(a)[0] == pytest.approx(tube_widening(a, b, NU), rel=1e-8)
+
+
+def test_waves_of_the_box_take_two_sides_a_period() -> None:
+    """Half a wave along each side that it runs along."""
+    assert box_frequency((1, 0, 0), 2.0) == pytest.approx(1.0)  # length 1, speed 2: there and back in 1 s
+    assert box_frequency((1, 1, 0), 1.0) == pytest.approx(math.hypot(0.5, 0.5 / 0.8))
