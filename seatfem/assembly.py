@@ -23,10 +23,11 @@ from scipy import sparse
 
 from impact.progress import Progress, silent
 from seatfem.constraints import Freedom, freedom
-from seatfem.element_kernels import add_elements, expand_pattern, expand_scalar, nodal_mass
+from seatfem.element_kernels import add_elements, nodal_mass
 from seatfem.elements import Discretization, discretize, mass_rule, nodal_rule, stiffness_rule
 from seatfem.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.model import Array, DofMap, ModelError, Port, SecondOrderModel
+from seatfem.pattern_kernels import expand_pattern, expand_scalar
 from seatfem.supports import Support, support_matrices
 from seatfem.surfaces import facets_of, surface
 

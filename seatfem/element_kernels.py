@@ -1,6 +1,6 @@
-"""Compiled loops of the assembly: the node graph, the sparsity pattern of the unknowns, element matrices, scattering.
+"""Compiled loops over the elements: their matrices, added to the pattern of the unknowns; their mass and shape.
 
-All compiled code is in this file: numba's cache is renewed when this file changes, not when one it calls does.
+What the loops call is in this file: numba's cache is renewed when this file changes, not when one it calls does.
 Arrays are plain: m elements of L nodes with V geometry nodes, Q quadrature points, n nodes, three unknowns a node.
 """
 
@@ -12,108 +12,6 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
-
-
-@njit(cache=True)
-def node_graph(cells: Ints, n: int) -> tuple[Ints, Ints]:
-    """(indptr, indices) of the nodes that share an element, rows sorted; ``cells`` is (m, L)."""
-    m, local = cells.shape
-    start = np.zeros(n + 1, np.int64)
-    for e in range(m):
-        for a in range(local):
-            start[cells[e, a] + 1] += 1
-    for i in range(n):
-        start[i + 1] += start[i]
-    around, fill = np.empty(m * local, np.int32), start[:-1].copy()
-    for e in range(m):
-        for a in range(local):
-            around[fill[cells[e, a]]] = e
-            fill[cells[e, a]] += 1
-    seen = np.full(n, -1, np.int32)
-    indptr = np.zeros(n + 1, np.int32)
-    for i in range(n):
-        count = 0
-        for p in range(start[i], start[i + 1]):
-            for b in range(local):
-                j = cells[around[p], b]
-                if seen[j] != i:
-                    seen[j] = i
-                    count += 1
-        indptr[i + 1] = indptr[i] + count
-    # row i goes, as entry i, to the rows it names: the graph is symmetric, so they come out whole and sorted
-    indices, place = np.empty(indptr[n], np.int32), indptr[:-1].copy()
-    seen[:] = -1
-    for i in range(n):
-        for p in range(start[i], start[i + 1]):
-            for b in range(local):
-                j = cells[around[p], b]
-                if seen[j] != i:
-                    seen[j] = i
-                    indices[place[j]] = i
-                    place[j] += 1
-    return indptr, indices
-
-
-@njit(cache=True)
-def expand_pattern(indptr: Ints, indices: Ints, unknown: Ints, free: int) -> tuple[Ints, Ints, Ints]:
-    """Pattern of all couplings of the unknowns, for the graph (indptr, indices) of the nodes.
-
-    ``unknown`` (n, 3) numbers the unknowns of a node, -1 where held. Returns (rows, columns, offset): ``offset`` of an
-    entry of the graph is where, within the rows of its first node, the columns of its second begin.
-    """
-    n = len(indptr) - 1
-    width = np.zeros(n, np.int32)
-    for j in range(n):
-        for b in range(3):
-            width[j] += unknown[j, b] >= 0
-    rows, offset = np.zeros(free + 1, np.int32), np.empty(len(indices), np.int32)
-    for i in range(n):
-        total = 0
-        for k in range(indptr[i], indptr[i + 1]):
-            offset[k] = total
-            total += width[indices[k]]
-        for a in range(3):
-            if unknown[i, a] >= 0:
-                rows[unknown[i, a] + 1] = total
-    for r in range(free):
-        rows[r + 1] += rows[r]
-    columns = np.empty(rows[free], np.int32)
-    for i in range(n):
-        for a in range(3):
-            if unknown[i, a] < 0:
-                continue
-            p = rows[unknown[i, a]]
-            for k in range(indptr[i], indptr[i + 1]):
-                for b in range(3):
-                    if unknown[indices[k], b] >= 0:
-                        columns[p] = unknown[indices[k], b]
-                        p += 1
-    return rows, columns, offset
-
-
-@njit(cache=True)
-def expand_scalar(indptr: Ints, indices: Ints, values: Floats, unknown: Ints, free: int) -> tuple[Ints, Ints, Floats]:
-    """Rows, columns and data of values (x) I over the unknowns: a component couples only with its own kind."""
-    n = len(indptr) - 1
-    rows = np.zeros(free + 1, np.int32)
-    for i in range(n):
-        for k in range(indptr[i], indptr[i + 1]):
-            for a in range(3):
-                if unknown[i, a] >= 0 and unknown[indices[k], a] >= 0:
-                    rows[unknown[i, a] + 1] += 1
-    for r in range(free):
-        rows[r + 1] += rows[r]
-    columns, data = np.empty(rows[free], np.int32), np.empty(rows[free])
-    for i in range(n):
-        for a in range(3):
-            if unknown[i, a] < 0:
-                continue
-            p = rows[unknown[i, a]]
-            for k in range(indptr[i], indptr[i + 1]):
-                if unknown[indices[k], a] >= 0:
-                    columns[p], data[p] = unknown[indices[k], a], values[k]
-                    p += 1
-    return rows, columns, data
 
 
 @njit(cache=True)
@@ -213,32 +111,42 @@ def _element_stiffness(
 
 
 @njit(cache=True)
-def _block(T: Floats, D: Floats, i: int, j: int, modes: int, lam: float, mu: float, tensor: Floats, B: Floats) -> None:
-    """B = the stiffness that couples nodes i and j >= i: lam T + mu T' + mu tr(T) I, or C : T for mu = 0."""
-    r, s = 3 * i, 3 * j
-    if mu > 0:
-        trace = mu * (T[r, s] + T[r + 1, s + 1] + T[r + 2, s + 2])
-        for a in range(3):
-            for b in range(3):
-                volume = T[r + a, s + b]
-                if modes:
-                    volume = 0.0
-                    for k in range(modes):
-                        volume += D[k, r + a] * D[k, s + b]
-                B[a, b] = lam * volume + mu * T[r + b, s + a]
-            B[a, a] += trace
-    else:
-        for a in range(3):
-            for b in range(3):
-                total = 0.0
-                for c in range(3):
-                    for d in range(3):
-                        total += tensor[a, c, b, d] * T[r + c, s + d]
-                B[a, b] = total
-    if i == j:
-        for a in range(3):
-            for b in range(a):
-                B[a, b] = B[b, a]
+def _isotropic(T: Floats, D: Floats, modes: int, lam: float, mu: float, K: Floats) -> None:
+    """Blocks lam T + mu T' + mu tr(T) I on and above the diagonal of K; the volume's part from D where projected."""
+    for r in range(0, len(T), 3):
+        for s in range(r, len(T), 3):
+            trace = mu * (T[r, s] + T[r + 1, s + 1] + T[r + 2, s + 2])
+            for a in range(3):
+                for b in range(3):
+                    volume = T[r + a, s + b]
+                    if modes:
+                        volume = 0.0
+                        for k in range(modes):
+                            volume += D[k, r + a] * D[k, s + b]
+                    K[r + a, s + b] = lam * volume + mu * T[r + b, s + a]
+                K[r + a, s + a] += trace
+
+
+@njit(cache=True)
+def _anisotropic(T: Floats, tensor: Floats, K: Floats) -> None:
+    """Blocks C_acbd T_cd on and above the diagonal of K."""
+    for r in range(0, len(T), 3):
+        for s in range(r, len(T), 3):
+            for a in range(3):
+                for b in range(3):
+                    total = 0.0
+                    for c in range(3):
+                        for d in range(3):
+                            total += tensor[a, c, b, d] * T[r + c, s + d]
+                    K[r + a, s + b] = total
+
+
+@njit(cache=True)
+def _mirror(A: Floats) -> None:
+    """Copy the upper triangle of A to the lower."""
+    for r in range(len(A)):
+        for c in range(r):
+            A[r, c] = A[c, r]
 
 
 @njit(cache=True)
@@ -251,19 +159,6 @@ def _position(indices: Ints, low: int, high: int, node: int) -> int:
         else:
             high = middle
     return low
-
-
-@njit(cache=True)
-def _scatter(data: Floats, rows: Ints, unknown: Ints, i: int, j: int, offset: int, B: Floats, turned: bool) -> None:
-    """Add B (or B', ``turned``) to the couplings of nodes i and j."""
-    for a in range(3):
-        if unknown[i, a] < 0:
-            continue
-        p = rows[unknown[i, a]] + offset
-        for b in range(3):
-            if unknown[j, b] >= 0:
-                data[p] += B[b, a] if turned else B[a, b]
-                p += 1
 
 
 @njit(cache=True)
@@ -295,8 +190,8 @@ def add_elements(
     weights, shapes, slopes, gradients = stiffness_rule
     mass_weights, _, mass_slopes, values = mass_rule
     local = cells.shape[1]
-    T, D, B = np.empty((3 * local, 3 * local)), np.empty((4, 3 * local)), np.empty((3, 3))
-    inverse, products = np.empty((3, 3)), np.empty((local, local))
+    T, D, K = np.empty((3 * local, 3 * local)), np.empty((4, 3 * local)), np.empty((3 * local, 3 * local))
+    inverse, products, place = np.empty((3, 3)), np.empty((local, local)), np.empty(local, np.int64)
     for e in range(len(cells)):
         m = region[e]
         cell, corner, number, tensor, lam, mu = cells[e], corners[e], modes[m], tensors[m], lame[m, 0], lame[m, 1]
@@ -308,18 +203,34 @@ def add_elements(
                 share = weight * values[q, i]
                 for j in range(i, local):
                     products[i, j] += share * values[q, j]
+        if mu > 0:
+            _isotropic(T, D, number, lam, mu, K)
+        else:
+            _anisotropic(T, tensor, K)
+        _mirror(K)
+        whole = True
+        for j in range(local):
+            for b in range(3):
+                whole = whole and unknown[cell[j], b] >= 0
+        _mirror(products)
         for i in range(local):
             first = cell[i]
-            for j in range(i, local):
-                second = cell[j]
-                _block(T, D, i, j, number, lam, mu, tensor, B)
-                k = _position(indices, indptr[first], indptr[first + 1], second)
-                mass[k] += products[i, j]
-                _scatter(stiffness, rows, unknown, first, second, offset[k], B, False)
-                if i != j:
-                    k = _position(indices, indptr[second], indptr[second + 1], first)
-                    mass[k] += products[i, j]
-                    _scatter(stiffness, rows, unknown, second, first, offset[k], B, True)
+            for j in range(local):
+                place[j] = _position(indices, indptr[first], indptr[first + 1], cell[j])
+                mass[place[j]] += products[i, j]
+            for a in range(3):
+                if unknown[first, a] >= 0:
+                    start = rows[unknown[first, a]]
+                    for j in range(local):
+                        p = start + offset[place[j]]
+                        if whole:
+                            for b in range(3):
+                                stiffness[p + b] += K[3 * i + a, 3 * j + b]
+                            continue
+                        for b in range(3):
+                            if unknown[cell[j], b] >= 0:
+                                stiffness[p] += K[3 * i + a, 3 * j + b]
+                                p += 1
 
 
 @njit(cache=True)

@@ -16,8 +16,9 @@ from skfem import ElementHex1, ElementHex2, ElementTetP1, ElementTetP2
 from skfem.assembly import Dofs
 from skfem.quadrature import get_quadrature
 
-from seatfem.element_kernels import jacobian_range, node_graph
+from seatfem.element_kernels import jacobian_range
 from seatfem.errors import ModelError
+from seatfem.pattern_kernels import node_graph
 
 Array = NDArray[np.float64]
 Rule = tuple[
