@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from seatfem.assembly import assemble
+    from seatfem.axisymmetric import assemble_axisymmetric
     from seatfem.frf import FrequencyResponse, read_frf
     from seatfem.greens import Reduction, greens_function, reduce_model
+    from seatfem.harmonics import ring_greens
     from seatfem.materials import Material, Orthotropic
     from seatfem.matrices import read_matrices
     from seatfem.mesh_files import read_mesh
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from seatfem.modes import Modes, solve_modes
     from seatfem.pipeline import run_scene
     from seatfem.pole_fit import fit_impulse_response, fit_poles
+    from seatfem.revolved_grid import revolve
+    from seatfem.ring_patches import RingPatch
     from seatfem.scene import load_scene
     from seatfem.store import Store, content_key
     from seatfem.uff import read_frf_uff, read_modes_uff
@@ -33,10 +37,12 @@ __all__ = [
     "Orthotropic",
     "Port",
     "Reduction",
+    "RingPatch",
     "SeatMesh",
     "SecondOrderModel",
     "Store",
     "assemble",
+    "assemble_axisymmetric",
     "content_key",
     "fit_impulse_response",
     "fit_poles",
@@ -49,6 +55,8 @@ __all__ = [
     "read_mesh",
     "read_modes_uff",
     "reduce_model",
+    "revolve",
+    "ring_greens",
     "run_scene",
     "solve_modes",
 ]
@@ -64,6 +72,10 @@ _HOME = {
     "read_frf_uff": "uff",
     "read_modes_uff": "uff",
     "assemble": "assembly",
+    "assemble_axisymmetric": "axisymmetric",
+    "ring_greens": "harmonics",
+    "RingPatch": "ring_patches",
+    "revolve": "revolved_grid",
     "Reduction": "greens",
     "greens_function": "greens",
     "reduce_model": "greens",
