@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numba
 import numpy as np
 import scipy.linalg
 
@@ -61,9 +62,9 @@ class Recursion:
         root = self._root[:, None]
         while self.steps < steps and not self.complete:
             w = root * (self._K @ (root * self._now))
-            w -= self._before @ self._link.T
-            block = self._now.T @ w
-            w -= self._now @ block
+            _subtract(w, self._before, np.ascontiguousarray(self._link.T))
+            block = _gram(self._now, w)
+            _subtract(w, self._now, block)
             self._diagonal.append((block + block.T) / 2)
             self._before = self._now
             self._now, self._link = _orthonormal(w)
@@ -142,10 +143,30 @@ class Recursion:
         return np.asarray(self.start.T @ solved[: self.width])
 
 
+@numba.njit(cache=True)
+def _subtract(w: Array, block: Array, factors: Array) -> None:
+    """w -= block @ factors, for few columns: one pass; threads of a BLAS would cost more than they bring."""
+    for i in range(w.shape[0]):
+        for j in range(w.shape[1]):
+            for k in range(w.shape[1]):
+                w[i, j] -= block[i, k] * factors[k, j]
+
+
+@numba.njit(cache=True)
+def _gram(a: Array, b: Array) -> Array:
+    """a'b of two tall blocks."""
+    out = np.zeros((a.shape[1], b.shape[1]))
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            for k in range(b.shape[1]):
+                out[j, k] += a[i, j] * b[i, k]
+    return out
+
+
 def _orthonormal(w: Array) -> tuple[Array, Array]:
     """QR of a tall block; one column without LAPACK."""
     if w.shape[1] == 1:
-        size = float(np.linalg.norm(w))
+        size = float(np.sqrt(_gram(w, w)[0, 0]))
         return (w / size if size > 0 else w), np.array([[size]])
     q, r = np.linalg.qr(w)
     return np.ascontiguousarray(q), r

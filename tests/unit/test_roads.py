@@ -303,6 +303,32 @@ def test_the_transient_road_takes_a_free_body():
     free = rod_model(**ROD, elements=100, fixed_end=False)
     greens = transient_greens(free, bandwidth=1e5, duration=2e-5, tolerance=1e-2)
     assert greens.static is None
+    with pytest.raises(impact.GreensFunctionError, match="static compliance is unknown"):
+        greens.static_compliance()
+
+
+def test_repeated_modes_of_a_symmetric_seat_are_all_found():
+    """A square block: bending about x and about y has one frequency; the count by inertia must include both."""
+    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 3))))
+    model = assemble(
+        mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9}),
+        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
+        order=2,
+    )
+    assert model.size > 600  # the sparse solver, not LAPACK
+    exact = np.sqrt(scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())) / (2 * np.pi)
+    pairs = np.flatnonzero(np.diff(exact[:20]) < 1e-9 * exact[:19])
+    assert len(pairs) >= 3
+    greens, modes = modal_greens(model, Damping(), bandwidth=1.5e5, duration=2e-5, tolerance=5e-2)
+    assert greens.origin["counted"]
+    assert modes.frequencies_hz == pytest.approx(exact[: len(modes.frequencies_hz)], rel=1e-8)
+
+
+def test_the_modal_road_advises_against_itself_on_a_large_model(block, monkeypatch):
+    monkeypatch.setattr("seatfem.greens._MODES_ARE_CHEAP", 500)
+    asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
+    assert "method='krylov'" in asked.provenance["advice"]
+    assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
 
 
 def test_the_factorization_is_a_stage_of_its_own(rod):
