@@ -137,18 +137,11 @@ def combine_harmonics(
         progress("harmonics", harmonic / (harmonic + 12))
         if harmonic > _FEWEST and max(lags[-2:]) <= tolerance / 6:
             break
-    reduced, last = harmonic - 1, harmonic - 1
+    reduced = last = harmonic - 1
     if total.touches_from(harmonic):
-        tail = Tail(patches, total.rings, reduced)
-        while (doubt := total.relative(tail.doubt() * 2 * bandwidth)) > tolerance / 6:
-            if tail.last >= max_harmonic:
-                raise ConvergenceError(
-                    f"{tail.last} harmonics leave an estimated error of {doubt:.1e} (tolerance {tolerance:.1e}): "
-                    "make the patches wider or raise max_harmonic"
-                )
-            tail.add(build(tail.next), backend)
-        halves = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
-        lacking = damping.first_velocity() * first_velocities_beyond(patches, halves, reduced)
+        tail, doubt = _static_tail(build, total, reduced, bandwidth, tolerance, max_harmonic, backend)
+        rings = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
+        lacking = damping.first_velocity() * first_velocities_beyond(patches, rings, reduced)
         total.close(relaxation(tail.compliance(), lacking, damping), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
@@ -166,6 +159,27 @@ def combine_harmonics(
             "dof": model.size,
         }
     )
+
+
+def _static_tail(
+    build: Callable[[int], SecondOrderModel],
+    total: _Sum,
+    reduced: int,
+    bandwidth: float,
+    tolerance: float,
+    max_harmonic: int,
+    backend: Backend,
+) -> tuple[Tail, float]:
+    """The harmonics above ``reduced``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
+    tail = Tail(total.patches, total.rings, reduced)
+    while (doubt := total.relative(tail.doubt() * 2 * bandwidth)) > tolerance / 6:
+        if tail.last >= max_harmonic:
+            raise ConvergenceError(
+                f"{tail.last} harmonics leave an estimated error of {doubt:.1e} (tolerance {tolerance:.1e}): "
+                "make the patches wider or raise max_harmonic"
+            )
+        tail.add(build(tail.next), backend)
+    return tail, doubt
 
 
 @dataclass
