@@ -163,23 +163,29 @@ def _scales(kind: str) -> dict[str, float]:
 
 
 def of_impulse_response(
-    greens: SampledGreens, *, highest: float | None = None, decay: float = 1e-4
+    greens: SampledGreens, *, highest: float | None = None, decay: float | None = None
 ) -> FrequencyResponse:
     """Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) = ``decay``.
 
-    The shift lets the record end: what it would hold beyond T counts by ``decay`` at most, and the poles found from
-    these lines need no correction. Lines 1/(2 T) apart up to ``highest`` (default 0.25/dt) [Hz].
+    The shift lets the record end, and the poles found from these lines need no correction. By default what is left at
+    the end (rms of the last tenth over the largest |g|) is brought to 1e-3: no window for a record that has come to
+    rest. Lines 1/T apart up to ``highest`` (default 0.25/dt) [Hz].
     """
     dt, n = greens.dt, greens.values.shape[2]
+    if decay is None:
+        left = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
+        decay = float(np.clip(1e-3 / max(left, 1e-300), 1e-4, 1.0))
+    if not 0 < decay <= 1:
+        raise FrequencyResponseError(f"decay = {decay:g} must be in (0, 1]")
     shift = float(-np.log(decay) / greens.end)
-    f = np.asarray(np.fft.rfftfreq(2 * n, dt), dtype=np.float64)
+    f = np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64)
     s = shift + 2j * np.pi * f
     hat = dt * (2 * np.sinh(s * dt / 2) / (s * dt)) ** 2
     start = 1 / s - (1 - np.exp(-s * dt)) / (s**2 * dt)
     windowed = greens.values * np.exp(-shift * dt * np.arange(n))
     first = windowed[:, :, 0].copy()
     windowed[:, :, 0] = 0.0
-    g = np.fft.rfft(windowed, 2 * n, axis=2) * hat + first[:, :, None] * start
+    g = np.fft.rfft(windowed, n, axis=2) * hat + first[:, :, None] * start
     kept = (f > 0) & (f <= (0.25 / dt if highest is None else highest))
     return FrequencyResponse(f[kept], g[:, :, kept].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
 

@@ -64,8 +64,8 @@ def fit_poles(
 ) -> ModalGreens | PoleGreens:
     """A passive sum of poles through a measured response.
 
-    The poles by vector fitting, more of them until the misfit (rms, weighted by |G|^(-1/2)) is below ``tolerance`` or
-    stands still. Then either
+    The poles by vector fitting, more of them until the misfit (rms, weighted by |G|^(-1/2)) is below ``tolerance``, or
+    the noise, or stands still. Then either
 
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);
@@ -168,17 +168,18 @@ def _poles(data: _Data, tolerance: float, most: int) -> Poles:
     weights = np.stack([data.weights * (1 if i == j else np.sqrt(2)) for i, j in elements], axis=1)
     most = min(most, len(data.s) // 3)
     poles = starting_poles(data.s, *_peaks(data, most))
+    enough = max(tolerance, _noise(data.g) * float(np.linalg.norm(data.weights)) / data.scale)
     found: list[tuple[float, Poles]] = []
     while True:
         poles = fitted_poles(data.s, responses, weights, data.extra, poles)
         apart = data.weights * np.linalg.norm(_response(_free_residues(data, poles), data.s) - data.g, axis=(1, 2))
         found.append((float(np.linalg.norm(apart) / data.scale), poles))
         vain = len(found) > _PATIENCE and found[-1][0] > _GAIN * found[-1 - _PATIENCE][0]
-        if found[-1][0] <= tolerance or vain or len(poles.pairs) >= most:
+        if found[-1][0] <= enough or vain or len(poles.pairs) >= most:
             break
         poles = _with_more(poles, data.s, apart, max(1, len(poles.pairs) // 6))
     least = min(misfit for misfit, _ in found)
-    return next(poles for misfit, poles in found if misfit <= max(tolerance, least / _GAIN))
+    return next(poles for misfit, poles in found if misfit <= max(enough, least / _GAIN))
 
 
 def _noise(g: Complex) -> float:

@@ -177,11 +177,29 @@ def test_an_impulse_response_that_still_rings() -> None:
     assert fit.filtered(t, 1e-4) == pytest.approx(exact, abs=0.01 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_hammer_test_with_noise(seed: int) -> None:
+    dt, n = 1e-5, 2000
+    truth = replace(SEAT, residual=impact.Residual.none())
+    g = truth.impulse_response(dt * np.arange(n))
+    g = g + 0.01 * np.abs(g).max() * np.random.default_rng(seed).normal(size=n)
+    g[0] = 0.0
+    record = impact.SampledGreens(g, dt, tail="zero")
+    fit = fit_impulse_response(record, highest=1.5e4)
+    t = np.linspace(0, 1e-2, 500)
+    exact = truth.filtered(t, 1e-4)
+    raw, error = (float(np.abs(body.filtered(t, 1e-4) - exact).max()) for body in (record, fit))
+    assert error < raw  # nearer to the truth than the record itself
+    assert error < 0.015 * np.abs(exact).max()
+    strong = [k for k, f in enumerate(fit.frequencies_hz) if np.abs(truth.frequencies_hz - f).min() < 0.005 * f]
+    assert len(strong) == 3
+
+
 def test_the_transform_of_samples_is_exact_for_lines_between_them() -> None:
     # g = exp(-a t) sampled and linear in between: against quadrature of the pieces
     dt = 1e-3
     g = impact.SampledGreens(np.exp(-40 * dt * np.arange(200)), dt)
-    response = of_impulse_response(g)
+    response = of_impulse_response(g, decay=1e-4)
     t = np.linspace(0, g.end, 199 * 400 + 1)
     pieces = np.interp(t, dt * np.arange(200), np.exp(-(40 + response.shift) * dt * np.arange(200)))
     s = 2j * np.pi * response.frequency[7]  # the window is laid over the samples, then they are joined
