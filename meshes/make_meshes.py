@@ -1,20 +1,35 @@
 """Makes the CAD and mesh files of this folder: python meshes/make_meshes.py"""
 
+import subprocess
+import sys
 from pathlib import Path
 
-from seatfem.geometry import AnnularSeat, Bar
+from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
 from seatfem.meshing import MeshSpec, make_mesh, write_step
 
 FOLDER = Path(__file__).resolve().parent
 SEAT = AnnularSeat()
 SEAT_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)
 BAR = Bar(length=30e-3, width=3e-3, height=3e-3)
+STEP_FILES = {
+    "annular_seat": SEAT,
+    "flat_seat": AnnularSeat(lip_height=0.0, lip_edge_radius=0.0),
+    "conical_seat": ConicalSeat(contact_width=1e-3),
+    "valve_plate": ValvePlate(),
+    "reed_plate": ValvePlate(ports=3, layout="row"),
+    "stopper": Stopper(),
+    "domed_stopper": Stopper(dome_radius=20e-3),
+    "bar": BAR,
+    "block": Block(width=20e-3, depth=16e-3, thickness=8e-3, patch_width=3e-3, patch_depth=2e-3),
+}
 
 
 def main(folder: Path = FOLDER) -> None:
-    write_step(SEAT, folder / "annular_seat.step")
-    write_step(BAR, folder / "bar.step")
+    for name, geometry in STEP_FILES.items():
+        write_step(geometry, folder / f"{name}.step")
     make_mesh(SEAT, SEAT_SPEC, msh=folder / "annular_seat.msh")
+    # gmsh keeps to processes of its own
+    subprocess.run([sys.executable, str(FOLDER / "cad_parts.py"), str(folder)], check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ class MeshSpec:
     size per unit distance from the patch. ``order``: of the elements, 1 or 2. ``curved``: second-order elements
     follow curved faces (isoparametric). ``shape``: "tet" (a meridian: triangles) or "hex" (quadrilaterals).
     ``layers``: of hexahedra around the full circle or along the extrusion (None: as many as ``size`` makes at the
-    outermost radius; graded from the patch along an extrusion).
+    outermost radius; graded from the patch along an extrusion). ``curvature``: elements per full turn of a curved
+    face or edge of tetrahedral meshes, down to a quarter of the patch's size; 0 leaves curvature out of account.
     """
 
     size: float
@@ -27,6 +28,7 @@ class MeshSpec:
     curved: bool = True
     shape: Literal["tet", "hex"] = "tet"
     layers: int | None = None
+    curvature: int = 0
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
@@ -40,6 +42,8 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.shape = {self.shape!r}: must be 'tet' or 'hex'")
         if self.layers is not None and self.layers < 1:
             raise GeometryError(f"MeshSpec.layers = {self.layers}: must be >= 1")
+        if self.curvature < 0:
+            raise GeometryError(f"MeshSpec.curvature = {self.curvature}: must be >= 0")
 
     @property
     def patch_size(self) -> float:

@@ -13,6 +13,7 @@ from typing import Any
 
 from impact.progress import Progress, silent
 from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, CadPart, Geometry, GeometryError, encode, fingerprint
+from seatfem.geometry.cad import check_readable
 from seatfem.geometry.sectors import check_sectors
 from seatfem.gmsh_process import STAGE, Arrays, MeshingError, run_gmsh
 from seatfem.hexes import make_hexes
@@ -30,6 +31,8 @@ __all__ = [
     "make_mesh",
     "write_step",
 ]
+
+VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
@@ -54,6 +57,7 @@ def make_mesh(
     if spec.shape == "hex":
         if msh is not None:
             raise GeometryError(f"{msh}: only meshes of tetrahedra are written as .msh")
+        notes: tuple[str, ...] = ()
         hexes = make_hexes(geometry, spec, sector, progress)
         arrays, version = hexes.arrays, hexes.gmsh_version
         cad_volume, cad = hexes.cad_volume, dict(hexes.cad_areas)
@@ -64,16 +68,29 @@ def make_mesh(
         arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
         cad = {name: float(value) for name, value in _group(found, "cad").items()}
         cad_volume = cad.pop("volume")
+        notes = tuple(str(note) for note in found["notes"])
     provenance = MeshProvenance(
         source=source,
         content_hash=content_hash(geometry, spec, sector),
         gmsh_version=version,
         geometry=encode(geometry),
         spec=asdict(spec) | {"sector": sector},
+        notes=notes,
     )
     seat = seat_mesh(arrays, provenance, cad_volume, cad)
+    _check_volume(seat, spec)
     progress(STAGE, 1.0)
     return seat
+
+
+def _check_volume(seat: SeatMesh, spec: MeshSpec) -> None:
+    """A curved mesh of order 2 has the volume of its CAD, or it is of something else."""
+    exact, volume = seat.quality.cad_volume, seat.quality.volume
+    if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
+        raise MeshError(
+            f"{seat.provenance.source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use "
+            f"smaller elements where faces curve (MeshSpec.curvature), or mend the CAD"
+        )
 
 
 def write_step(geometry: Geometry, path: str | Path, progress: Progress = silent) -> None:
@@ -92,6 +109,7 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
     if isinstance(geometry, CadPart):
         if not geometry.path.is_file():
             raise FileNotFoundError(f"{geometry.path}: no such CAD file")
+        check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data
 

@@ -18,7 +18,7 @@ from seatfem.geometry import bar, block, cad, revolved, stopper, valve_plate
 from seatfem.geometry.annular import AnnularSeat
 from seatfem.geometry.bar import Bar
 from seatfem.geometry.block import Block
-from seatfem.geometry.cad import CadPart
+from seatfem.geometry.cad import CadPart, Group, Region
 from seatfem.geometry.checks import GeometryError
 from seatfem.geometry.conical import ConicalSeat
 from seatfem.geometry.faces import Face
@@ -58,11 +58,13 @@ __all__ = [
     "Family",
     "Geometry",
     "GeometryError",
+    "Group",
     "HalfPlaneFace",
     "NamedFace",
     "PlaneFace",
     "PointFace",
     "Profile",
+    "Region",
     "Revolved",
     "Selector",
     "Stopper",
@@ -137,7 +139,7 @@ def fingerprint(geometry: Geometry) -> dict[str, Any]:
 
 
 def _kinds() -> dict[str, type[Any]]:
-    return {name: family.spec for name, family in FAMILIES.items()} | SELECTORS
+    return {name: family.spec for name, family in FAMILIES.items()} | SELECTORS | {"group": Group, "region": Region}
 
 
 def _kind_of(value: Any) -> str:

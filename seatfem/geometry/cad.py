@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seatfem.geometry.checks import GeometryError
+from seatfem.geometry.faces import Colour
 from seatfem.geometry.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
 
 STEP_SUFFIXES = (".step", ".stp")
@@ -17,23 +18,67 @@ BREP_SUFFIXES = (".brep",)
 SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6}
 NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
 
+SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
+SMALLEST, LARGEST = 1e-4, 10.0  # metres; what a seat may measure
+
+Selection = Selector | tuple[Selector, ...]
+
 RED_FACES = ColourFace(CONTACT_COLOUR)
 BLUE_FACES = ColourFace(FIXED_COLOUR)
 
 
 @dataclass(frozen=True)
+class Region:
+    """A name for solids of a CAD file, given by exactly one of their ``order`` in the file (from 1), their ``colour``
+    or their ``solid`` name. It is the subdomain of the mesh that a material is given to.
+    """
+
+    name: str
+    order: int | None = None
+    colour: Colour | None = None
+    solid: str | None = None
+
+    def __post_init__(self) -> None:
+        if sum(key is not None for key in (self.order, self.colour, self.solid)) != 1:
+            raise GeometryError(f"Region {self.name!r}: give exactly one of order, colour and solid")
+
+    def matches(self, number: int, colour: Colour | None, name: str) -> bool:
+        if self.colour is not None:
+            return colour is not None and all(abs(a - b) <= 3 for a, b in zip(colour, self.colour, strict=True))
+        return number == self.order or (self.solid is not None and name == self.solid)
+
+    def __str__(self) -> str:
+        if self.colour is not None:
+            return f"colour {self.colour}"
+        return f"number {self.order}" if self.solid is None else f"name {self.solid!r}"
+
+
+@dataclass(frozen=True)
+class Group:
+    """A further surface group of a CAD part, for a support or a symmetry plane."""
+
+    name: str
+    faces: Selection
+
+
+@dataclass(frozen=True)
 class CadPart:
-    """One solid from a STEP or BREP file.
+    """The solids of a STEP or BREP file, conformal where they touch.
 
     ``unit``: metres per length unit of the file. None takes the unit that a STEP file states; a BREP file states
-    none, so it needs one. ``contact`` and ``fixed`` select the faces of the two groups; by default the faces
-    painted pure red and pure blue.
+    none, so it needs one. ``overrule``: take ``unit`` although the STEP file states another. ``contact`` and
+    ``fixed`` select the faces of the two groups, each by one selector or the union of several; by default the faces
+    painted pure red and pure blue. ``groups``: more of them. ``regions``: names of solids; those without one are
+    "solid_1", "solid_2", ..., and a single one is "seat".
     """
 
     path: Path
     unit: float | None = None
-    contact: Selector = RED_FACES
-    fixed: Selector = BLUE_FACES
+    contact: Selection = RED_FACES
+    fixed: Selection = BLUE_FACES
+    groups: tuple[Group, ...] = ()
+    regions: tuple[Region, ...] = ()
+    overrule: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -45,18 +90,77 @@ class CadPart:
             raise GeometryError(f"{self.path}: a BREP file states no unit; give one (1e-3 for millimetres)")
         if self.unit is not None and not (math.isfinite(self.unit) and self.unit > 0.0):
             raise GeometryError(f"CadPart.unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
+        names = ["contact", "fixed", *(group.name for group in self.groups)]
+        if len(set(names)) < len(names):
+            raise GeometryError(f"CadPart.groups: each name may stand once, 'contact' and 'fixed' too; found {names}")
 
     @property
     def patches(self) -> Patches:
-        return {"contact": (self.contact,), "fixed": (self.fixed,)}
+        groups = {"contact": self.contact, "fixed": self.fixed} | {group.name: group.faces for group in self.groups}
+        return {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
 
 
 def build(part: CadPart, occ: Any) -> None:
-    """Import the solid (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
+    """Import the solids (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
     imported = occ.importShapes(str(part.path), highestDimOnly=True)
     solids = [entity for entity in imported if entity[0] == 3]
-    if len(solids) != 1:
-        raise GeometryError(f"{part.path}: holds {len(solids)} solids; exactly one is needed")
+    if not solids:
+        raise GeometryError(f"{part.path}: holds no solid, only surfaces or curves; close it in the CAD program")
+
+
+def check_readable(path: Path) -> None:
+    """Raise `GeometryError` for a file that is empty, of another kind, or cut off."""
+    text = path.read_text(encoding="latin-1").strip()
+    if not text:
+        raise GeometryError(f"{path}: is empty")
+    if path.suffix.lower() in BREP_SUFFIXES:
+        if not re.match(r"(DBRep_DrawableShape\s+)?CASCADE Topology", text):
+            raise GeometryError(f"{path}: is no BREP file; it begins with {text[:20]!r}")
+    elif not text.startswith("ISO-10303-21"):
+        raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'")
+    elif not text.endswith("END-ISO-10303-21;"):
+        raise GeometryError(f"{path}: is cut off; it does not end with 'END-ISO-10303-21;'. Export it again")
+
+
+def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
+    """``extent``: of the bounding box as imported (metres). Raise `GeometryError` for a unit that cannot be right."""
+    unit = part.unit
+    if part.path.suffix.lower() in STEP_SUFFIXES:
+        stated = stated_unit(part.path)
+        if unit is not None and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
+            raise GeometryError(
+                f"{part.path}: the file states {stated:g} m per unit, CadPart.unit says {unit:g}; the part measures "
+                f"{_box(extent, stated / unit)} by the file, {_box(extent)} by CadPart.unit. Leave unit out, or set "
+                f"overrule = True"
+            )
+        unit = stated if unit is None else unit
+    assert unit is not None
+    if not SMALLEST <= max(extent) <= LARGEST:
+        factor = 1e-3 if max(extent) > LARGEST else 1e3
+        raise GeometryError(
+            f"{part.path}: measures {_box(extent)} at {unit:g} m per unit; a seat is {SMALLEST:g} to {LARGEST:g} m. At "
+            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check CadPart.unit"
+        )
+
+
+def _box(extent: tuple[float, ...], factor: float = 1.0) -> str:
+    return " x ".join(f"{1e3 * factor * side:.4g}" for side in extent) + " mm"
+
+
+def step_face_names(path: Path) -> list[tuple[str, str]]:
+    """Name and gmsh's type ("" for an uncommon one) of the faces, shell by shell in the file's order."""
+    text = path.read_text(encoding="latin-1")
+    faces = {
+        number: (name, surface)
+        for number, name, surface in re.findall(
+            r"(#\d+)\s*=\s*ADVANCED_FACE\s*\(\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)", text
+        )
+    }
+    kinds = dict(re.findall(r"(#\d+)\s*=\s*(PLANE|CYLINDRICAL_SURFACE|CONICAL_SURFACE)\s*\(", text))
+    shells = re.findall(r"CLOSED_SHELL\s*\(\s*'[^']*'\s*,\s*\(([^)]*)\)", text)
+    ordered = [face for shell in shells for face in re.findall(r"#\d+", shell)]
+    found = [faces.get(face, ("", "")) for face in ordered]
+    return [(name, SURFACE_KINDS.get(kinds.get(surface, ""), "")) for name, surface in found]
 
 
 def imported_unit(part: CadPart) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,20 @@ POINTS_PER_CURVE = 17
 STEP_OFF_FACE = 1e-3  # over the square root of its area
 
 
-def faces_of(model: Any, unit: float) -> list[Face]:
-    """Every face of the solid, described."""
-    return [_face(model, tag, unit) for _, tag in model.getEntities(2)]
+Mark = tuple[Colour | None, str]
+"""Colour and name of a face."""
 
 
-def patch_tags(model: Any, patches: Patches, unit: float) -> dict[str, list[int]]:
+def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
+    """Every face of the solids, described; ``marks``: of those that have any, where the model forgot them."""
+    return [_face(model, tag, unit, marks) for _, tag in model.getEntities(2)]
+
+
+def patch_tags(
+    model: Any, patches: Patches, unit: float, marks: Mapping[int, Mark] | None = None
+) -> dict[str, list[int]]:
     """gmsh tags of the faces of each group. Raises `GeometryError` on an empty or ambiguous selection."""
-    faces = faces_of(model, unit)
+    faces = faces_of(model, unit, marks)
     return {
         name: sorted({face.tag for selector in selectors for face in select(faces, selector, name)})
         for name, selectors in patches.items()
@@ -40,7 +47,8 @@ def area_of(model: Any, tags: list[int], unit: float) -> float:
     return unit**2 * float(sum(model.occ.getMass(2, tag) for tag in tags))
 
 
-def _face(model: Any, tag: int, unit: float) -> Face:
+def _face(model: Any, tag: int, unit: float, marks: Mapping[int, Mark] | None) -> Face:
+    colour, name = (colour_of(model, 2, tag), "") if marks is None else marks.get(tag, (None, ""))
     curves = [abs(curve) for _, curve in model.getBoundary([(2, tag)], oriented=False)]
     kind = model.getType(2, tag)
     x, y, z = (unit * c for c in model.occ.getCenterOfMass(2, tag))
@@ -49,10 +57,11 @@ def _face(model: Any, tag: int, unit: float) -> Face:
         kind=kind,
         centre=(x, y, z),
         area=area_of(model, [tag], unit),
-        outline=_outline(model, curves, unit),
+        outline=outline_of(model, curves, unit),
         curves=frozenset(curves),
         normal=_normal(model, tag, curves) if kind == "Plane" else None,
-        colour=_colour(model, tag),
+        colour=colour,
+        name=name,
         axis=_axis(model, tag, unit) if kind in ("Cylinder", "Cone") else None,
         distance=lambda point: _distance(model, tag, point, unit),
     )
@@ -79,7 +88,8 @@ def _distance(model: Any, tag: int, point: Vector, unit: float) -> float:
     return unit * float(distance)
 
 
-def _outline(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
+def outline_of(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
+    """Points on curves, (n, 3)."""
     points = []
     for curve in curves:
         low, high = model.getParametrizationBounds(1, curve)
@@ -117,6 +127,7 @@ def _point_inside(
     return None
 
 
-def _colour(model: Any, tag: int) -> Colour | None:
-    colour = tuple(int(c) for c in model.getColor(2, tag))
+def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
+    """Of a face or solid, None where it was never painted."""
+    colour = tuple(int(c) for c in model.getColor(dimension, tag))
     return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])

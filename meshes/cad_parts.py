@@ -1,0 +1,84 @@
+"""Two parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
+
+``valve_body.step``: a seat in a housing with filleted shoulder and four bolt holes. ``insert_seat.step``: a hard ring
+pressed into a softer body: two solids, each of its own colour.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import gmsh
+
+from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR
+from seatfem.geometry.faces import Colour, Face
+from seatfem.geometry.inspect import faces_of
+from seatfem.geometry.step_colours import paint
+
+MILLIMETRE = 1e-3
+BODY_COLOUR: Colour = (128, 128, 128, 255)
+INSERT_COLOUR: Colour = (255, 170, 0, 255)
+
+
+def valve_body(occ: Any) -> None:
+    """Flange of 40 mm with four bolt holes, filleted boss of 20 mm, bore of 8 mm; millimetres."""
+    flange = occ.addCylinder(0, 0, 0, 0, 0, 8, 20)
+    boss = occ.addCylinder(0, 0, 8, 0, 0, 6, 10)
+    solid = occ.fuse([(3, flange)], [(3, boss)])[0][0][1]
+    occ.synchronize()
+    corner = [tag for _, tag in gmsh.model.getEntities(1) if _circle(tag, 10.0, 8.0)]
+    solid = occ.fillet([solid], corner, [1.5])[0][1]
+    holes = [(3, occ.addCylinder(x, y, 0, 0, 0, 8, 2.25)) for x, y in ((15, 0), (0, 15), (-15, 0), (0, -15))]
+    occ.cut([(3, solid)], [*holes, (3, occ.addCylinder(0, 0, 0, 0, 0, 14, 4))])
+
+
+def insert_seat(occ: Any) -> None:
+    """Body of 24 mm, 9 mm high; ring of 16 mm, 3 mm high, in its top; bore of 8 mm; millimetres."""
+    body, pocket = occ.addCylinder(0, 0, 0, 0, 0, 9, 12), occ.addCylinder(0, 0, 6, 0, 0, 3, 8)
+    bore = occ.addCylinder(0, 0, 0, 0, 0, 9, 4)
+    occ.cut([(3, body)], [(3, pocket), (3, bore)])
+    ring, hole = occ.addCylinder(0, 0, 6, 0, 0, 3, 8), occ.addCylinder(0, 0, 6, 0, 0, 3, 4)
+    occ.cut([(3, ring)], [(3, hole)])
+
+
+def _circle(curve: int, radius: float, z: float) -> bool:
+    x0, _, z0, x1, _, z1 = gmsh.model.getBoundingBox(1, curve)
+    return abs((x1 - x0) / 2 - radius) < 1e-3 and abs(z0 - z) < 1e-3 and abs(z1 - z) < 1e-3
+
+
+def _is_flat(face: Face, z: float, up: float) -> bool:
+    return face.normal is not None and face.normal[2] * up > 0.99 and abs(face.centre[2] - z) < 1e-6
+
+
+def write(path: Path, contact_z: float, solids: dict[int, Colour]) -> None:
+    """Write the model's solids, paint them and their faces: struck on top, clamped underneath."""
+    gmsh.write(str(path))
+    gmsh.clear()
+    gmsh.model.occ.importShapes(str(path))
+    gmsh.model.occ.synchronize()
+    faces = {face.tag: CONTACT_COLOUR for face in faces_of(gmsh.model, MILLIMETRE) if _is_flat(face, contact_z, 1.0)}
+    faces |= {face.tag: FIXED_COLOUR for face in faces_of(gmsh.model, MILLIMETRE) if _is_flat(face, 0.0, -1.0)}
+    if solids:  # only the ring is struck
+        faces = {tag: colour for tag, colour in faces.items() if colour == FIXED_COLOUR or _on_second_solid(tag)}
+    path.write_text(paint(path.read_text(encoding="ascii"), faces, solids), encoding="ascii")
+
+
+def _on_second_solid(face: int) -> bool:
+    return int(gmsh.model.getAdjacencies(2, face)[0][0]) == 2
+
+
+def main(folder: Path) -> None:
+    gmsh.initialize([], readConfigFiles=False, interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    valve_body(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    write(folder / "valve_body.step", 14e-3, {})
+    gmsh.clear()
+    insert_seat(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    write(folder / "insert_seat.step", 9e-3, {1: BODY_COLOUR, 2: INSERT_COLOUR})
+    gmsh.finalize()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

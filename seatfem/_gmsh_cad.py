@@ -1,0 +1,124 @@
+"""Imported CAD in gmsh's model: colours, names and regions, kept through operations; used in the gmsh process only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from seatfem.geometry import CadPart, GeometryError, cad, model_unit
+from seatfem.geometry.faces import Colour
+from seatfem.geometry.inspect import Mark, colour_of, outline_of
+
+SAME_PLACE = 1e-5  # of the model's size
+SAMPLES = 4  # every so many points of a face's outline are compared
+
+
+@dataclass
+class Imported:
+    """``marks``: colour and name by face, while the faces are the imported ones; ``copies``: of faces that have any,
+    with their type; ``regions``: name -> solids.
+    """
+
+    marks: dict[int, Mark] = field(default_factory=dict)
+    copies: dict[int, tuple[str, Mark]] = field(default_factory=dict)
+    regions: dict[str, list[int]] = field(default_factory=dict)
+
+
+def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int) -> Imported:
+    """Import, check the size, and make all solids conformal; copies of faces stay in the model until `recall`."""
+    model, occ = gmsh.model, gmsh.model.occ
+    cad.build(part, occ)
+    occ.synchronize()
+    box = np.array(model.getBoundingBox(-1, -1))
+    cad.check_size(part, tuple(model_unit(part) * (box[3:] - box[:3])))
+    solids = model.getEntities(3)
+    marks = _marks(model, part)
+    found = Imported(marks, regions=_regions(model, part, [tag for _, tag in solids]))
+    if not heal and len(solids) == 1 and sectors == 1:
+        return found
+    found.marks = {}
+    marked = [(tag, mark) for tag, mark in marks.items() if mark != (None, "")]
+    copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
+    found.copies = {copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)}
+    if heal:
+        healed = occ.healShapes(solids)
+        solids = _replaced(found, solids, [[new] for new in healed if new[0] == 3])
+    if len(solids) > 1:
+        _, pieces = occ.fragment(solids[:1], solids[1:])
+        _replaced(found, solids, [list(piece) for piece in pieces])
+    return found
+
+
+def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
+    """Colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
+    if not found.copies:
+        return found.marks
+    model, occ = gmsh.model, gmsh.model.occ
+    occ.synchronize()
+    box = np.array(model.getBoundingBox(-1, -1))
+    near = SAME_PLACE * float(np.linalg.norm(box[3:] - box[:3]))
+    solids = model.getEntities(3)
+    faces = {abs(tag) for _, tag in model.getBoundary(solids, combined=False, oriented=False)}
+    marks: dict[int, Mark] = {}
+    for face in faces:
+        curves = [abs(tag) for _, tag in model.getBoundary([(2, face)], oriented=False)]
+        points = [occ.addPoint(*point) for point in outline_of(model, curves, 1.0)[::SAMPLES]]
+        for copy, (kind, mark) in found.copies.items():
+            same = kind == model.getType(2, face)
+            if same and all(occ.getDistance(0, point, 2, copy)[0] < near for point in points):
+                marks[face] = mark
+        occ.remove([(0, point) for point in points])
+    occ.remove([(2, copy) for copy in found.copies], recursive=True)
+    return marks
+
+
+def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
+    tags = [tag for _, tag in model.getEntities(2)]
+    names = cad.step_face_names(part.path) if part.path.suffix.lower() in cad.STEP_SUFFIXES else []
+    kinds_agree = len(names) == len(tags) and all(
+        kind == "" or kind == model.getType(2, tag) for (_, kind), tag in zip(names, tags, strict=True)
+    )
+    known = [name for name, _ in names] if kinds_agree else [""] * len(tags)
+    return {tag: (colour_of(model, 2, tag), name) for tag, name in zip(tags, known, strict=True)}
+
+
+def _regions(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
+    """The part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
+    colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
+    names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
+    regions: dict[str, list[int]] = {}
+    left = list(solids)
+    for region in part.regions:
+        fitting = [
+            tag
+            for number, (tag, colour, name) in enumerate(zip(solids, colours, names, strict=True), 1)
+            if region.matches(number, colour, name)
+        ]
+        if not fitting:
+            there = "\n".join(
+                f"  solid {number}: name {name!r}, " + ("no colour" if colour is None else f"colour {colour}")
+                for number, (colour, name) in enumerate(zip(colours, names, strict=True), 1)
+            )
+            raise GeometryError(f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{there}")
+        taken = [tag for tag in fitting if tag not in left]
+        if taken:
+            raise GeometryError(f"{part.path}: solids {taken} belong to {region.name!r} and to another region")
+        regions[region.name] = fitting
+        left = [tag for tag in left if tag not in fitting]
+    if left and not regions and len(solids) == 1:
+        return {"seat": left}
+    return regions | {f"solid_{solids.index(tag) + 1}": [tag] for tag in left}
+
+
+def _replaced(
+    found: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
+) -> list[tuple[int, int]]:
+    """Follow the regions through an operation; returns the solids there are now."""
+    after = {old[1]: [new[1] for new in piece] for old, piece in zip(solids, pieces, strict=False)}
+    everything = [tag for piece in after.values() for tag in piece]
+    if len(set(everything)) < len(everything):
+        raise GeometryError("solids of the CAD file overlap: cut one out of the other, so that they share faces only")
+    found.regions = {name: [new for old in tags for new in after[old]] for name, tags in found.regions.items()}
+    return [(3, tag) for tag in everything]
