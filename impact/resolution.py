@@ -1,10 +1,12 @@
-"""Whether the step resolves the contacts that it found."""
+"""Whether a run's answer depends on its step: contacts that are not resolved, bodies that overlap at the start."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from impact.greens import Array
+from impact.laws import Signorini
+from impact.problem import ContactProblem
 from impact.result import Advice
 
 FEWEST_STEPS = 10  # of a contact that counts as resolved; the impulse of shorter ones is off by a per cent and more
@@ -33,6 +35,25 @@ def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
             UNRESOLVED_LIMIT,
             "the step does not resolve them: their force and rebound are set by the step",
             f"use dt <= {dt * shortest / (2 * FEWEST_STEPS):.2g} s",
+        ),
+    )
+
+
+def overlap_advice(problem: ContactProblem, gap: Array, dt: float) -> tuple[Advice, ...]:
+    """Rigid contacts that are closed by more than round-off at t = 0, ``gap`` (n + 1, p) [m], without a preload."""
+    if problem.preload:
+        return ()
+    rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
+    overlap = float(np.max(-gap[0, rigid], initial=0.0))
+    if overlap <= 1e-12 * float(np.abs(gap).max()):
+        return ()
+    return (
+        Advice(
+            "overlap of rigid contacts at t = 0 [m]",
+            overlap,
+            0.0,
+            f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy",
+            "start with a gap >= 0, give preload=True, or a law that yields",
         ),
     )
 

@@ -16,6 +16,8 @@ import numpy as np
 
 from impact import engines, history, march
 from impact.engines import Engine
+from impact.flight import BLOCK as FLIGHT
+from impact.flight import Flight, Pilot, flies, split
 from impact.greens import Array
 from impact.laws import CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.live_loads import LiveLoads
@@ -41,6 +43,7 @@ class Prepared:
         own: (p, p) W_0 [m/N].
         rule: code of the step rule.
         plan: which engine remembers what.
+        flight: free bodies under loads, if there are any among the marched poles.
     """
 
     problem: ContactProblem
@@ -54,6 +57,7 @@ class Prepared:
     own: Array
     rule: int
     plan: engines.Plan
+    flight: Flight | None = None
 
 
 @dataclass(frozen=True)
@@ -82,16 +86,43 @@ def prepare(
     if problem.preload:
         bodies, rest = _preloaded(problem, bodies, turns)
     p = len(rest)
-    gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     own = np.zeros((p, p))
     for body, turn in zip(bodies, turns, strict=True):
         own += turn.T @ body.kernel.self_weight(dt) @ turn
+    gaps = _free_gaps(problem, bodies, turns, n)
+    plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
+    poles, weights = _memory(bodies, turns, plan, own, n)
+    flight = _flight(problem, bodies, turns, plan, n)
+    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, code, plan, flight)
+
+
+def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Array:
+    """(n + 1, p) gaps without contact forces beyond those at rest."""
+    gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
+    for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
             held = np.repeat(body.rest[:, None], n, axis=1)
             gaps += (turn.T @ body.motion(held).displacement).T
-    plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
-    poles, weights = _memory(bodies, turns, plan, own, n)
-    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, code, plan)
+    return gaps
+
+
+def _flight(
+    problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], plan: engines.Plan, n: int
+) -> Flight | None:
+    """The loaded translations of the bodies whose poles are marched, in the order of `_memory`."""
+    others, psi, starts, drives = list(bodies), [], [], []
+    for number, (body, turn, by_poles) in enumerate(zip(bodies, turns, plan.by_poles, strict=True)):
+        if not (by_poles and flies(body)):
+            continue
+        others[number], free, start, drive = split(body)
+        seen = np.any(free.shapes @ turn != 0, axis=1)
+        psi.append((free.shapes @ turn)[seen].T)
+        starts.append(start[:, seen])
+        drives.append(drive[seen])
+    if not psi or sum(len(d) for d in drives) == 0:
+        return None
+    rest = _free_gaps(problem, tuple(others), turns, n)
+    return Flight(np.concatenate(psi, axis=1), np.concatenate(starts, axis=1), np.concatenate(drives), rest)
 
 
 def _memory(
@@ -100,10 +131,16 @@ def _memory(
     """The poles to march and the (p, p, n) step weights of all the rest."""
     p = len(own)
     marched: list[tuple[ModalGreens, Array]] = []
+    flying: list[tuple[ModalGreens, Array]] = []
     turned: list[tuple[ModalGreens, Array]] = []
     weights = np.zeros((p, p, 0))
     for body, turn, by_poles in zip(bodies, turns, plan.by_poles, strict=True):
-        if body.kernel.modal is not None:
+        if body.kernel.modal is not None and by_poles and flies(body):
+            held, free, _, _ = split(body)
+            assert held.kernel.modal is not None
+            marched.append((held.kernel.modal, turn))
+            flying.append((free, turn))
+        elif body.kernel.modal is not None:
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
             part = np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True)
@@ -113,7 +150,7 @@ def _memory(
         weights = weights + part if weights.size else part
     if weights.size:
         weights[:, :, 0] = own
-    return history.Poles.of(marched, bodies[0].dt, p), np.ascontiguousarray(weights)
+    return history.Poles.of(marched + flying, bodies[0].dt, p), np.ascontiguousarray(weights)
 
 
 class ContactStepper:
@@ -139,6 +176,10 @@ class ContactStepper:
         striker = prepared.bodies[0]
         self.live = LiveLoads(striker, prepared.problem.directions(striker.body), n)
         self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
+        self._pilot: Pilot | None = None
+        if prepared.flight is not None:
+            self._free = prepared.flight.others[1:].copy()
+            self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
         self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
@@ -186,8 +227,13 @@ class ContactStepper:
         block = self._past.block
         while self.done < stop:
             edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // block + 1) * block)
+            if self._pilot is not None:
+                edge = min(edge, (self.done // FLIGHT + 1) * FLIGHT)
             self._march(self.done, edge)
             self.done = edge
+            if self._pilot is not None and edge % FLIGHT == 0:
+                last = self.force[edge - 1] - self.prepared.rest
+                self._pilot.turn(edge, self._state, last, folded=len(self.prepared.rest) == 1)
             if self.prepared.weights.size and edge % block == 0:
                 self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
@@ -203,7 +249,12 @@ class ContactStepper:
             "p": p.copy(),
             "live_amplitudes": self.live.amplitudes.copy(),
             "live_state": self.live.state.copy(),
+            "flight": self._base.copy(),
         }
+
+    @property
+    def _base(self) -> Array:
+        return np.zeros((2, 0)) if self._pilot is None else self._pilot.base
 
     def restore(self, state: dict[str, Array]) -> None:
         """Continue a fresh stepper from a `checkpoint` of the same problem; `ContactError` if it does not fit."""
@@ -218,6 +269,7 @@ class ContactStepper:
             "p": self._state[1],
             "live_amplitudes": self.live.amplitudes,
             "live_state": self.live.state,
+            "flight": self._base,
         }
         for name, values in mine.items():
             if state[name].shape != values.shape:
@@ -228,6 +280,8 @@ class ContactStepper:
             values[...] = state[name]
         self.done = done
         self.live.awake = bool(np.any(self.live.amplitudes))
+        if self._pilot is not None and done >= FLIGHT:
+            self._pilot.resume(done)
 
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
