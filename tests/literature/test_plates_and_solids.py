@@ -11,8 +11,9 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
+from seatfem.model import Material
 from seatfem.verification.round_bars import bar_frequency
-from seatfem.verification.solids import box_frequency, tube_widening
+from seatfem.verification.solids import bending_frequency, box_frequency, tube_widening
 from seatfem.verification.spheres import sphere_frequency
 
 ENTRIES = {entry["id"]: entry for entry in json.loads(Path(__file__).with_name("finite_elements.json").read_text())}
@@ -111,3 +112,11 @@ def test_waves_of_the_box_take_two_sides_a_period() -> None:
     """Half a wave along each side that it runs along."""
     assert box_frequency((1, 0, 0), 2.0) == pytest.approx(1.0)  # length 1, speed 2: there and back in 1 s
     assert box_frequency((1, 1, 0), 1.0) == pytest.approx(math.hypot(0.5, 0.5 / 0.8))
+
+
+@pytest.mark.parametrize(("wave", "printed"), [((1, 1), 0.0932), ((1, 2), 0.2226), ((2, 2), 0.3421), ((1, 3), 0.4171)])
+def test_thick_plate_of_srinivas(wave: tuple[int, int], printed: float) -> None:
+    """Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187: w h (rho/G)^(1/2) of the square plate, h/a = 0.1."""
+    steel = Material(200e9, 0.3, 8000.0)
+    found = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
+    assert 2 * math.pi * found / steel.c_s == pytest.approx(printed, abs=6e-5)

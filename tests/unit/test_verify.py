@@ -15,6 +15,7 @@ SOLIDS = {
     "membrane": None,  # corner singularity of a weight that differs from mode to mode
     "curved hexahedra": 0.8,  # from one to four elements across the wall
     "quadratic tetrahedra": 0.7,  # from two to eight along each side
+    "thick square plate": 0.55,  # from three to twelve along two half waves
     "quadratic hexahedra": 0.25,
     "as a solid": 0.45,  # from one to four across half the thickness
     "axisymmetric": 0.35,
