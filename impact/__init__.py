@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from impact.regime import Regime, regime_card
     from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
     from impact.stress import rod_stress
-    from impact.sums import SumGreens
+    from impact.sums import ScaledGreens, SumGreens
     from impact.time_series import TimeSeries, read_time_series
     from impact.timoshenko import TimoshenkoCantilever
     from impact.tip_mass import TipMassCantilever
@@ -85,6 +85,7 @@ __all__ = [
     "Regime",
     "Residual",
     "SampledGreens",
+    "ScaledGreens",
     "Signorini",
     "StaticShape",
     "StepKernel",
@@ -157,6 +158,7 @@ _HOME = {
     "save_greens": "storage",
     "save_results": "storage",
     "rod_stress": "stress",
+    "ScaledGreens": "sums",
     "SumGreens": "sums",
     "TimeSeries": "time_series",
     "read_time_series": "time_series",

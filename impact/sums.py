@@ -1,8 +1,8 @@
-"""Sums of Green's functions on the same ports."""
+"""Sums of Green's functions on the same ports, and multiples of one."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -74,6 +74,67 @@ class SumGreens(GreensFunction):
             np.asarray(sum(weights)) if weights else None,
             " + ".join(kernel.engine for kernel in kernels),
         )
+
+
+@dataclass(frozen=True)
+class ScaledGreens(GreensFunction):
+    """factor times g_ij: what an error of that relative size does to an impact is a run with it away.
+
+    Attributes:
+        part: the function.
+        factor: > 0, so that a passive body stays passive.
+    """
+
+    part: GreensFunction
+    factor: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.factor) and self.factor > 0):
+            raise GreensFunctionError(f"factor = {self.factor} must be positive and finite: the body must stay passive")
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports."""
+        return self.part.ports
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """The part's: errors are relative."""
+        return self.part.error_estimate
+
+    @property
+    def provenance(self) -> dict[str, object]:
+        """The factor and the part's provenance."""
+        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self.factor * self.part.impulse_response(t, i, j)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) [m/N]."""
+        return self.factor * self.part.step_response(t, i, j)
+
+    def static_compliance(self) -> Array:
+        """(p, p) [m/N]."""
+        return self.factor * self.part.static_compliance()
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)]."""
+        return self.factor * self.part.initial_value()
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """The part's, with every residue and every weight times the factor."""
+        kernel = self.part.step_kernel(dt, n_steps)
+        modal = None if kernel.modal is None else _times(kernel.modal, self.factor)
+        weights = None if kernel.weights is None else self.factor * kernel.weights
+        return StepKernel(modal, weights, kernel.engine)
+
+
+def _times(modal: ModalGreens, factor: float) -> ModalGreens:
+    root, rest = np.sqrt(factor), modal.residual
+    residual = Residual(root * rest.shapes, rest.rates, factor * rest.compliance)
+    return replace(modal, shapes=root * modal.shapes, residual=residual)
 
 
 def merged(parts: tuple[ModalGreens, ...]) -> ModalGreens:

@@ -12,11 +12,14 @@ from impact.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
 from impact.result import ImpactResult
 from seatfem.cell_grid import CellGrid
+from seatfem.meridian import MeridianMesh
 from seatfem.model import Array
 from seatfem.plots import animate_mode, plot_mesh, plot_modes, write_vtu
+from seatfem.revolved_grid import revolve
 from seatfem.scene import Scene
-from seatfem.scene.seats import Annular, ElasticSeat
+from seatfem.scene.seats import ElasticSeat, RevolvedSeat
 from seatfem.seat import SeatAnswer
+from seatfem.section_plot import plot_section
 
 SHOWN_MODES = 6
 _Picture = tuple[str, Callable[[Path], None]]
@@ -60,21 +63,33 @@ def draw_modes(
 def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
     if seat.model is None or seat.mesh is None:
         return []
-    pictures: list[_Picture] = [("mesh.png", lambda p: plot_mesh(seat.mesh, p))]
+    pictures: list[_Picture] = [("mesh.png", lambda p: _draw_mesh(seat, p))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
     grid, shapes = _shapes(seat, count)
-    frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, Annular)
+    frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
     pictures.append(("modes.png", lambda p: plot_modes(grid, shapes, frequencies, p, cut=cut)))
     pictures.append(("mode_1.gif", lambda p: animate_mode(grid, shapes[0], frequencies[0], p, cut=cut)))
     return pictures
 
 
+def _draw_mesh(seat: SeatAnswer, path: Path) -> None:
+    if isinstance(seat.mesh, MeridianMesh):
+        plot_section(seat.mesh.mesh, path)
+    else:
+        plot_mesh(seat.mesh, path)
+
+
 def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
+    """In space, whatever the level of modelling."""
     assert seat.model is not None
     assert seat.modes is not None
-    return CellGrid.of_model(seat.model), [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    found = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    if not isinstance(seat.mesh, MeridianMesh):
+        return CellGrid.of_model(seat.model), found
+    body = revolve(seat.model)
+    return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
 
 
 def _frequencies(seat: SeatAnswer, count: int) -> list[float]:

@@ -76,7 +76,7 @@ def _holds(field: FieldInfo) -> str:
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
     if _tables(field.annotation):
-        return "table"
+        return {dict: "tables by name", tuple: "list of tables"}.get(get_origin(field.annotation), "table")
     kinds = {str: "text", int: "whole number", Path: "file name"}
     return next((kinds[kind] for kind in _leaves(field.annotation) if kind in kinds), "list of numbers")
 
@@ -90,6 +90,8 @@ def _default(field: FieldInfo) -> str:
         return "required"
     if field.default is None:
         return "absent"
+    if field.default == () or (field.default == {} and get_origin(field.annotation) is dict):
+        return "none"
     if isinstance(field.default, BaseModel) or field.default == {}:
         return "see below"
     return f"`{_toml(field.default)}`"

@@ -50,6 +50,9 @@ DIMENSIONS: Final = {
         Dimension("pressure", "Pa", "200 GPa", ("GPa", "MPa", "kPa", "Pa", "psi")),
         Dimension("stiffness", "N/m", "20 N/um", ("N/m", "N/mm", "N/um", "kN/mm")),
         Dimension("frequency", "Hz", "1 MHz", ("MHz", "kHz", "Hz", "GHz"), made_of=("hertz",)),
+        Dimension("bedding", "N/m^3", "2 GPa/mm", ("GPa/mm", "MPa/mm", "N/mm^3", "N/m^3")),
+        Dimension("area damping", "N s/m^3", "4e7 N*s/m^3", ("N*s/m^3", "N*s/mm^3", "Pa*s/m")),
+        Dimension("angle", "rad", "60 deg", ("deg", "rad"), made_of=("degree", "radian")),
         Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), made_of=("second", "minute", "hour")),
     )
 }

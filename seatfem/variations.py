@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -11,22 +12,24 @@ import impact
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens, Residual
 from impact.result import ImpactResult
-from seatfem.budget import Budget, Source, Values, changes, measured, share, total
+from impact.sums import ScaledGreens
+from seatfem.budget import Budget, Source, Values, changes, measured, total
 from seatfem.contact import run_contact, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
-from seatfem.seat import SeatAnswer
+from seatfem.seat import COARSENING, SeatAnswer
 
-NARROWER = 1.6  # ratio of bandwidths behind the reduction's share
+NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
+FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
 
 
 def error_budget(scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
-    - mesh: the seat on the coarser mesh; a stated error of g is taken over as it is where that mesh is not at hand.
-    - reduction: the seat's modes above bandwidth/1.6 moved into the residual, plus the stated error of the reduction.
+    - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not at hand, g made larger by its stated error.
+    - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
     - time_step: a step twice as long, or half as long.
-    - model: half the modes of the reed.
+    - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod).
     A closed-form seat has no error of mesh and reduction.
     """
     width, dt = scene.run.filter_width, result.dt
@@ -35,22 +38,27 @@ def error_budget(scene: Scene, seat: SeatAnswer, striker: impact.Body, result: I
     def run(greens: GreensFunction, body: impact.Body = striker, step: float = dt) -> Values:
         return measured(run_contact(scene, body, greens, step), width)
 
+    nothing = dict.fromkeys(values, 0.0)
     parts: dict[Source, Values] = {}
     error = seat.greens.error_estimate
     if seat.coarser is not None:
-        parts["mesh"] = changes(values, run(seat.coarser))
+        change = changes(values, run(seat.coarser))
+        parts["mesh"] = {name: value / (COARSENING - 1) for name, value in change.items()}
     elif error.mesh is not None:
-        parts["mesh"] = share(values, error.mesh)
+        parts["mesh"] = changes(values, run(ScaledGreens(seat.greens, 1 + error.mesh))) if error.mesh else nothing
     if error.reduction is not None:
-        parts["reduction"] = share(values, error.reduction)
+        off = 1 + error.reduction
+        parts["reduction"] = changes(values, run(ScaledGreens(seat.greens, off))) if error.reduction else nothing
         if isinstance(scene.seat, ElasticSeat) and isinstance(seat.greens, ModalGreens) and len(seat.greens.omega) > 1:
             narrow = run(narrowed(seat.greens, scene.seat.greens.bandwidth / NARROWER))
             parts["reduction"] = total(parts["reduction"], changes(values, narrow))
     parts["time_step"] = _of_step(values, dt, width, lambda step: run(seat.greens, step=step))
-    if isinstance(scene.reed, Cantilever) and scene.reed.n_modes >= 2:
-        parts["model"] = changes(values, run(seat.greens, striker_of(scene, scene.reed.n_modes // 2)))
-    elif not isinstance(scene.reed, Cantilever):
-        parts["model"] = share(values, 0.0)
+    parts["model"] = (
+        changes(values, run(ScaledGreens(seat.greens, 1 + seat.level_error))) if seat.level_error else nothing
+    )
+    if isinstance(scene.reed, Cantilever):
+        fewer = striker_of(scene, max(1, round(scene.reed.n_modes / FEWER)))
+        parts["model"] = total(parts["model"], changes(values, run(seat.greens, fewer)))
     return Budget(values, parts)
 
 

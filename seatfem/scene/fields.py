@@ -73,9 +73,13 @@ Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
 Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
 Stiffness = Annotated[float, BeforeValidator(ReadQuantity("stiffness")), Gt(0)]
 Frequency = Annotated[float, BeforeValidator(ReadQuantity("frequency")), Gt(0)]
+Bedding = Annotated[float, BeforeValidator(ReadQuantity("bedding")), Ge(0)]
+AreaDamping = Annotated[float, BeforeValidator(ReadQuantity("area damping")), Ge(0)]
+Angle = Annotated[float, BeforeValidator(ReadQuantity("angle"))]
 Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
 
 DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
+LossFactor = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
 Fraction = Annotated[float, BeforeValidator(read_number), Gt(0), Lt(1)]
 PoissonRatio = Annotated[float, BeforeValidator(read_number), Gt(-1), Lt(0.5)]
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Literal, Self, TypeVar
 
 from annotated_types import Ge, Le
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, GeometryError, PlaneFace
 from seatfem.scene.fields import (
+    AreaDamping,
+    Bedding,
     Delay,
     Density,
     Fraction,
@@ -19,6 +21,7 @@ from seatfem.scene.fields import (
     Gap,
     KeyProblem,
     Length,
+    LossFactor,
     PoissonRatio,
     Position,
     Pressure,
@@ -29,14 +32,89 @@ from seatfem.scene.fields import (
 
 _Spec = TypeVar("_Spec")
 _Channel = Annotated[int, Ge(0), Le(255)]
+Direction = tuple[float, float, float]
 
 
 class Material(Table):
     """A linear elastic, isotropic material."""
 
+    kind: Literal["isotropic"] = Field("isotropic", description="the same in all directions")
     young: Pressure = Field(description="Young's modulus")
     poisson: PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
     density: Density = Field(description="mass per volume")
+    loss_factor: LossFactor = Field(0.0, description="structural damping of a seat's region, twice the damping ratio")
+
+
+class OrthotropicMaterial(Table):
+    """A linear elastic material with three planes of symmetry, normal to its axes 1, 2, 3."""
+
+    kind: Literal["orthotropic"]
+    young: tuple[Pressure, Pressure, Pressure] = Field(description="Young's moduli E1, E2, E3")
+    poisson: tuple[PoissonRatio, PoissonRatio, PoissonRatio] = Field(description="Poisson's ratios nu12, nu13, nu23")
+    shear: tuple[Pressure, Pressure, Pressure] = Field(description="shear moduli G12, G13, G23")
+    density: Density = Field(description="mass per volume")
+    axes: tuple[Direction, Direction, Direction] = Field(
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), description="directions of the axes 1, 2, 3"
+    )
+    loss_factor: LossFactor = Field(0.0, description="structural damping of the region, twice the damping ratio")
+
+
+def _kind_of_material(value: object) -> str:
+    if isinstance(value, Mapping):
+        return str(value.get("kind", "isotropic"))
+    return str(getattr(value, "kind", "isotropic"))
+
+
+AnyMaterial = Annotated[
+    Annotated[Material, Tag("isotropic")] | Annotated[OrthotropicMaterial, Tag("orthotropic")],
+    Discriminator(_kind_of_material),
+]
+
+
+class FoundationSupport(Table):
+    """Springs per area between a face and the ground."""
+
+    kind: Literal["foundation"]
+    on: str = Field(description="name of the face")
+    normal: Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
+
+
+class BoltedSupport(Table):
+    """A bolted face: the contact stiffness of the joint, per area."""
+
+    kind: Literal["bolted"]
+    on: str = Field(description="name of the face")
+    normal: Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+
+
+class AbsorbingSupport(Table):
+    """The seat goes on beyond a face: waves leave through it and do not come back."""
+
+    kind: Literal["absorbing"]
+    on: str = Field(description="name of the face")
+
+
+class DashpotSupport(Table):
+    """Dashpots per area between a face and the ground."""
+
+    kind: Literal["dashpot"]
+    on: str = Field(description="name of the face")
+    normal: AreaDamping = Field(description="damping per area, normal to the face")
+    tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
+
+
+class SlidingSupport(Table):
+    """A plane face that cannot leave its plane: a guide, or a plane of symmetry."""
+
+    kind: Literal["sliding"]
+    on: str = Field(description="name of the face")
+
+
+AnySupport = Annotated[
+    FoundationSupport | BoltedSupport | AbsorbingSupport | DashpotSupport | SlidingSupport, Field(discriminator="kind")
+]
 
 
 class Rayleigh(Table):
@@ -54,6 +132,7 @@ class Mesh(Table):
         None, description="element size at the contact patch; finer than the bulk where absent"
     )
     order: Literal[1, 2] = Field(2, description="polynomial order of the elements")
+    shape: Literal["tet", "hex"] = Field("tet", description="of the elements; hexes where the seat can be swept")
 
     @model_validator(mode="after")
     def _finer_at_the_contact(self) -> Self:
@@ -65,7 +144,9 @@ class Mesh(Table):
 class GreensSettings(Table):
     """How the seat's Green's function is computed."""
 
-    method: Literal["auto", "krylov", "modes", "transient"] = Field("auto", description="the road; auto chooses")
+    method: Literal["auto", "krylov", "modes", "transient", "lanczos", "second_order"] = Field(
+        "auto", description="the road; auto chooses"
+    )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Fraction = Field(0.01, description="relative error of the reduction inside the bandwidth")
 

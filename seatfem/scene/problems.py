@@ -118,10 +118,10 @@ def _purpose(table: type[BaseModel] | None, key: object) -> str:
 def _written(data: object, path: KeyPath) -> object:
     """What the file says at `path`; None where it says nothing."""
     for part in path:
-        if isinstance(data, Mapping) and part in data:
-            data = data[part]
-        else:
+        among = isinstance(data, Mapping) and part in data
+        if not (among or (isinstance(data, list) and isinstance(part, int) and part < len(data))):
             return None
+        data = data[part]  # type: ignore[index]
     return data
 
 
@@ -129,8 +129,12 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
     """The path in the file (without the tags that pydantic puts in), and the table its last key belongs to."""
     table: type[BaseModel] | None = model
     tables: tuple[type[BaseModel], ...] = ()
+    named = False  # the next part is a name that the user chose
     path: KeyPath = ()
     for part in location:
+        if isinstance(part, int) or named:
+            path, named = (*path, part), False
+            continue
         if len(tables) > 1 and part in (tags := {_kind(each): each for each in tables}):
             table, tables = tags[str(part)], ()
             continue
@@ -138,14 +142,20 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
             table = tables[0]
         field = table.model_fields.get(str(part)) if table else None
         tables = _tables(field.annotation) if field else ()
+        named = field is not None and _by_name(field.annotation)
         path = (*path, part)
     return path, table
+
+
+def _by_name(annotation: object) -> bool:
+    """Whether the user chooses the keys of this table."""
+    return get_origin(annotation) is dict
 
 
 def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return (annotation,)
-    if get_origin(annotation) in (Union, types.UnionType, Annotated):
+    if get_origin(annotation) in (Union, types.UnionType, Annotated, dict, tuple, list):
         return tuple(table for part in get_args(annotation) for table in _tables(part))
     return ()
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, Geometry
+from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Revolved, Stopper, ValvePlate
 from seatfem.scene.fields import (
+    Angle,
     Area,
     DampingRatio,
     Density,
@@ -23,9 +25,10 @@ from seatfem.scene.fields import (
 from seatfem.scene.parts import (
     BLUE_FACES,
     RED_FACES,
+    AnyMaterial,
+    AnySupport,
     FaceSelector,
     GreensSettings,
-    Material,
     Mesh,
     Rayleigh,
     in_scene_words,
@@ -38,9 +41,11 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 class ElasticSeat(Table):
     """What all seats made of finite elements have."""
 
-    material: Material = Field(description="the seat's material")
+    material: AnyMaterial = Field(description="the seat's material")
+    materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
+    supports: tuple[AnySupport, ...] = default((), "what holds the seat beside its clamped faces")
     greens: GreensSettings = default({}, "how the Green's function is computed")
 
     @model_validator(mode="after")
@@ -54,10 +59,18 @@ class DrawnSeat(ElasticSeat):
     """What all seats have that gmsh meshes."""
 
     mesh: Mesh = default({}, "how fine the finite elements are")
+    model: Literal["auto", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
+        "auto", description="how much of the seat is modelled; auto takes the cheapest that describes it"
+    )
 
     def geometry(self) -> Geometry:
         """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
         raise NotImplementedError
+
+    @property
+    def struck_face(self) -> str:
+        """Name of the face that is struck."""
+        return "contact"
 
     @model_validator(mode="after")
     def _geometry_can_be_built(self) -> Self:
@@ -65,17 +78,32 @@ class DrawnSeat(ElasticSeat):
         return self
 
 
-class Annular(DrawnSeat):
+class RevolvedSeat(DrawnSeat):
+    """What all solids of revolution have."""
+
+    arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    def geometry(self) -> Revolved:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _arc_of_a_ring(self) -> Self:
+        if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
+            raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg is not between 0 and 360 deg")
+        return self
+
+
+class Annular(RevolvedSeat):
     """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
 
     kind: Literal["annular"]
     bore_radius: Length = Field(description="radius of the port")
     lip_width: Length = Field(description="radial width of the lip, its rounded edges included")
-    lip_height: Length = default("0.5 mm", "height of the lip above the plate")
+    lip_height: Gap = default("0.5 mm", "height of the lip above the plate; 0 mm for a flat seat")
     lip_edge_radius: Gap = default("0.1 mm", "radius of the lip's upper edges; 0 mm for sharp ones")
     outer_radius: Length = default("12 mm", "radius of the plate")
     thickness: Length = default("8 mm", "thickness of the plate")
-    fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
     def geometry(self) -> AnnularSeat:
         return AnnularSeat(
@@ -85,6 +113,87 @@ class Annular(DrawnSeat):
             lip_edge_radius=self.lip_edge_radius,
             outer_radius=self.outer_radius,
             thickness=self.thickness,
+        )
+
+
+class Conical(RevolvedSeat):
+    """A ring whose port widens in a cone, as under a poppet valve; a band in the middle of the cone is struck."""
+
+    kind: Literal["conical"]
+    bore_radius: Length = Field(description="radius of the port")
+    half_angle: Angle = default("45 deg", "between the cone's generators and the axis")
+    face_width: Length = Field(description="width of the cone along its generators")
+    contact_width: Length | None = Field(
+        None, description="width of the band that is struck; all of the cone if absent"
+    )
+    outer_radius: Length = default("12 mm", "radius of the ring")
+    thickness: Length = default("8 mm", "thickness of the ring")
+
+    def geometry(self) -> ConicalSeat:
+        return ConicalSeat(
+            bore_radius=self.bore_radius,
+            half_angle=self.half_angle,
+            face_width=self.face_width,
+            contact_width=self.contact_width,
+            outer_radius=self.outer_radius,
+            thickness=self.thickness,
+        )
+
+
+class StopperSeat(RevolvedSeat):
+    """A disc, flat or domed, struck around its axis: the stop that limits a valve's lift."""
+
+    kind: Literal["stopper"]
+    radius: Length = Field(description="radius of the disc")
+    thickness: Length = Field(description="thickness of the disc, at its axis")
+    contact_radius: Length = Field(description="radius of the patch that is struck")
+    dome_radius: Length | None = Field(None, description="radius of the spherical top; a flat one if absent")
+
+    def geometry(self) -> Stopper:
+        return Stopper(
+            radius=self.radius,
+            thickness=self.thickness,
+            contact_radius=self.contact_radius,
+            dome_radius=self.dome_radius,
+        )
+
+
+class Plate(DrawnSeat):
+    """A flat valve plate with several round ports, a sealing land around each, and webs between them."""
+
+    kind: Literal["plate"]
+    ports: int = Field(strict=True, ge=1, le=200, description="number of ports")
+    port_radius: Length = Field(description="radius of each port")
+    pitch: Length = Field(description="distance of neighbouring ports, centre to centre")
+    margin: Length = Field(description="from the outer ports to the plate's edge")
+    thickness: Length = Field(description="thickness of the plate")
+    land_width: Length = Field(description="width of the land around each port")
+    clamp_width: Length = Field(description="width of the clamped rim of the underside")
+    layout: Literal["circle", "row"] = Field("circle", description="of the ports")
+    struck: int | None = Field(None, strict=True, ge=1, description="port whose land is struck; all lands if absent")
+    fixed: Literal["rim"] = Field("rim", description="the clamped face: the rim of the underside")
+
+    @model_validator(mode="after")
+    def _struck_is_a_port(self) -> Self:
+        if self.struck is not None and self.struck > self.ports:
+            raise KeyProblem("struck", f"there is no port {self.struck}, the plate has {self.ports}")
+        return self
+
+    @property
+    def struck_face(self) -> str:
+        """The lands of all ports, or of one."""
+        return "contact" if self.struck is None else f"land_{self.struck}"
+
+    def geometry(self) -> ValvePlate:
+        return ValvePlate(
+            ports=self.ports,
+            port_radius=self.port_radius,
+            pitch=self.pitch,
+            margin=self.margin,
+            thickness=self.thickness,
+            land_width=self.land_width,
+            clamp_width=self.clamp_width,
+            layout=self.layout,
         )
 
 
@@ -193,5 +302,6 @@ class GreensFile(Table):
 
 
 Seat = Annotated[
-    Annular | BarSeat | BlockSeat | Cad | MeshFile | Rod | Spring | GreensFile, Field(discriminator="kind")
+    Annular | Conical | StopperSeat | Plate | BarSeat | BlockSeat | Cad | MeshFile | Rod | Spring | GreensFile,
+    Field(discriminator="kind"),
 ]

@@ -113,7 +113,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             '"annular"',
             '"anular"',
-            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'bar', 'block', 'cad', 'mesh', 'rod', "
+            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', 'cad', 'mesh', 'rod', "
             "'spring', 'greens'; did you mean 'annular'?",
         ),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
@@ -170,8 +170,24 @@ def test_a_scene_does_not_change(load: Load) -> None:
         ),
         (
             "[run]",
-            "[seat.greens]\nmethod = 'lanczos'\n[run]",
-            "scene.toml:17: seat.greens.method: 'lanczos' is not one of 'auto', 'krylov', 'modes', 'transient'",
+            "[seat.greens]\nmethod = 'lancos'\n[run]",
+            "scene.toml:17: seat.greens.method: 'lancos' is not one of 'auto', 'krylov', 'modes', 'transient', 'lanczos', "
+            "'second_order'; did you mean 'lanczos'?",
+        ),
+        (
+            "[run]",
+            "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
+            "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'",
+        ),
+        (
+            "[run]",
+            "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
+            "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', 'dashpot', 'sliding'",
+        ),
+        (
+            "[run]",
+            "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
+            "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?",
         ),
         ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9)"),
     ],
