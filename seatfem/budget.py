@@ -2,7 +2,8 @@
 
 Every source of error is varied on its own, from what was computed to something coarser, and the run repeated: the
 change of the *measure* is the size of that source's error in it. With a refinement ratio r and an order q the error
-left is the change over r^q - 1; q = 1 is taken for mesh and time step, which is on the safe side. Source: goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
+left is the change over r^q - 1; q = 1 is taken for mesh and time step, which is on the safe side. Source:
+goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
 """
 
 from __future__ import annotations

@@ -58,8 +58,8 @@ class SeatAnswer:
 def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, mesh_error: bool = True) -> SeatAnswer:
     """The Green's function of the scene's seat.
 
-    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`; the difference
-    of the two, after the Hann pulse of the band, over r - 1 is the stated mesh error of the finer one: convergence of
+    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`; their
+    difference, after the Hann pulse of the band, over r - 1 is the stated mesh error of the finer one: convergence of
     order 1, which clamped and reentrant corners may bring it down to.
     """
     seat = scene.seat

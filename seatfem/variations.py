@@ -26,7 +26,8 @@ FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's sh
 def error_budget(scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
-    - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not at hand, g made larger by its stated error.
+    - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
+      at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
     - time_step: a step twice as long, or half as long.
     - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod).
