@@ -76,7 +76,8 @@ def _holds(field: FieldInfo) -> str:
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
     if _tables(field.annotation):
-        return {dict: "tables by name", tuple: "list of tables"}.get(get_origin(field.annotation), "table")
+        origin = get_origin(field.annotation)
+        return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     kinds = {str: "text", int: "whole number", Path: "file name"}
     return next((kinds[kind] for kind in _leaves(field.annotation) if kind in kinds), "list of numbers")
 

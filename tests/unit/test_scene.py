@@ -113,7 +113,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             '"annular"',
             '"anular"',
-            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', 'cad', 'mesh', 'rod', "
+            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', "
+            "'cad', 'mesh', 'rod', "
             "'spring', 'greens'; did you mean 'annular'?",
         ),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
@@ -171,7 +172,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             "[run]",
             "[seat.greens]\nmethod = 'lancos'\n[run]",
-            "scene.toml:17: seat.greens.method: 'lancos' is not one of 'auto', 'krylov', 'modes', 'transient', 'lanczos', "
+            "scene.toml:17: seat.greens.method: 'lancos' is not one of 'auto', 'krylov', 'modes', 'transient', "
+            "'lanczos', "
             "'second_order'; did you mean 'lanczos'?",
         ),
         (
@@ -182,7 +184,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             "[run]",
             "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
-            "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', 'dashpot', 'sliding'",
+            "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', "
+            "'dashpot', 'sliding'",
         ),
         (
             "[run]",
