@@ -148,8 +148,29 @@ def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> 
 
 
 @app.command
-def verify(*, common: Common = COMMON) -> int:
-    """Compare with exact solutions: case, exact value, ours, error, verdict."""
+def verify(
+    *,
+    extremes: Annotated[bool, Parameter(negative="")] = False,
+    output: Output = None,
+    subset: int | None = None,
+    seed: int = 0,
+    common: Common = COMMON,
+) -> int:
+    """Compare with exact solutions: case, exact value, ours, error, verdict.
+
+    Parameters
+    ----------
+    extremes:
+        Instead carry out the battery at the extremes of every number; goes on where a stopped run left off.
+    output:
+        Folder for its table, map and log [default: seatfem-extremes].
+    subset:
+        Only so many of its cells, drawn at random.
+    seed:
+        Of the draw.
+    """
+    if extremes:
+        return _verify_extremes(output or Path("seatfem-extremes"), subset, seed, common)
     from seatfem.tables import verification_table_view
     from seatfem.verify import verification_table
 
@@ -173,6 +194,22 @@ def doctor(*, common: Common = COMMON) -> int:
     for gap in gaps:
         Console(stderr=True, soft_wrap=True, highlight=False).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
+
+
+def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) -> int:
+    from seatfem.extremes import battery, draw_map, in_words, run_battery, write_table
+    from seatfem.extremes import subset as drawn
+
+    cells = battery() if size is None else drawn(battery(), size, seed=seed)
+    with _progress(common) as progress:
+        outcomes = run_battery(cells, folder / "extremes.jsonl", progress=progress)
+    write_table(cells, outcomes, folder / "extremes.csv")
+    draw_map(cells, outcomes, folder / "extremes.png")
+    if not common.quiet:
+        console = Console(soft_wrap=True, highlight=False, markup=False)
+        console.print(in_words(outcomes))
+        console.print(f"wrote {folder / 'extremes.csv'}, {folder / 'extremes.png'}")
+    return FAILED if any(o.verdict == "wrong" for o in outcomes.values()) else DONE
 
 
 def demo_scene() -> Path:

@@ -1,0 +1,36 @@
+"""The whole battery, and seeded parts of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from seatfem.extremes.bodies import body_cells
+from seatfem.extremes.cell import Cell
+from seatfem.extremes.encounters import encounter_cells
+from seatfem.extremes.marching import marching_cells
+from seatfem.extremes.records import record_cells
+from seatfem.extremes.solids import solid_cells
+from seatfem.extremes.together import together_cells
+
+# To add an axis: a function that returns cells, here. Making the cells is cheap; only their checks work.
+PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
+    marching_cells,
+    encounter_cells,
+    body_cells,
+    record_cells,
+    solid_cells,
+    together_cells,
+)
+
+
+def battery() -> tuple[Cell, ...]:
+    """All cells, in the order of the map."""
+    return tuple(cell for provider in PROVIDERS for cell in provider())
+
+
+def subset(cells: Sequence[Cell], size: int, *, seed: int) -> tuple[Cell, ...]:
+    """``size`` cells drawn at random, in the order given; all if there are fewer."""
+    chosen = np.random.default_rng(seed).permutation(len(cells))[:size]
+    return tuple(cells[i] for i in np.sort(chosen))

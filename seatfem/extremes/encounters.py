@@ -1,0 +1,244 @@
+"""How bodies meet: speed, grazing, no gap, preload, release at contact, contact for ever, thousands of bounces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from impact import (
+    Body,
+    ContactProblem,
+    ContactStepper,
+    Hertz,
+    HuntCrossley,
+    LinearSpring,
+    ModalGreens,
+    Residual,
+    Signorini,
+    measures,
+    prepare,
+    rigid_mass,
+    solve,
+    spring,
+)
+from impact.greens import Array
+from seatfem.extremes import scenes
+from seatfem.extremes.cell import Cell, Finding, chosen, swept
+
+EPS = float(np.finfo(float).eps)
+
+
+def encounter_cells() -> tuple[Cell, ...]:
+    """One sweep for each way to meet."""
+    speeds = [10.0**k for k in range(-9, 4)]
+    small = [10.0**k for k in range(-14, 0)]
+    return (
+        *swept("impact speed, rigid, m/s", speeds, rigid_speed),
+        *swept("impact speed, Hertz, m/s", speeds, hertz_speed),
+        *swept("impact speed, Hunt-Crossley, m/s", speeds, hunt_crossley_speed),
+        *swept("grazing depth / amplitude", small, grazing),
+        *swept("miss / amplitude", [10.0**k for k in range(-15, 0)], miss),
+        *swept("preload / stiffness, m", [10.0**k for k in range(-12, 7)], preload),
+        *swept("perpetual contact, mass / impedance / s", [10.0**k for k in range(-6, 7)], perpetual),
+        *swept("bounces", [10.0, 100.0, 1000.0, 10_000.0], bouncing),
+        *swept("Zeno, restitution", [0.14, 0.3, 0.5, 0.8, 0.9, 0.97, 0.99], zeno),
+        *chosen("zero gap", zero_gap, ("at rest", "parting", "pressed", "striking", "released at contact")),
+    )
+
+
+def rigid_speed(v: float) -> Finding:
+    """A mass on the fixed rod: the impulse is proportional to the speed (d'Alembert)."""
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), Body(scenes.FIXED_ROD), Signorini(), 1e-3, 4000)
+    return Finding(
+        scenes.relative(measures.impulse(result), v * scenes.FIRST_BLOW), 1e-4, scenes.said(result), "impulse"
+    )
+
+
+def hertz_speed(v: float) -> Finding:
+    """A sphere on a wall: depth (5 m v^2/(4 k))^(2/5), duration 2.943275 depth/v, rebound at v (Hertz)."""
+    depth = (5 * v**2 / 4e9) ** 0.4
+    duration = 2 * math.sqrt(math.pi) / 5 * math.gamma(0.4) / math.gamma(0.9) * 2 * depth / v
+    dt = duration / 1000
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), scenes.rigid_wall(), Hertz(1e9), dt, 1200, rule="conserving")
+    errors = (
+        scenes.relative(-float(result.gap.min()), depth),
+        scenes.relative(measures.restitution(result), 1.0),
+        abs(float(np.sum(result.force > 0)) * dt / duration - 1),
+    )
+    return Finding(max(errors), 2e-3, scenes.said(result), "depth, duration and rebound")
+
+
+def hunt_crossley_speed(v: float) -> Finding:
+    """(1 + e) d V = ln((1 + d V)/(1 - e d V)) on a wall, for any speed; d = 1 s/m. First order in the step."""
+    depth = min((5 * v**2 / 4e9) ** 0.4, (2.5e-9 * max(v, math.log1p(v))) ** 0.4)  # elastic, or stopped by the damping
+    fine = 3000 if v < 10 else 100
+    dt = depth / v / fine
+    steps = int((3 + 6 * v) * fine)
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), scenes.rigid_wall(), HuntCrossley(1e9, 1.0), dt, steps)
+    low, high = 0.0, 1.0
+    for _ in range(200):  # the left side minus the right falls from d V - ln(1 + d V) > 0 as e grows
+        e = (low + high) / 2
+        possible = e * v < 1 and (1 + e) * v > math.log1p(v) - math.log1p(-e * v)
+        low, high = (e, high) if possible else (low, e)
+    return Finding(abs(measures.restitution(result) - e) / max(e, 1e-2), 1e-2, scenes.said(result), "restitution")
+
+
+def grazing(depth: float) -> Finding:
+    """An oscillator that would pass the seat by a share ``depth`` of its amplitude touches a dashpot Z = m w.
+
+    In contact m x'' + Z x' + m w^2 x = 0 from x = -(1 - depth) on; the dashpot cannot follow back: contact ends where
+    x' = 0. The impulse is -Z times the way, by the closed form. Round-off of the gap: eps/depth.
+    """
+    reach = 1.0 - depth
+    v = math.sqrt((1 - reach) * (1 + reach))
+    start = math.sqrt(2 * depth) * 2
+    phase = math.pi - start if depth < 0.1 else math.acos(-reach) - 0.5
+    dt = math.sqrt(2 * depth) / 2000
+    striker = scenes.oscillator(1.0, x=math.cos(phase), v=-math.sin(phase))
+    result = scenes.run(striker, scenes.dashpot(1.0), Signorini(), dt, 10_000 if depth < 0.1 else 20_000, gap=reach)
+    w_d = math.sqrt(0.75)  # x = exp(-t/2) (a cos + b sin); rest at tan(w_d t) from x' = 0
+    a, b = -reach, (-v - reach / 2) / w_d
+    t = (math.atan2(b * w_d - a / 2, a * w_d + b / 2) % math.pi) / w_d
+    lowest = math.exp(-t / 2) * (a * math.cos(w_d * t) + b * math.sin(w_d * t))
+    first = measures.contact_groups(result)
+    if len(first) == 0:
+        return Finding(1.0, 5e-3 + 100 * EPS / depth, scenes.said(result), "no contact found")
+    inside = (result.time[1:] <= first[0, 1] + dt / 2) & (result.time[1:] > first[0, 0] - dt / 2)
+    impulse = float(result.force[1:][inside].sum()) * dt
+    exact = -reach - lowest
+    return Finding(scenes.relative(impulse, exact), 5e-3 + 100 * EPS / depth, scenes.said(result), "impulse")
+
+
+def miss(distance: float) -> Finding:
+    """An oscillator that stays away by a share of its amplitude never touches; round-off is 4 eps."""
+    result = scenes.run(
+        scenes.oscillator(1.0, x=1.0), scenes.dashpot(1.0), Signorini(), 1e-2, 100_000, gap=1 + distance
+    )
+    touched = float(result.force.max())
+    nearest = float(result.gap.min())
+    return Finding(touched if distance > 1e-13 else 0.0, 0.0, scenes.said(result), f"force; nearest {nearest:.3g}")
+
+
+def preload(push: float) -> Finding:
+    """An oscillator (w = 1) pressed on a unit spring rests for ever: N = push/2 by statics."""
+    problem = ContactProblem(scenes.oscillator(1.0, push=-push), Body(spring(stiffness=1.0)), preload=True)
+    result = solve(problem, dt=0.1, duration=1e4)
+    return Finding(float(np.abs(result.force / (push / 2) - 1).max()), 1e-9, scenes.said(result), "force")
+
+
+def perpetual(ratio: float) -> Finding:
+    """A mass pushed against a dashpot for 1000 times m/Z: N = F (1 - exp(-Z t/m)), first order."""
+    dt = ratio / 100
+    result = scenes.run(scenes.pushed_mass(ratio, 0.0, -1.0), scenes.dashpot(1.0), Signorini(), dt, 100_000)
+    t = result.time[1:] - dt / 2
+    return Finding(
+        float(np.abs(result.force[1:] - (1 - np.exp(-t / ratio))).max()), 1e-2, scenes.said(result), "force / push"
+    )
+
+
+def bouncing(bounces: float) -> Finding:
+    """A ball under gravity on a lossless spring, conserving step: it leaves as fast as it came, after every bounce."""
+    gravity, dt, n = 0.2, 0.05, int(bounces)
+    flight = 2 / gravity + math.pi
+    problem = ContactProblem(scenes.pushed_mass(1.0, -1.0, -gravity), scenes.rigid_wall(), law=LinearSpring(1.0))
+    stepper = ContactStepper(prepare(problem, dt, n * flight, "conserving"))
+    stepper.advance(stepper.prepared.steps)
+    gap, force = stepper.gap[:, 0], stepper.force[:, 0]
+    free = np.flatnonzero((force[1:] == 0) & (force[:-1] == 0))  # steps that are flight from end to end
+    speed = np.diff(gap)[free + 1] / dt
+    middle = (gap[free + 1] + gap[free + 2]) / 2 + gravity * dt**2 / 8
+    energy = speed**2 / 2 + gravity * middle
+    return Finding(float(np.abs(energy / 0.5 - 1).max()), 1e-9, (), f"energy in flight, {_count(force)} bounces")
+
+
+def zeno(e: float) -> Finding:
+    """Bounces that end in finite time: a ball on a spring beside a dashpot, rigid contact, then rest.
+
+    Without gravity e = exp(-2 z acos(z)/sqrt(1 - z^2)); with it each contact m x'' + c x' + K x = -m G is solved in
+    closed form up to N = 0. The step adds damping w h/4; at the end the seat carries the weight.
+    """
+    damping = brentq(lambda z: 2 * z * math.acos(z) / math.sqrt(1 - z * z) + math.log(e), 1e-6, 1 - 1e-9)
+    gravity, dt = 0.01, 0.005
+    seat = ModalGreens(
+        np.zeros(0),
+        np.zeros(0),
+        np.zeros((0, 1)),
+        Residual.relaxing(1.0, 1 / (2 * damping)),
+        origin={"kind": "dashpot"},
+    )
+    speeds = _speeds(damping, gravity, dt)
+    duration = 2 / gravity * sum(speeds) + 40 * (len(speeds) + 2)
+    striker = scenes.pushed_mass(1.0, -1.0, -gravity)
+    stepper = ContactStepper(prepare(ContactProblem(striker, Body(seat)), dt, duration))
+    stepper.advance(stepper.prepared.steps)
+    found = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
+    n = min(len(found), len(speeds) - 1)
+    early = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
+    rest = abs(float(stepper.force[-100:].mean()) / gravity - 1)
+    return Finding(max(early, rest), 0.02, (), f"speed after each of {n} bounces / the first, weight at rest")
+
+
+def _speeds(z: float, gravity: float, dt: float) -> list[float]:
+    """Speeds of approach, bounce by bounce, while a flight lasts longer than 20 relaxation times of the seat."""
+    speeds, w_d = [1.0], math.sqrt(1 - z * z)
+    while 2 * speeds[-1] / gravity > 40 * z + 20 * dt and len(speeds) < 2000:
+        v = speeds[-1]
+        b = (-v + z * gravity) / w_d  # x + G = exp(-z t) (G cos + b sin)
+
+        def both(t: float, b: float = b) -> tuple[float, float]:
+            decay, c, s = math.exp(-z * t), math.cos(w_d * t), math.sin(w_d * t)
+            x = decay * (gravity * c + b * s) - gravity
+            return x, -z * (x + gravity) + decay * w_d * (b * c - gravity * s)
+
+        times = np.linspace(1e-9, 2 * math.pi / w_d, 4000)
+        force = [-(2 * z * both(t)[1] + both(t)[0]) for t in times]
+        end = next((i for i, f in enumerate(force) if f < 0), None)
+        if end is None or end == 0:
+            break
+        t = brentq(lambda t: 2 * z * both(t)[1] + both(t)[0], times[end - 1], times[end])
+        x, leaving = both(t)
+        if leaving <= 0 or leaving**2 + 2 * gravity * x <= 0:
+            break
+        speeds.append(math.sqrt(leaving**2 + 2 * gravity * x))
+    return speeds
+
+
+def zero_gap(name: str) -> Finding:
+    """Bodies that touch without force, part, press from t = 0, or strike at t = 0."""
+    mass = rigid_mass(mass=1.0, velocity=0.0)
+    if name == "at rest":
+        result = scenes.run(mass, Body(scenes.FIXED_ROD), Signorini(), 1e-2, 10_000)
+        return Finding(
+            float(np.abs(result.force).max() + np.abs(result.gap).max()), 1e-100, scenes.said(result), "force"
+        )
+    if name == "parting":
+        result = scenes.run(rigid_mass(mass=1.0, velocity=1e-9), Body(scenes.FIXED_ROD), Signorini(), 1e-2, 10_000)
+        return Finding(float(result.force.max()), 0.0, scenes.said(result), "force")
+    if name == "pressed":
+        result = scenes.run(scenes.pushed_mass(1.0, 0.0, -1.0), scenes.dashpot(1.0), Signorini(), 1e-3, 20_000)
+        exact = 1 - np.exp(-(result.time[1:] - 5e-4))
+        return Finding(float(np.abs(result.force[1:] - exact).max()), 1e-3, scenes.said(result), "force")
+    if name == "striking":
+        result = scenes.run(rigid_mass(mass=1.0, velocity=-1.0), scenes.dashpot(1.0), Signorini(), 1e-3, 20_000)
+        exact = np.exp(-(result.time[1:] - 5e-4))
+        return Finding(float(np.abs(result.force[1:] - exact).max()), 1e-3, scenes.said(result), "force")
+    # bent away to x = 0 where it touches, its rest is at x = -1: half a swing against a spring of its own stiffness
+    striker = scenes.oscillator(1.0, push=-1.0)
+    result = scenes.run(striker, Body(spring(stiffness=1.0)), Signorini(), 1e-3, 4000)
+    exact = (1 - np.cos(math.sqrt(2.0) * (result.time[1:]))) / 2
+    return Finding(float(np.abs(result.force[1:] - exact).max()), 2e-3, scenes.said(result), "force")
+
+
+def _count(force: Array) -> int:
+    closed = force > 0
+    return int(np.sum(closed[1:] & ~closed[:-1])) + int(closed[0])
+
+
+def _speeds_after(gap: Array, force: Array, dt: float) -> Array:
+    """Speed at which the ball falls back, from the height of each flight that has ended: sqrt(2 G h)."""
+    closed = force > 0
+    ends = np.flatnonzero(closed[:-1] & ~closed[1:])
+    starts = np.flatnonzero(closed[1:] & ~closed[:-1])
+    return np.array([(starts[starts > end][0] - end) * dt * 0.01 / 2 for end in ends if np.any(starts > end)])

@@ -1,0 +1,136 @@
+"""Time step, run length and conservation: the march itself."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+
+from impact import (
+    Body,
+    ContactProblem,
+    ContactStepper,
+    LinearSpring,
+    ModalGreens,
+    Signorini,
+    measures,
+    prepare,
+    rigid_mass,
+)
+from impact.laws import Hertz
+from seatfem.extremes import precise, scenes
+from seatfem.extremes.cell import Cell, Finding, chosen, swept
+
+EPS = float(np.finfo(float).eps)
+
+
+def marching_cells() -> tuple[Cell, ...]:
+    """Sweeps of the step and of the number of steps, and the laws of conservation."""
+    decades = [10.0**k for k in range(-7, 3)]
+    lengths = [10.0**k for k in range(2, 8)]
+    return (
+        *swept("time step / transit, exact rod", decades, lambda dt: blow_on_rod(Body(scenes.FIXED_ROD), dt)),
+        *swept("time step / transit, 40 modes", decades, lambda dt: blow_on_rod(Body(scenes.modal_rod(40)), dt)),
+        *swept("run length in contact, steps", lengths, spring_for_ever),
+        *swept("run length in contact of a pushed mass, steps", lengths, lambda n: spring_for_ever(n, omega=0.0)),
+        *swept("run length in free motion, steps", lengths, swing_for_ever),
+        *chosen("conservation", conservation, tuple(_CONSERVATION)),
+    )
+
+
+def blow_on_rod(rod: Body, dt: float) -> Finding:
+    """A mass on a fixed rod of its own weight against d'Alembert's solution.
+
+    The impulse of the whole blow; below 1e-6 transits, where a blow takes millions of steps, the force exp(-t) of the
+    first 1e5. The step's error is below dt, the 40 modes' below 1e-4.
+    """
+    blow = dt >= 1e-5
+    steps = max(round(4 / dt), 8) if blow else 100_000
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-1.0), rod, Signorini(), dt, steps)
+    modal = isinstance(rod.greens, ModalGreens)
+    if blow:
+        error = scenes.relative(measures.impulse(result), scenes.FIRST_BLOW)
+        return Finding(error, dt / 10 + (1e-4 if modal else 1e-9), scenes.said(result), "impulse")
+    if isinstance(rod.greens, ModalGreens):
+        exact = scenes.clinging_force(rod.greens, 1.0, (steps - 0.5) * dt)
+        return Finding(scenes.relative(float(result.force[-1]), exact), 10 * dt + 1e-9, scenes.said(result), "force")
+    middle = result.time[1:] - dt / 2
+    return Finding(float(np.abs(result.force[1:] * np.exp(middle) - 1).max()), dt, scenes.said(result), "force")
+
+
+def spring_for_ever(steps: float, omega: float = 1.0) -> Finding:
+    """A pushed oscillator (omega = 0: a mass) on a linear spring that it never leaves, at rest but for a small swing.
+
+    Conserving step: a linear map of position and velocity, carried to its n-th power in 50 digits. Round-off moves the
+    phase by less than eps a step.
+    """
+    n, dt, push, speed = int(steps), 0.1, -1.0, 0.3
+    striker = scenes.oscillator(omega, v=speed, push=push) if omega else scenes.pushed_mass(1.0, speed, push)
+    stepper = _stepper(striker, LinearSpring(1.0), dt, n, "conserving", gap=-1.0)
+    stepper.advance(n)
+    with localcontext() as context:
+        context.prec = precise.DIGITS
+        h, w = Decimal(dt), Decimal(omega)
+        if omega:
+            c, s = precise.cosine_sine(w * h)
+            (a, b), (d, e), w0, w1 = (c, s / w), (-w * s, c), (1 - c) / w**2, s / w
+        else:
+            (a, b), (d, e), w0, w1 = (Decimal(1), h), (Decimal(0), Decimal(1)), h * h / 2, h
+        # u, v -> a u + b v + w0 (N + push), the same with d, e, w1; N = (pen + pen_end)/2, pen = 1 - u
+        k = 1 / (1 + w0 / 2)
+        force = (-(1 + a) / 2 * k, -b / 2 * k)
+        rest = (2 - w0 * Decimal(push)) / 2 * k + Decimal(0)
+        matrix = ((a + w0 * force[0], b + w0 * force[1]), (d + w1 * force[0], e + w1 * force[1]))
+        total = rest + Decimal(push)
+        exact, _ = precise.affine_power(matrix, (w0 * total, w1 * total), (Decimal(0), Decimal(speed)), n)
+    return Finding(abs(float(stepper.gap[n, 0]) + 1 - exact) / speed, 4 * EPS * n, (), "opening at the end")
+
+
+def swing_for_ever(steps: float) -> Finding:
+    """An undamped mode swings free, over a whole run: against cos(w n h) in 50 digits; stated 4 eps n."""
+    n, dt, omega = int(steps), 0.1, 1.7
+    stepper = _stepper(scenes.oscillator(omega, x=1.0), Signorini(), dt, n, "passive", gap=2.0)
+    stepper.advance(n)
+    angle = Decimal(omega) * Decimal(dt) * n
+    return Finding(
+        abs(float(stepper.gap[n, 0]) - 2.0 - float(precise.cosine_sine(angle)[0])), 4 * EPS * n, (), "opening"
+    )
+
+
+def conservation(name: str) -> Finding:
+    """Energy over 1e6 steps: kept to 1e-9 by the conserving step, never gained beyond 4 eps n by the passive one."""
+    law, rule, modes, free = _CONSERVATION[name]
+    n = 1_000_000 if modes < 10 else 200_000
+    rod = scenes.modal_rod(modes, rest="none" if rule == "conserving" else "exponential")
+    striker = scenes.pushed_mass(1.0, -1.0, -0.5) if free else scenes.oscillator(0.3, v=-1.0, push=-0.5)
+    target = Body(rod) if modes else scenes.rigid_wall()
+    result = scenes.run(striker, target, law, 0.01, n, gap=0.5, rule=rule)
+    energy = result.energy
+    total = energy.stored + energy.dissipated - energy.input
+    largest = float(np.max(np.abs(energy.input)) + np.max(energy.stored))
+    if rule == "conserving":
+        change = float(np.max(np.abs(energy.stored - energy.input))) / largest
+        return Finding(max(change, float(np.max(np.abs(total))) / largest), 1e-9, (), "energy change over the run")
+    gain = float(np.max(np.maximum.accumulate(energy.contact_loss) - energy.contact_loss)) / largest
+    return Finding(max(gain, float(np.max(np.abs(total))) / largest), 4 * EPS * n, (), "energy gained or not accounted")
+
+
+def _stepper(
+    striker: Body, law: LinearSpring | Signorini, dt: float, n: int, rule: str, *, gap: float
+) -> ContactStepper:
+    wall = scenes.rigid_wall() if isinstance(law, LinearSpring) else scenes.dashpot(1.0)
+    problem = ContactProblem(striker, wall, gap=gap, law=law)
+    return ContactStepper(prepare(problem, dt, math.ldexp(n, 0) * dt, rule))
+
+
+_CONSERVATION: dict[str, tuple[LinearSpring | Hertz | Signorini, str, int, bool]] = {
+    "conserving, spring on a wall": (LinearSpring(30.0), "conserving", 0, False),
+    "conserving, Hertz on a wall": (Hertz(100.0), "conserving", 0, False),
+    "conserving, Hertz on 5 modes": (Hertz(100.0), "conserving", 5, False),
+    "conserving, spring on 40 modes": (LinearSpring(30.0), "conserving", 40, False),
+    "passive, rigid on 5 modes": (Signorini(), "passive", 5, False),
+    "passive, Hertz on 40 modes": (Hertz(100.0), "passive", 40, False),
+    "passive, spring on 5 modes": (LinearSpring(30.0), "passive", 5, False),
+    "conserving, a pushed mass on Hertz": (Hertz(100.0), "conserving", 0, True),
+    "passive, a pushed mass on 5 modes": (Signorini(), "passive", 5, True),
+}

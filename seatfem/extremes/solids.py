@@ -1,0 +1,234 @@
+"""Beams, the half-space and small finite element models at the ends of shape, Poisson's ratio and element quality."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import splu
+from skfem.helpers import ddot, div, sym_grad
+
+from impact import Cantilever, TimoshenkoCantilever, half_space_patch
+from impact.closed_form import DelayRod
+from impact.greens import Array
+from seatfem.assembly import assemble
+from seatfem.damping import damping_of
+from seatfem.extremes import scenes
+from seatfem.extremes.cell import Cell, Finding, chosen, swept
+from seatfem.factorization import factorize
+from seatfem.krylov import krylov_greens
+from seatfem.model import Material, SecondOrderModel
+from seatfem.modes import solve_modes
+from seatfem.rod1d import rod_model
+
+SIDES = ("left", "right", "front", "back")
+NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
+
+
+def solid_cells() -> tuple[Cell, ...]:
+    """Sweeps over shapes, materials and meshes."""
+    lengths = [10.0**k for k in range(-3, 4)]
+    return (
+        *swept("length / thickness, Euler-Bernoulli", lengths, slender_beam),
+        *swept("length / thickness, Timoshenko", lengths, stubby_beam),
+        *swept("length / width of a 3-D bar", lengths, solid_bar),
+        *swept("Poisson's ratio, half-space", [*NUS, 0.5], half_space),
+        *swept("Poisson's ratio, guided column", NUS, guided_column),
+        *swept("Poisson's ratio, bonded block", NUS, bonded_block),
+        *swept("height of the flattest elements", [0.0, *(10.0**k for k in range(-14, 1, 2))], slivers),
+        *swept("elements across the patch", [1, 2, 3], patch_elements),
+        *swept("free rod, time / transit", [10.0**k for k in range(-1, 7)], free_rod),
+        *chosen("repeated eigenvalues", symmetric_block, ("modes", "response", "krylov")),
+        *chosen("units of a finite element seat", unit_systems, ("SI", "mm, t, s", "m, kg, us")),
+    )
+
+
+def slender_beam(ratio: float) -> Finding:
+    """Tip: the sum of phi^2/w^2 over 60 modes is L^3/(3 EI) to 4.1e-2/n^3 (the modes' sum rule)."""
+    beam = Cantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
+    modes = beam.modes(60)
+    total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
+    exact = beam.length**3 / (3 * 2e11 * 1e-2 * 1e-9 / 12)
+    return Finding(scenes.relative(total, exact), 1e-6, (), "static tip compliance by modes")
+
+
+def stubby_beam(ratio: float) -> Finding:
+    """The same for shear and rotary inertia: L^3/(3 EI) + L/(kappa A G), 60 modes leave out less than 0.5/n."""
+    beam = TimoshenkoCantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
+    modes = beam.modes(60)
+    total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
+    exact = beam.length**3 / (3 * 2e11 * 1e-2 * 1e-9 / 12) + beam.length / beam.shear_rigidity
+    return Finding(scenes.relative(total, exact), 0.5 / 60, (), "static tip compliance by modes")
+
+
+def solid_bar(ratio: float) -> Finding:
+    """A bar with nu = 0 pulled at its end is l/(E A) soft, in whatever elements: any stretching of them."""
+    mesh = _box((1.0, 1.0, ratio), (2, 2, 4), hexes=True)
+    model = assemble(mesh, Material(1.0, 0.0, 1.0), fixed="fixed", ports={"contact": "contact"})
+    return Finding(scenes.relative(_compliance(model), ratio), 1e-9 * max(ratio, 1 / ratio), (), "static compliance")
+
+
+def half_space(nu: float) -> Finding:
+    """g from its own series, integrated over the crossing time: the static compliance; g(0+) = 1/(rho c_p A)."""
+    patch = half_space_patch(young=1.0, poisson=nu, density=1.0, radius=1.0)
+    t = np.linspace(0.0, patch.crossing_time * 1.01, 400_001)
+    g = patch.impulse_response(t)
+    total = float(np.sum((g[1:] + g[:-1]) / 2) * t[1])
+    errors = [scenes.relative(total, float(patch.static_compliance()[0, 0]))]
+    start = float(patch.initial_value()[0, 0])
+    if nu < 0.5:
+        errors.append(scenes.relative(float(patch.impulse_response(0.0)), start))
+    return Finding(max(errors), 1e-5, (), "integral of g, g(0+)")
+
+
+def guided_column(nu: float) -> Finding:
+    """A column between smooth walls: l/((lambda + 2 mu) A) soft for any Poisson ratio, at most twice as far in time."""
+    material = Material(1.0, nu, 1.0)
+    lam, mu = material.lame
+    mesh = _box((1.0, 1.0, 2.0), (2, 2, 6), hexes=True)
+    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
+    static = scenes.relative(_compliance(model), 2.0 / (lam + 2 * mu))
+    t = np.linspace(0.0, 8.0, 9)
+    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=8.0, tolerance=1e-3)
+    bounded = float(np.abs(greens.step_response(t)).max()) * (lam + 2 * mu) / 2.0  # twice the static one at most
+    return Finding(max(static, bounded - 2.0 if bounded > 2.1 else 0.0), 1e-9 / (0.5 - nu), (), "static compliance")
+
+
+def bonded_block(nu: float) -> Finding:
+    """A block bonded to its base, the test of locking: against displacement and pressure as separate unknowns.
+
+    The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh.
+    """
+    mesh = _box((2.0, 2.0, 0.5), (5, 5, 2), hexes=False)
+    material = Material(1.0, nu, 1.0)
+    model = assemble(mesh, material, fixed="fixed", ports={"contact": "contact"}, order=2)
+    return Finding(
+        scenes.relative(_compliance(model), _mixed_compliance(mesh, material)), 0.05, (), "static compliance"
+    )
+
+
+def slivers(height: float) -> Finding:
+    """Patch test: uniform strain is exact however flat the elements, to eps/height; height 0 is no solid."""
+    mesh = _box((1.0, 1.0, 1.0), (3, 3, 3), hexes=False)
+    points = mesh.p.copy()
+    low = np.isclose(points[2], 1 / 3)
+    points[2, low] = height / 3
+    mesh = skfem.MeshTet(points, mesh.t, _boundaries=mesh.boundaries)
+    material = Material(1.0, 0.3, 1.0)
+    lam, mu = material.lame
+    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
+    error = scenes.relative(_compliance(model), 1 / (lam + 2 * mu))
+    return Finding(error, 1e-12 + 1e-14 / max(height, 1e-300), (), "static compliance")
+
+
+def patch_elements(number: float) -> Finding:
+    """A square patch pressed on a block, 1 to 3 quadratic hexes wide: from below, first order (singular edges)."""
+    n = int(number)
+    ours, reference = (_patch_compliance(k) for k in (n, 4))
+    error = scenes.relative(ours, reference)
+    return Finding(error, 0.2 / n, (), "static compliance against 4 across")
+
+
+def free_rod(time: float) -> Finding:
+    """A free rod by elements and Krylov vectors: S(t) of d'Alembert; late, the flight t^2/(2 m) of the whole."""
+    model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
+    greens, _ = krylov_greens(model, damping_of(model), bandwidth=10.0, duration=4.0, tolerance=1e-3)
+    ours = float(greens.step_response(time))
+    exact = float(DelayRod(1.0, 2.0, 1.0).step_response(time))
+    return Finding(scenes.relative(ours, exact), 2e-2 if time < 1 else 1e-3, (), "S(t)")
+
+
+def symmetric_block(name: str) -> Finding:
+    """A block of square section: pairs of equal frequencies, against all eigenvalues by a dense solver."""
+    mesh = _box((1.0, 1.0, 2.0), (2, 2, 3), hexes=True)
+    mesh = _with_patch(mesh)
+    model = assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "corner"}, order=2)
+    values, vectors = linalg.eigh(model.K.toarray(), model.M.toarray())
+    omega = np.sqrt(values)
+    if name == "modes":
+        ours = solve_modes(model, 30).omega
+        return Finding(float(np.abs(ours / omega[:30] - 1).max()), 1e-8, (), "30 lowest frequencies")
+    b = model.port_matrix[:, 0]
+    strength = (vectors.T @ b) ** 2
+    t = np.linspace(0.0, 20.0, 101)
+    exact = np.sin(np.outer(t, omega)) / omega @ strength
+    if name == "response":
+        found = solve_modes(model, len(values))
+        ours = np.sin(np.outer(t, found.omega)) / found.omega @ (found.shapes.T @ b) ** 2
+        return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
+    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=20.0, tolerance=1e-3)
+    static = float(strength @ (1 / values))
+    return Finding(scenes.relative(float(greens.static_compliance()[0, 0]), static), 1e-6, (), "static compliance")
+
+
+def unit_systems(name: str) -> Finding:
+    """One seat in three systems of units: the step response in SI, to round-off of the eigensolver."""
+    length, mass, time = {"SI": (1.0, 1.0, 1.0), "mm, t, s": (1e3, 1e-3, 1.0), "m, kg, us": (1.0, 1.0, 1e6)}[name]
+    ours, exact = (_step_in(*units) for units in ((length, mass, time), (1.0, 1.0, 1.0)))
+    ours = ours * mass / time**2  # compliance: length per force
+    return Finding(float(np.abs(ours / exact - 1).max()), 1e-7, (), "S(t)")
+
+
+def _step_in(length: float, mass: float, time: float) -> Array:
+    side = 0.01 * length
+    mesh = _box((side, side, 2 * side), (2, 2, 3), hexes=True)
+    young, density = 2e11 * mass / (length * time**2), 7800.0 * mass / length**3
+    model = assemble(mesh, Material(young, 0.3, density), fixed="fixed", ports={"contact": "contact"})
+    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1e5 / time, duration=1e-4 * time, tolerance=1e-2)
+    return np.asarray(greens.step_response(np.linspace(1e-5, 1e-4, 10) * time))
+
+
+def _box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes: bool) -> Any:
+    """A box with its underside "fixed", its top "contact", and its four sides."""
+    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
+    mesh = (skfem.MeshHex if hexes else skfem.MeshTet).init_tensor(*axes)
+    edge = [1e-9 * s for s in size]
+    return mesh.with_boundaries(
+        {
+            "fixed": lambda x: x[2] < edge[2],
+            "contact": lambda x: x[2] > size[2] - edge[2],
+            "left": lambda x: x[0] < edge[0],
+            "right": lambda x: x[0] > size[0] - edge[0],
+            "front": lambda x: x[1] < edge[1],
+            "back": lambda x: x[1] > size[1] - edge[1],
+        }
+    )
+
+
+def _with_patch(mesh: Any) -> Any:
+    return mesh.with_boundaries({"corner": lambda x: (x[2] > 2.0 - 1e-9) & (x[0] < 0.5) & (x[1] < 0.5)})
+
+
+def _patch_compliance(n: int) -> float:
+    mesh = _box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
+    middle = mesh.with_boundaries(
+        {"patch": lambda x: (x[2] > 1.5 - 1e-9) & (np.abs(x[0] - 1.5) < 0.5) & (np.abs(x[1] - 1.5) < 0.5)}
+    )
+    return _compliance(assemble(middle, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2))
+
+
+def _compliance(model: SecondOrderModel) -> float:
+    b = model.port_matrix[:, 0]
+    return float(b @ factorize(model.K).solve(b))
+
+
+def _mixed_compliance(mesh: Any, material: Material) -> float:
+    """Mean displacement of "contact" per unit force on it by the Taylor-Hood pair, "fixed" held."""
+    lam, mu = material.lame
+    u = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
+    p = u.with_element(skfem.ElementTetP1())
+    surface = skfem.FacetBasis(mesh, u.elem, facets=mesh.boundaries["contact"], intorder=4)
+    shear = skfem.asm(skfem.BilinearForm(lambda u, v, _: 2 * mu * ddot(sym_grad(u), sym_grad(v))), u)
+    mixed = skfem.asm(skfem.BilinearForm(lambda u, q, _: -div(u) * q), u, p)
+    mass = skfem.asm(skfem.BilinearForm(lambda p, q, _: p * q), p)
+    soft = -mass / lam if lam > 0 else -1e12 * mass
+    load = skfem.asm(skfem.LinearForm(lambda v, _: v[2]), surface)
+    load = load / float(skfem.asm(skfem.Functional(lambda _: 1.0 + 0 * _.x[0]), surface))
+    held: NDArray[np.int64] = u.get_dofs(mesh.boundaries["fixed"]).all()
+    free = np.setdiff1d(np.arange(u.N), held)
+    system = sparse.bmat([[shear[free][:, free], mixed[:, free].T], [mixed[:, free], soft]]).tocsc()
+    right = np.concatenate([load[free], np.zeros(p.N)])
+    return float(load[free] @ splu(system).solve(right)[: len(free)])
