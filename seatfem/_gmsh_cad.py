@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatfem.geometry import CadPart, GeometryError, cad, model_unit
 from seatfem.geometry.faces import Colour
 from seatfem.geometry.inspect import Mark, colour_of, outline_of
 
 SAME_PLACE = 1e-5  # of the model's size
+OFF_SURFACE = 1e-3  # of the model's size
 SAMPLES = 4  # every so many points of a face's outline are compared
 
 
@@ -43,17 +45,61 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int) -> Imported:
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
     found.copies = {copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)}
     if heal:
-        healed = occ.healShapes(solids)
-        solids = _replaced(found, solids, [[new] for new in healed if new[0] == 3])
+        solids = _heal(occ, found, solids)
     if len(solids) > 1:
         _, pieces = occ.fragment(solids[:1], solids[1:])
         _replaced(found, solids, [list(piece) for piece in pieces])
     return found
 
 
+def _heal(occ: Any, found: Imported, solids: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Heal the solids; healing numbers anew, so solids and copies are found again by where they are and how large."""
+    before = {entity: _place(occ, entity) for entity in [*solids, *((2, tag) for tag in found.copies)]}
+    occ.healShapes(solids)
+    faces, healed = _loose_faces(occ), occ.getEntities(3)
+    found.copies = {_same(occ, faces, before[2, old])[1]: copied for old, copied in found.copies.items() if faces}
+    return _replaced(found, solids, [[_same(occ, healed, before[old])] for old in solids])
+
+
+def _place(occ: Any, entity: tuple[int, int]) -> NDArray[np.float64]:
+    """Centre, and length of the same measure as the entity (the square or cube root of its area or volume)."""
+    return np.array([*occ.getCenterOfMass(*entity), occ.getMass(*entity) ** (1 / entity[0])])
+
+
+def _same(occ: Any, entities: list[tuple[int, int]], place: NDArray[np.float64]) -> tuple[int, int]:
+    return min(entities, key=lambda entity: float(np.linalg.norm(_place(occ, entity) - place)))
+
+
+def _loose_faces(occ: Any) -> list[tuple[int, int]]:
+    """Faces that bound no solid."""
+    bounding = {int(face) for _, solid in occ.getEntities(3) for loop in occ.getSurfaceLoops(solid)[1] for face in loop}
+    return [(2, tag) for _, tag in occ.getEntities(2) if tag not in bounding]
+
+
+def check_faces(model: Any, unit: float) -> None:
+    """Raise `RuntimeError`, naming the surface and the place, where a face's edges do not lie on its surface."""
+    box = np.array(model.getBoundingBox(-1, -1))
+    slack = OFF_SURFACE * float(np.linalg.norm(box[3:] - box[:3]))
+    for _, tag in model.getEntities(2):
+        curves = [abs(curve) for _, curve in model.getBoundary([(2, tag)], oriented=False)]
+        points = outline_of(model, curves, 1.0)[::SAMPLES]
+        if not len(points):
+            continue
+        off = np.linalg.norm(np.reshape(model.getClosestPoint(2, tag, points.ravel())[0], (-1, 3)) - points, axis=1)
+        if off.max() > slack:
+            x, y, z = 1e3 * unit * points[np.argmax(off)]
+            raise RuntimeError(
+                f"surface {tag} ({model.getType(2, tag)}): its edges lie up to {1e3 * unit * off.max():.3g} mm off it, "
+                f"at ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+            )
+
+
 def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
     """Colour and name of the faces now in the model, from the copies they lie on; removes the copies."""
     if not found.copies:
+        occ = gmsh.model.occ
+        if loose := _loose_faces(occ):
+            occ.remove(loose, recursive=True)
         return found.marks
     model, occ = gmsh.model, gmsh.model.occ
     occ.synchronize()
@@ -70,7 +116,7 @@ def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
             if same and all(occ.getDistance(0, point, 2, copy)[0] < near for point in points):
                 marks[face] = mark
         occ.remove([(0, point) for point in points])
-    occ.remove([(2, copy) for copy in found.copies], recursive=True)
+    occ.remove(_loose_faces(occ), recursive=True)
     return marks
 
 

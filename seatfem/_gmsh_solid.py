@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatfem._gmsh_arrays import arrays
-from seatfem._gmsh_cad import Imported, import_part, recall
+from seatfem._gmsh_cad import Imported, check_faces, import_part, recall
 from seatfem._gmsh_messages import stage
 from seatfem._gmsh_sizes import set_sizes
 from seatfem.geometry import CadPart, Geometry, GeometryError, decode, family_of, model_unit
@@ -20,7 +20,6 @@ TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
 LEAST_OF_PATCH = 0.25  # the smallest element that curvature may ask for, over the patch's
 EQUAL_SECTORS = 1e-6  # relative, of volumes
 POOR_JACOBIAN = 0.05
-HOPELESS = 0.05  # of the elements folded: faces and edges of the CAD contradict each other
 
 
 def build(
@@ -40,6 +39,8 @@ def build(
             raise GeometryError(f"sector = {sectors}: the part beside y = 0 is {part / whole:.6g} of the volume")
     marks = recall(gmsh, imported) if isinstance(geometry, CadPart) else None
     occ.synchronize()
+    if isinstance(geometry, CadPart):
+        check_faces(gmsh.model, unit)
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
     if shared := set(tags["contact"]) & set(tags["fixed"]):
         raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
@@ -78,21 +79,8 @@ def untangle(gmsh: Any, unit: float) -> None:
         worst = elements[np.argmin(jacobian)]
         nodes = gmsh.model.mesh.getElement(worst)[1]
         x, y, z = 1e3 * unit * np.mean([gmsh.model.mesh.getNode(node)[0] for node in nodes], axis=0)
-        if np.mean(jacobian <= 0.0) > HOPELESS:
-            raise RuntimeError(
-                f"{np.sum(jacobian <= 0.0)} of {len(elements)} curved elements are folded, the worst near "
-                f"({x:.3g}, {y:.3g}, {z:.3g}) mm beside surface {_nearest(gmsh, (x, y, z), unit)}"
-            )
         stage(f"untangling {len(poor)} curved elements, worst near ({x:.3g}, {y:.3g}, {z:.3g}) mm", 0.8)
         gmsh.model.mesh.optimize("HighOrder")
-
-
-def _nearest(gmsh: Any, place: tuple[float, float, float], unit: float) -> int:
-    """Tag of the face nearest to a place (millimetres)."""
-    occ = gmsh.model.occ
-    point = occ.addPoint(*(1e-3 * c / unit for c in place))
-    faces = [tag for _, tag in gmsh.model.getEntities(2)]
-    return int(min(faces, key=lambda tag: occ.getDistance(0, point, 2, tag)[0]))
 
 
 def where_it_failed(gmsh: Any, unit: float) -> str:
@@ -135,7 +123,8 @@ def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
         results.append(tags)
 
     rungs = LADDER if isinstance(geometry, CadPart) else LADDER[:1]
-    notes = climb(rungs, attempt, lambda: where_it_failed(gmsh, unit))
+    what = str(geometry.path) if isinstance(geometry, CadPart) else type(geometry).__name__
+    notes = climb(what, rungs, attempt, lambda: where_it_failed(gmsh, unit))
     if job["msh"]:
         write_msh(gmsh, job["msh"], unit)
     cad = {"volume": volume_of(gmsh.model, unit)} | {

@@ -37,11 +37,11 @@ class LadderError(RuntimeError):
     """Every rung failed; the message tells what failed on each, and where."""
 
 
-def climb(rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:
+def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:
     """Try the rungs in turn until one holds; returns notes on those that failed and on the one that held.
 
-    A `GeometryError` is no failure to mesh and ends the climb. ``where``: the place of the last failure. Raises
-    `LadderError` after the last rung.
+    ``what``: is meshed; ``where``: the place of the last failure. A `GeometryError` is no failure to mesh and ends the
+    climb. Raises `LadderError` after the last rung.
     """
     failed: list[str] = []
     for rung in rungs:
@@ -54,4 +54,4 @@ def climb(rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callabl
             failed.append(f"{rung.name}: {error}" + (f" ({place})" if place else ""))
         else:
             return [*(f"not meshed {text}" for text in failed), f"meshed with {rung.name}"] if failed else []
-    raise LadderError("cannot be meshed; " + "; ".join(failed))
+    raise LadderError(f"{what}: cannot be meshed; " + "; ".join(failed))
