@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 import impact
 from impact.greens import GreensFunction
-from impact.modal import ModalGreens
-from impact.poles import PoleGreens
 from impact.progress import Progress, silent
-from impact.sampled import SampledGreens
-from impact.storage import StorageError, load_greens, save_greens, save_results
+from impact.storage import save_results
 from seatfem.budget import KEYS, Budget
 from seatfem.contact import RunError, check_length, check_step, run_contact, striker_of, time_step
+from seatfem.kept_seats import seat_of
 from seatfem.pictures import draw_modes, draw_run
-from seatfem.scene import Cantilever, GreensFile, Scene
+from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
-from seatfem.seat import SeatAnswer, build_seat, memory
+from seatfem.seat import build_seat
 from seatfem.stopwatch import Stopwatch
 from seatfem.summary import greens_error_keys, summarise, write_json
 from seatfem.variations import error_budget
@@ -42,7 +40,7 @@ class RunOutcome:
 def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOutcome:
     """Everything: seat, contact and its spring baseline, measures, summary.json, result.h5, seat.h5 and pictures.
 
-    A seat.h5 in ``folder`` that was computed for the same seat is used again.
+    A seat computed before, in ``folder`` or in the store, is used again.
 
     Raises:
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
@@ -50,7 +48,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     """
     start, watch = time.perf_counter(), Stopwatch()
     check_step(scene)
-    seat, reused = _seat(scene, folder / "seat.h5", watch, progress)
+    seat, reused = seat_of(scene, folder / "seat.h5", watch, progress)
     stiffness = _static_stiffness(seat.greens)
     striker = striker_of(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
@@ -89,7 +87,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
     """Only the seat's Green's function, written to ``path``."""
     watch = Stopwatch()
-    seat, reused = _seat(scene, path, watch, progress)
+    seat, reused = seat_of(scene, path, watch, progress)
     summary = {
         "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
         **greens_error_keys(seat.greens),
@@ -111,31 +109,6 @@ def write_modes(scene: Scene, folder: Path, progress: Progress = silent) -> RunO
         files, gaps = draw_modes(scene, seat, folder, progress)
     frequencies = [] if seat.modes is None else [float(f) for f in seat.modes.frequencies_hz]
     return RunOutcome({"frequencies_hz": frequencies, **seat.about}, gaps, files, watch.stages)
-
-
-def _seat(scene: Scene, path: Path, watch: Stopwatch, progress: Progress) -> tuple[SeatAnswer, bool]:
-    """The seat, from ``path`` if that holds the same one, else computed and written there."""
-    key = scene.seat_key()
-    kept = _kept(path, key, scene)
-    if kept is not None:
-        return SeatAnswer(kept, about={"seat_model": f"kept in {path.name}"}), True
-    answer = build_seat(scene, watch, progress)
-    greens = answer.greens
-    if isinstance(greens, ModalGreens | PoleGreens | SampledGreens):  # a closed form costs nothing to make again
-        greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
-    if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
-        save_greens(greens, path)
-    return answer, False
-
-
-def _kept(path: Path, key: str, scene: Scene) -> GreensFunction | None:
-    """The Green's function at ``path`` if it belongs to this seat and lasts for this run, else ``None``."""
-    try:
-        greens = load_greens(path)
-    except StorageError:
-        return None
-    lasts = float(str(greens.provenance.get("valid_for_s", 0.0))) >= memory(scene)
-    return greens if greens.provenance.get("seat_key") == key and lasts else None
 
 
 def _static_stiffness(greens: GreensFunction) -> float:

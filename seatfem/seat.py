@@ -20,8 +20,10 @@ from seatfem import scene as scenes
 from seatfem.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solid, solids, supports_of
 from seatfem.greens import reduce_model
 from seatfem.harmonics import ring_greens
+from seatfem.imported_seats import from_matrices, from_modes, from_response
 from seatfem.levels import Level, choose_level
 from seatfem.materials import Material
+from seatfem.memory_need import check_seat
 from seatfem.meridian import MeridianMesh
 from seatfem.mesh_files import read_mesh
 from seatfem.mesh_spec import MeshSpec
@@ -77,6 +79,17 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
             return SeatAnswer(impact.spring(stiffness=seat.stiffness), about={"seat_model": "spring"})
         case scenes.GreensFile():
             return SeatAnswer(load_greens(seat.file), about={"seat_model": f"Green's function from {seat.file.name}"})
+        case scenes.Matrices():
+            with watch("reduction"):
+                model, reduction = from_matrices(seat, memory(scene), progress)
+            about = {"seat_model": f"matrices from {seat.stiffness.name}", "seat_dof": model.size}
+            return SeatAnswer(reduction.greens, model=model, modes=reduction.modes, about=about)
+        case scenes.UniversalModes():
+            return SeatAnswer(from_modes(seat), about={"seat_model": f"modes from {seat.file.name}"})
+        case scenes.FrequencyResponseFile():
+            with watch("pole fit"):
+                fitted = from_response(seat)
+            return SeatAnswer(fitted, about={"seat_model": f"poles fitted to {seat.file.name}"})
         case scenes.MeshFile():
             return _from_file(scene, seat, watch, progress)
         case scenes.DrawnSeat():
@@ -135,6 +148,7 @@ def _solved(
 ) -> SeatAnswer:
     if level == "harmonics":
         return _around(scene, seat, mesh, watch, progress)
+    check_seat(seat, mesh, level)
     with watch("assembly"):
         model = matrices(seat, mesh, level, progress)
     with watch("reduction"):
@@ -220,6 +234,6 @@ def memory(scene: Scene) -> float:
     After ln(1000) / (zeta w) of the lowest frequency of interest, a tenth of the band, a thousandth is left.
     """
     seat = scene.seat
-    if not isinstance(seat, ElasticSeat) or seat.damping_ratio <= 0:
+    if not isinstance(seat, ElasticSeat | scenes.Matrices) or seat.damping_ratio <= 0:
         return scene.run.duration
     return min(scene.run.duration, math.log(1e3) / (seat.damping_ratio * 2 * math.pi * 0.1 * seat.greens.bandwidth))

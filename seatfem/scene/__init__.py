@@ -1,5 +1,6 @@
 """Scene files: TOML with units in strings, checked with all errors at once."""
 
+from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
 from seatfem.scene.load import load_scene
 from seatfem.scene.models import Accuracy, Cantilever, Contact, Release, RigidMass, Run, Scene
 from seatfem.scene.parts import GreensSettings, Material, Mesh, Rayleigh
@@ -34,9 +35,11 @@ __all__ = [
     "Contact",
     "DrawnSeat",
     "ElasticSeat",
+    "FrequencyResponseFile",
     "GreensFile",
     "GreensSettings",
     "Material",
+    "Matrices",
     "Mesh",
     "MeshFile",
     "Plate",
@@ -51,5 +54,6 @@ __all__ = [
     "SceneError",
     "Spring",
     "StopperSeat",
+    "UniversalModes",
     "load_scene",
 ]

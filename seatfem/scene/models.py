@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -11,7 +12,6 @@ from pydantic import Field, model_validator
 from seatfem.scene.fields import (
     Approach,
     DampingRatio,
-    ExistingFile,
     Fraction,
     Gap,
     KeyProblem,
@@ -24,7 +24,7 @@ from seatfem.scene.fields import (
 from seatfem.scene.parts import Material
 from seatfem.scene.seats import Seat
 
-_KEY_VERSION = 1
+_KEY_VERSION = 2
 """Part of every seat key; raise it where the same seat table comes to mean another seat."""
 
 
@@ -114,8 +114,8 @@ class Scene(Table):
     def seat_key(self) -> str:
         """A hash of everything the seat's Green's function depends on; files count by content, not by name."""
         seat = self.seat.model_dump(mode="json")
-        file: ExistingFile | None = getattr(self.seat, "file", None)
-        if file is not None:
-            seat["file"] = hashlib.sha256(file.read_bytes()).hexdigest()
+        for key in type(self.seat).model_fields:
+            if isinstance(file := getattr(self.seat, key), Path):
+                seat[key] = hashlib.sha256(file.read_bytes()).hexdigest()
         text = json.dumps([_KEY_VERSION, seat], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()

@@ -22,6 +22,7 @@ from seatfem.scene.fields import (
     Table,
     default,
 )
+from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
 from seatfem.scene.parts import (
     BLUE_FACES,
     RED_FACES,
@@ -302,6 +303,19 @@ class GreensFile(Table):
 
 
 Seat = Annotated[
-    Annular | Conical | StopperSeat | Plate | BarSeat | BlockSeat | Cad | MeshFile | Rod | Spring | GreensFile,
+    Annular
+    | Conical
+    | StopperSeat
+    | Plate
+    | BarSeat
+    | BlockSeat
+    | Cad
+    | MeshFile
+    | Matrices
+    | UniversalModes
+    | FrequencyResponseFile
+    | Rod
+    | Spring
+    | GreensFile,
     Field(discriminator="kind"),
 ]

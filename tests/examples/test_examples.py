@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from seatfem import pipeline
+from seatfem import kept_seats, pipeline
 from seatfem.contact import striker_of
 from seatfem.pipeline import run_scene
 from seatfem.scene import DrawnSeat, Rod, Scene, load_scene
@@ -93,7 +93,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
     monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
-    monkeypatch.setattr(pipeline, "build_seat", partial(build_seat, mesh_error=False))
+    monkeypatch.setattr(kept_seats, "build_seat", partial(build_seat, mesh_error=False))
     scene = shortened(path)
     summary: Any = run_scene(scene, tmp_path).summary
     for prefix in ("", "spring_"):

@@ -13,7 +13,7 @@ import impact
 from impact.greens import GreensFunction
 from impact.sampled import SampledGreens
 from impact.storage import save_greens
-from seatfem import pipeline
+from seatfem import kept_seats, pipeline
 from seatfem.cli import BAD_INPUT, run_command
 from seatfem.pipeline import RunError, run_scene
 from seatfem.scene import load_scene
@@ -168,7 +168,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
 
 
 def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipeline, "build_seat", lambda *given: pytest.fail("the seat was computed"))
+    monkeypatch.setattr(kept_seats, "build_seat", lambda *given: pytest.fail("the seat was computed"))
     path = tmp_path / "scene.toml"
     path.write_text(SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"', encoding="utf-8")
     with pytest.raises(RunError, match=r"at most 9.5e-06 s"):

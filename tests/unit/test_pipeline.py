@@ -184,6 +184,44 @@ def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("plain")
+def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
+    """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
+    first = run(BAR, tmp_path / "one").summary
+    again = run(BAR.replace("1 mm", "0.5 mm"), tmp_path / "two")
+    assert (first["seat_reused"], again.summary["seat_reused"]) == (False, True)
+    assert "reduction" not in again.outcome.stages
+    assert again.summary["error_mesh_impulse_Ns"] > 0
+    assert again.summary["greens_error"] == first["greens_error"]
+    load_greens(again.folder / "seat.h5")
+    assert run(BAR.replace("100 kHz", "90 kHz"), tmp_path / "three").summary["seat_reused"] is False
+
+
+@pytest.mark.usefixtures("plain")
+def test_seats_from_other_programs_files(tmp_path: Path) -> None:
+    """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
+    mass, stiffness, zeta = 0.02, 4e7, 0.05
+    for name, value in (("m", 1e-3 * mass), ("k", 1e-3 * stiffness)):
+        (tmp_path / f"{name}.mtx").write_text(
+            f"%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 {value!r}\n", encoding="utf-8"
+        )
+    (tmp_path / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
+    f = np.arange(50.0, 20e3, 50.0)
+    g = 1 / (stiffness - mass * (2 * np.pi * f) ** 2 + 2j * zeta * np.sqrt(mass * stiffness) * 2 * np.pi * f)
+    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
+    header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
+    (tmp_path / "frf.csv").write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    matrices = (
+        '[seat]\nkind = "matrices"\nmass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "mm-t-s"\n'
+        f'damping_ratio = {zeta}\ngreens = {{ bandwidth = "20 kHz" }}\n'
+    )
+    frf = '[seat]\nkind = "frf"\nfile = "frf.csv"\n'
+    one, other = (run(text + REED, tmp_path / name).summary for name, text in (("matrices", matrices), ("frf", frf)))
+    for found in (one, other):
+        assert found["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
+    assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
+
+
+@pytest.mark.usefixtures("plain")
 def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
     scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
     found = run(scene, tmp_path / "out")

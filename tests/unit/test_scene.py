@@ -114,7 +114,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
             '"annular"',
             '"anular"',
             "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', "
-            "'cad', 'mesh', 'rod', "
+            "'cad', 'mesh', 'matrices', 'modes', 'frf', 'rod', "
             "'spring', 'greens'; did you mean 'annular'?",
         ),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),

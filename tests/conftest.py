@@ -1,0 +1,24 @@
+"""Every test has a store of its own: what one test computed is not another's answer."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seatfem.store import VARIABLE
+
+
+@pytest.fixture(scope="session", autouse=True)
+def store_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """For fixtures that live longer than a test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("store")))
+        yield
+
+
+@pytest.fixture(autouse=True)
+def store_of_the_test(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder."""
+    folder = tmp_path_factory.mktemp("store")
+    monkeypatch.setenv(VARIABLE, str(folder))
+    return folder
