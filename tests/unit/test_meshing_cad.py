@@ -318,5 +318,12 @@ def test_the_last_rung_names_the_surface():
     def fail(rung: Rung) -> None:
         raise RuntimeError("no")
 
-    with pytest.raises(LadderError, match=r"seat.step: cannot be meshed; as it is: no \(surface 7\); .*algorithms: no"):
+    message = r"seat.step: cannot be meshed; as it is: no \(surface 7\); .*algorithms: no \(surface 7\)"
+    with pytest.raises(LadderError, match=message):
+        climb("seat.step", LADDER, fail, lambda: "surface 7")
+
+    def wrong(rung: Rung) -> None:
+        raise GeometryError("no face for 'contact'")
+
+    with pytest.raises(GeometryError, match="no face for 'contact'"):
         climb("seat.step", LADDER, wrong, lambda: "")
