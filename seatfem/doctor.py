@@ -32,6 +32,7 @@ LIBRARIES: Final = (
     "scikit-fem",
     "pymetis",
     "pydantic",
+    "meshlane",
     "pint",
     "cyclopts",
     "rich",
