@@ -61,9 +61,9 @@ class SeatAnswer:
 def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, mesh_error: bool = True) -> SeatAnswer:
     """The Green's function of the scene's seat.
 
-    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`; their
-    difference, after the Hann pulse of the band, over r - 1 (convergence of order 1, which clamped and reentrant corners
-    may bring it down to) times `MESH_SAFETY` is the stated mesh error of the finer one.
+    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`. Their
+    difference after the Hann pulse of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it
+    down to) times `MESH_SAFETY`, is the stated mesh error of the finer one.
     """
     seat = scene.seat
     match seat:
