@@ -286,7 +286,10 @@ def _spd_solve(w, index, pen):  # type: ignore[no-untyped-def]  # pragma: no cov
 
 @njit(cache=True)
 def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """All forces of one step, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without the forces."""
+    """All forces of one step, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without the forces.
+
+    Returns whether they were found to 1e-14.
+    """
     p = pen.size
     linear = True
     for c in range(p):
@@ -297,22 +300,59 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
             if codes[c] == SPRING:
                 shifted[c, c] += 1.0 / numbers[c, 0]
         active_set(shifted, pen, force)
-        return
-    for _ in range(20000):
+        return True
+    for sweep in range(2000):
         change, size = 0.0, 0.0
         for c in range(p):
-            others = pen[c]
-            for d in range(p):
-                if d != c:
-                    others -= w[c, d] * force[d]
-            new = contact_force(
-                codes[c], rules[c], numbers[c, 0], numbers[c, 1], numbers[c, 2], user, others, pen_start[c], w[c, c], dt
-            )
+            new = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, 0.0)
             change = max(change, abs(new - force[c]))
             size = max(size, new)
             force[c] = new
         if change <= 1e-14 * size:
-            break
+            return True
+        if sweep % 10 == 9:
+            _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, change)
+    return False
+
+
+@njit(cache=True)
+def _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, more):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
+    others = pen[c] + more
+    for d in range(pen.size):
+        if d != c:
+            others -= w[c, d] * force[d]
+    return contact_force(
+        codes[c], rules[c], numbers[c, 0], numbers[c, 1], numbers[c, 2], user, others, pen_start[c], w[c, c], dt
+    )
+
+
+@njit(cache=True)
+def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Newton's method on N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max |difference|.
+
+    The sweeps crawl where stiff contacts act almost at one place.
+    """
+    p = pen.size
+    gain, matrix = np.empty(p), np.eye(p)
+    trial = force.copy()
+    for count in range(16):
+        left = 0.0
+        for c in range(p):
+            now = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, 0.0)
+            gain[c] = now - trial[c]
+            left = max(left, abs(gain[c]))
+            small = 1e-7 * (w[c, c] * now + abs(pen[c])) + 1e-300
+            slope = (_alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, small) - now) / small
+            for d in range(p):
+                matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
+        if count > 0 and left < worst:
+            worst = left
+            force[:] = trial
+        step = np.linalg.solve(matrix, gain)
+        if not np.all(np.isfinite(step)):
+            return
+        trial = np.maximum(trial + step, 0.0)
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
@@ -385,8 +425,9 @@ def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, us
 @njit(cache=True, nogil=True)
 def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
-    w0 (p, p)."""
+    w0 (p, p). Returns how many steps' forces were not found to 1e-14."""
     rows, psi = poles
+    unsolved = 0
     q, v = state
     codes, rules, numbers = laws
     contacts = rest.size
@@ -407,9 +448,11 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
                 opening[c] += memory[c, n]
                 for d in range(contacts):
                     opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
-        contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm)
+        if not contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm):
+            unsolved += 1
         force[:, n] = warm
         gap[n + 1] = opening + w0 @ warm
+    return unsolved
 
 
 @intrinsic

@@ -58,6 +58,21 @@ def overlap_advice(problem: ContactProblem, gap: Array, dt: float) -> tuple[Advi
     )
 
 
+def unsolved_advice(unsolved: int, steps: int) -> tuple[Advice, ...]:
+    """Steps whose several contact forces the iteration did not find."""
+    if unsolved == 0:
+        return ()
+    return (
+        Advice(
+            "share of the steps whose contact forces were not found to 1e-14",
+            unsolved / steps,
+            0.0,
+            "stiff contacts act almost at one place, and the forces of these steps are rough",
+            "merge contacts that coincide, use a shorter step or a softer law",
+        ),
+    )
+
+
 def _contacts(force: Array) -> tuple[Array, Array]:
     """Lengths [steps] and sums of the contacts of one force (n,) that have ended."""
     closed = np.concatenate([[False], force > 0, [False]])

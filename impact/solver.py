@@ -14,7 +14,7 @@ from impact.modal import ModalGreens
 from impact.motion import Motion
 from impact.problem import ContactProblem
 from impact.progress import Progress, silent
-from impact.resolution import contact_advice, overlap_advice
+from impact.resolution import contact_advice, overlap_advice, unsolved_advice
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
 from impact.stepper import ContactStepper, Prepared, prepare
@@ -82,7 +82,12 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         striker_velocity=s.problem.striker.velocity,
         target_velocity=first.target.velocity,
         engine=s.plan.words,
-        advice=_advice(s, energy) + overlap_advice(s.problem, gap, s.dt) + contact_advice(force, s.dt),
+        advice=(
+            *unsolved_advice(stepper.unsolved, n),
+            *_advice(s, energy),
+            *overlap_advice(s.problem, gap, s.dt),
+            *contact_advice(force, s.dt),
+        ),
     )
 
 

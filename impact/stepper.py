@@ -43,7 +43,7 @@ class Prepared:
         own: (p, p) W_0 [m/N].
         rule: code of the step rule.
         plan: which engine remembers what.
-        flight: free bodies under loads, if there are any among the marched poles.
+        flight: free bodies under loads, if there are any.
     """
 
     problem: ContactProblem
@@ -92,7 +92,7 @@ def prepare(
     gaps = _free_gaps(problem, bodies, turns, n)
     plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
     poles, weights = _memory(bodies, turns, plan, own, n)
-    flight = _flight(problem, bodies, turns, plan, n)
+    flight = _flight(problem, bodies, turns, n)
     return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, code, plan, flight)
 
 
@@ -106,13 +106,11 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     return gaps
 
 
-def _flight(
-    problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], plan: engines.Plan, n: int
-) -> Flight | None:
-    """The loaded translations of the bodies whose poles are marched, in the order of `_memory`."""
+def _flight(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Flight | None:
+    """The loaded translations of all bodies, in the order of `_memory`."""
     others, psi, starts, drives = list(bodies), [], [], []
-    for number, (body, turn, by_poles) in enumerate(zip(bodies, turns, plan.by_poles, strict=True)):
-        if not (by_poles and flies(body)):
+    for number, (body, turn) in enumerate(zip(bodies, turns, strict=True)):
+        if not flies(body):
             continue
         others[number], free, start, drive = split(body)
         seen = np.any(free.shapes @ turn != 0, axis=1)
@@ -135,11 +133,11 @@ def _memory(
     turned: list[tuple[ModalGreens, Array]] = []
     weights = np.zeros((p, p, 0))
     for body, turn, by_poles in zip(bodies, turns, plan.by_poles, strict=True):
-        if body.kernel.modal is not None and by_poles and flies(body):
+        if body.kernel.modal is not None and flies(body):
             held, free, _, _ = split(body)
             assert held.kernel.modal is not None
-            marched.append((held.kernel.modal, turn))
-            flying.append((free, turn))
+            (marched if by_poles else turned).append((held.kernel.modal, turn))
+            flying.append((free, turn))  # by poles with every engine
         elif body.kernel.modal is not None:
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
@@ -164,6 +162,7 @@ class ContactStepper:
         done: steps marched.
         force: (n, p) force of each step [N], filled as it goes.
         gap: (n + 1, p) openings [m].
+        unsolved: steps (since a restart) whose several forces were not found to 1e-14.
     """
 
     def __init__(self, prepared: Prepared) -> None:
@@ -173,6 +172,7 @@ class ContactStepper:
         self.force = np.zeros((p, n)).T
         self.gap = np.zeros((n + 1, p))
         self.gap[0] = prepared.free[0]
+        self.unsolved = 0
         striker = prepared.bodies[0]
         self.live = LiveLoads(striker, prepared.problem.directions(striker.body), n)
         self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
@@ -294,7 +294,7 @@ class ContactStepper:
                 block, s.own[0, 0], law, self._user, s.dt, s.rest[0], force[0], self.gap[:, 0],
             )  # fmt: skip
         else:
-            march.march_many(
+            self.unsolved += march.march_many(
                 start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
                 block, s.own, self._laws, self._user, s.dt, s.rest, force, self.gap,
             )  # fmt: skip

@@ -83,6 +83,23 @@ def test_mixed_laws_are_solved_together(p: int) -> None:
     assert np.all(left[force == 0] <= 1e-13)
 
 
+@pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9, 1e-4])
+@pytest.mark.parametrize("code", [1, 2])
+def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, apart: float) -> None:
+    """Sweeps alone would take k W steps; conserving rule, whose laws are not a linear problem."""
+    root = np.array([1.0, 1.0 + apart, 1.0 - apart])
+    both = np.outer(root, root)
+    ones, numbers = np.ones(3, dtype=np.int64), np.tile([1e8, 0.0, 0.0], (3, 1))
+    force, alone = np.zeros(3), np.zeros(1)
+    user = no_user_law()
+    found = contact_forces(code * ones, ones, numbers, user, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
+    thrice = np.array([[3e8, 0.0, 0.0]])
+    contact_forces(code * ones[:1], ones[:1], thrice, user, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
+    assert found
+    assert np.all(force >= 0)
+    assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)
+
+
 @pytest.mark.parametrize("code", [1, 2])
 @pytest.mark.parametrize("stiffness", [1e-2, 1e2, 1e8])
 def test_conserving_force_does_the_work_of_the_potential(code: int, stiffness: float) -> None:
