@@ -120,7 +120,7 @@ def _stepper(
 ) -> ContactStepper:
     wall = scenes.rigid_wall() if isinstance(law, LinearSpring) else scenes.dashpot(1.0)
     problem = ContactProblem(striker, wall, gap=gap, law=law)
-    return ContactStepper(prepare(problem, dt, math.ldexp(n, 0) * dt, rule))
+    return ContactStepper(prepare(problem, dt, n * dt, rule))
 
 
 _CONSERVATION: dict[str, tuple[LinearSpring | Hertz | Signorini, str, int, bool]] = {

@@ -26,7 +26,9 @@ def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalG
         "spring": Residual.spring(left),
         "none": Residual.none(),
     }
-    return ModalGreens(omega, np.full(n, zeta), np.full((n, 1), np.sqrt(2.0)), residual[rest])
+    return ModalGreens(
+        np.asarray(omega, dtype=np.float64), np.full(n, zeta), np.full((n, 1), np.sqrt(2.0)), residual[rest]
+    )
 
 
 def oscillator(
