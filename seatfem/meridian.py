@@ -134,6 +134,11 @@ def _content_hash(geometry: Revolved, spec: MeshSpec) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over freely."""
+    return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
+
+
 def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
     constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
     cells = Basis(mesh, constant, intorder=QUADRATURE)
@@ -146,7 +151,7 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
     return MeridianQuality(
         nodes=mesh.doflocs.shape[1],
         elements=mesh.nelements,
-        min_scaled_jacobian=float(np.min(det.min(axis=1) / np.abs(det.mean(axis=1)))),
+        min_scaled_jacobian=float(np.min(_same_sign(det) / np.abs(det.mean(axis=1)))),
         volume=float(2 * np.pi * np.sum(cells.global_coordinates().value[0] * cells.dx)),
         areas=areas,
         cad_volume=profile.volume,
