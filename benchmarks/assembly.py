@@ -13,7 +13,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 from table import Table, publish
 
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
 from seatfem.materials import Material
 
 STEEL = Material(200e9, 0.3, 7850.0)

@@ -20,13 +20,13 @@ import numpy as np
 from table import RESULTS, Table, publish
 
 from impact.drawing import BLUE, ORANGE, sheet
-from seatfem.assembly import assemble
-from seatfem.choice import Method
+from seatfem.elements.assembly import assemble
 from seatfem.geometry import Block
-from seatfem.greens import reduce_model
 from seatfem.materials import Material
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import make_mesh
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.choice import Method
+from seatfem.roads.greens import reduce_model
 
 STEEL = Material(200e9, 0.3, 7850.0)
 DURATION, TOLERANCE, DAMPING = 1e-5, 1e-2, 0.1

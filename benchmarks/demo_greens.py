@@ -23,14 +23,14 @@ from table import Table, publish
 
 from impact.modal import ModalGreens, Residual
 from impact.pulse import error_times
-from seatfem.assembly import assemble
-from seatfem.axisymmetric import assemble_axisymmetric
+from seatfem.elements.assembly import assemble
+from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.geometry import AnnularSeat
-from seatfem.greens import greens_function
 from seatfem.materials import Material
-from seatfem.meridian import make_meridian
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import make_mesh
+from seatfem.mesh.meridian import make_meridian
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.greens import greens_function
 
 STEEL, SEAT = Material(200e9, 0.3, 7850.0), AnnularSeat()
 COARSE, FULL = MeshSpec(2.5e-3, 1.25e-3), MeshSpec(1e-3, 0.4e-3)

@@ -14,9 +14,9 @@ import skfem
 from scipy import sparse
 
 from benchmarks.table import Table, publish
-from seatfem.assembly import assemble
-from seatfem.factorization import factorize
+from seatfem.elements.assembly import assemble
 from seatfem.model import Material, SecondOrderModel
+from seatfem.roads.factorization import factorize
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SHIFT = 2 * np.pi * 2e5

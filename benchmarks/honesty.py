@@ -18,11 +18,11 @@ from time import perf_counter
 import numpy as np
 
 from impact.greens import GreensFunction
-from seatfem.levels import Level
-from seatfem.modes import ConvergenceError
+from seatfem.roads.modes import ConvergenceError
+from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import DrawnSeat, Scene, load_scene
-from seatfem.seat import COARSENING, PER_WAVELENGTH, SeatAnswer, build_seat, memory
-from seatfem.stopwatch import Stopwatch
+from seatfem.seats.levels import Level
+from seatfem.seats.seat import COARSENING, PER_WAVELENGTH, SeatAnswer, build_seat, memory
 
 SEED, SEATS = 20, 30
 FILE = Path(__file__).parent / "results" / "honesty.csv"

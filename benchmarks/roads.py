@@ -18,10 +18,10 @@ import skfem
 
 from benchmarks.table import RESULTS, Table, publish
 from impact.drawing import sheet
-from seatfem.assembly import assemble
-from seatfem.choice import Method
-from seatfem.greens import greens_function
+from seatfem.elements.assembly import assemble
 from seatfem.model import Material, SecondOrderModel
+from seatfem.roads.choice import Method
+from seatfem.roads.greens import greens_function
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BANDWIDTH, DURATION, TOLERANCE = 3e5, 1e-5, 1e-2

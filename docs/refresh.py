@@ -17,7 +17,7 @@ from pathlib import Path
 
 from impact.atomic import whole_file
 from seatfem.cli import demo_scene
-from seatfem.pipeline import run_scene
+from seatfem.runs.pipeline import run_scene
 from seatfem.scene import load_scene
 from seatfem.verification.case import Row
 from seatfem.verify import PROVIDERS, markdown_table, verification_table

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from seatfem.assembly import assemble
-from seatfem.factorization import factorize
+from seatfem.elements.assembly import assemble
 from seatfem.geometry import Bar
 from seatfem.materials import Material
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import make_mesh
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.factorization import factorize
 
 LENGTH = 12e-3
 factors = []

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
-from seatfem.meshing import MeshSpec, make_mesh, write_step
+from seatfem.mesh.meshing import MeshSpec, make_mesh, write_step
 
 FOLDER = Path(__file__).resolve().parent
 SEAT = AnnularSeat()

@@ -9,24 +9,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seatfem.assembly import assemble
-    from seatfem.axisymmetric import assemble_axisymmetric
-    from seatfem.frf import FrequencyResponse, read_frf
-    from seatfem.greens import Reduction, greens_function, reduce_model
-    from seatfem.harmonics import ring_greens
+    from seatfem.elements.assembly import assemble
+    from seatfem.elements.axisymmetric import assemble_axisymmetric
+    from seatfem.formats.matrices import read_matrices
+    from seatfem.formats.mesh_files import read_mesh
+    from seatfem.formats.uff import read_frf_uff, read_modes_uff
     from seatfem.materials import Material, Orthotropic
-    from seatfem.matrices import read_matrices
-    from seatfem.mesh_files import read_mesh
-    from seatfem.meshing import MeshSpec, SeatMesh, make_mesh
+    from seatfem.measured.frf import FrequencyResponse, read_frf
+    from seatfem.measured.pole_fit import fit_impulse_response, fit_poles
+    from seatfem.mesh.meshing import MeshSpec, SeatMesh, make_mesh
     from seatfem.model import ModelError, Port, SecondOrderModel
-    from seatfem.modes import Modes, solve_modes
-    from seatfem.pipeline import run_scene
-    from seatfem.pole_fit import fit_impulse_response, fit_poles
-    from seatfem.revolved_grid import revolve
-    from seatfem.ring_patches import RingPatch
+    from seatfem.roads.greens import Reduction, greens_function, reduce_model
+    from seatfem.roads.harmonics import ring_greens
+    from seatfem.roads.modes import Modes, solve_modes
+    from seatfem.roads.ring_patches import RingPatch
+    from seatfem.runs.pipeline import run_scene
     from seatfem.scene import load_scene
-    from seatfem.store import Store, content_key
-    from seatfem.uff import read_frf_uff, read_modes_uff
+    from seatfem.seats.store import Store, content_key
+    from seatfem.views.revolved_grid import revolve
 
 __all__ = [
     "FrequencyResponse",

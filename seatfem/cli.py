@@ -17,7 +17,7 @@ from rich.console import Console
 
 if TYPE_CHECKING:
     from impact.progress import Progress
-    from seatfem.pipeline import RunOutcome
+    from seatfem.runs.pipeline import RunOutcome
     from seatfem.scene import Scene
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
@@ -117,7 +117,7 @@ def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) ->
         File for the Green's function [default: the scene's name + "-seat.h5"].
     """
     checked = _load(scene)
-    from seatfem.pipeline import compute_greens
+    from seatfem.runs.pipeline import compute_greens
 
     path = output or Path(f"{scene.stem}-seat.h5")
     with _progress(common) as progress:
@@ -138,7 +138,7 @@ def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> 
         Folder for the results [default: the scene's name + "-modes"].
     """
     checked = _load(scene)
-    from seatfem.pipeline import write_modes
+    from seatfem.runs.pipeline import write_modes
 
     folder = output or Path(f"{scene.stem}-modes")
     with _progress(common) as progress:
@@ -171,8 +171,8 @@ def verify(
     """
     if extremes:
         return _verify_extremes(output or Path("seatfem-extremes"), subset, seed, common)
-    from seatfem.tables import verification_table_view
     from seatfem.verify import verification_table
+    from seatfem.views.tables import verification_table_view
 
     with _progress(common) as progress:
         rows = verification_table(progress)
@@ -185,7 +185,7 @@ def verify(
 def doctor(*, common: Common = COMMON) -> int:
     """Report what is installed, what is missing, and the exact command that mends it."""
     from seatfem.doctor import doctor_report
-    from seatfem.tables import doctor_table
+    from seatfem.views.tables import doctor_table
 
     checks = doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
@@ -221,8 +221,8 @@ def demo_scene() -> Path:
 
 def _run(path: Path, folder: Path, common: Common) -> int:
     scene = _load(path)
-    from seatfem.pipeline import run_scene
-    from seatfem.tables import result_table
+    from seatfem.runs.pipeline import run_scene
+    from seatfem.views.tables import result_table
 
     with _progress(common) as progress:
         outcome = run_scene(scene, folder, progress)
@@ -243,7 +243,7 @@ def _console() -> Console:
 
 
 def _progress(common: Common) -> AbstractContextManager[Progress]:
-    from seatfem.progress_bars import progress_bars
+    from seatfem.views.progress_bars import progress_bars
 
     return progress_bars(Console(stderr=True), quiet=common.quiet)
 
@@ -263,7 +263,7 @@ def _tell(outcome: RunOutcome, common: Common) -> None:
     """What is worth knowing, what was written, and where the time went."""
     if common.quiet:
         return
-    from seatfem.tables import time_line
+    from seatfem.views.tables import time_line
 
     console = Console(soft_wrap=True, highlight=False, markup=False)
     for message in outcome.messages:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.store import VARIABLE
+from seatfem.seats.store import VARIABLE
 
 
 @pytest.fixture(scope="session", autouse=True)

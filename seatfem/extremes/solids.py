@@ -14,15 +14,15 @@ from skfem.helpers import ddot, div, sym_grad
 from impact import Cantilever, TimoshenkoCantilever, half_space_patch
 from impact.closed_form import DelayRod
 from impact.greens import Array
-from seatfem.assembly import assemble
-from seatfem.damping import damping_of
+from seatfem.elements.assembly import assemble
+from seatfem.elements.rod1d import rod_model
 from seatfem.extremes import scenes
 from seatfem.extremes.cell import Cell, Finding, chosen, swept
-from seatfem.factorization import factorize
-from seatfem.krylov import krylov_greens
 from seatfem.model import Material, SecondOrderModel
-from seatfem.modes import solve_modes
-from seatfem.rod1d import rod_model
+from seatfem.roads.damping import damping_of
+from seatfem.roads.factorization import factorize
+from seatfem.roads.krylov import krylov_greens
+from seatfem.roads.modes import solve_modes
 
 SIDES = ("left", "right", "front", "back")
 NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from functools import cache
 
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
 from seatfem.geometry.bar import Bar
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import SeatMesh, make_mesh
+from seatfem.mesh.meshing import SeatMesh, make_mesh
+from seatfem.mesh.spec import MeshSpec
 from seatfem.model import Material
-from seatfem.modes import solve_modes
+from seatfem.roads.modes import solve_modes
 from seatfem.verification.case import Case, Estimate
 
 _BAR = Bar(length=40e-3, width=6e-3, height=6e-3)

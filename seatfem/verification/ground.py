@@ -10,11 +10,11 @@ import numpy as np
 
 from impact.pulse import hann
 from impact.sampled import SampledGreens
-from seatfem.assembly import assemble
-from seatfem.axisymmetric import assemble_axisymmetric
-from seatfem.factorization import factorize
+from seatfem.elements.assembly import assemble
+from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.model import Array, Material, SecondOrderModel
-from seatfem.transient import march
+from seatfem.roads.factorization import factorize
+from seatfem.roads.transient import march
 from seatfem.verification.case import Case, Estimate
 from seatfem.verification.grids import box, section, split
 from seatfem.verification.half_space import unit_patch

@@ -11,11 +11,11 @@ import skfem
 from scipy.optimize import brentq
 
 from impact.timoshenko import TimoshenkoCantilever
-from seatfem.assembly import assemble
-from seatfem.axisymmetric import assemble_axisymmetric
-from seatfem.factorization import factorize
+from seatfem.elements.assembly import assemble
+from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.model import Array, Material, SecondOrderModel
-from seatfem.modes import solve_modes
+from seatfem.roads.factorization import factorize
+from seatfem.roads.modes import solve_modes
 from seatfem.verification.case import Case
 from seatfem.verification.grids import box, hold, plane, section
 from seatfem.verification.levels import converged

@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")])
 
-MESHING = ("seatfem/geometry/", "seatfem/meshing.py", "seatfem/_gmsh_worker.py", "seatfem/_gmsh_arrays.py")
+MESHING = ("seatfem/geometry/", "seatfem/mesh/_gmsh_")
 PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 

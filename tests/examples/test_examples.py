@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from seatfem import kept_seats, pipeline
-from seatfem.contact import striker_of
-from seatfem.pipeline import run_scene
+from seatfem.runs import pipeline
+from seatfem.runs.contact import striker_of
+from seatfem.runs.pipeline import run_scene
 from seatfem.scene import DrawnSeat, Rod, Scene, load_scene
-from seatfem.seat import build_seat
+from seatfem.seats import kept_seats
+from seatfem.seats.seat import build_seat
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted((ROOT / "examples").glob("*.py"))

@@ -7,7 +7,7 @@ from scipy import sparse
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
 from seatfem.model import Material, ModelError, Port, SecondOrderModel
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")

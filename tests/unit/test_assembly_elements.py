@@ -6,7 +6,7 @@ import skfem
 from scipy import sparse
 from scipy.linalg import eigh
 
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
 from seatfem.materials import Material, Orthotropic
 from seatfem.model import ModelError
 

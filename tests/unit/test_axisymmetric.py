@@ -7,11 +7,11 @@ import pytest
 import skfem
 from scipy import sparse
 
-from seatfem.axisymmetric import assemble_axisymmetric
+from seatfem.elements.axisymmetric import assemble_axisymmetric
+from seatfem.elements.supports import Absorbing, Foundation
 from seatfem.materials import Material, Orthotropic
 from seatfem.model import ModelError
-from seatfem.revolved_grid import revolve
-from seatfem.supports import Absorbing, Foundation
+from seatfem.views.revolved_grid import revolve
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 KINDS = [(skfem.MeshTri, 1), (skfem.MeshTri, 2), (skfem.MeshQuad, 1), (skfem.MeshQuad, 2)]

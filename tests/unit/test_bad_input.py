@@ -13,10 +13,11 @@ import impact
 from impact.greens import GreensFunction
 from impact.sampled import SampledGreens
 from impact.storage import save_greens
-from seatfem import kept_seats, pipeline
 from seatfem.cli import BAD_INPUT, run_command
-from seatfem.pipeline import RunError, run_scene
+from seatfem.runs import pipeline
+from seatfem.runs.pipeline import RunError, run_scene
 from seatfem.scene import load_scene
+from seatfem.seats import kept_seats
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'

@@ -18,8 +18,8 @@ from seatfem import cli, doctor, system
 from seatfem.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
 from seatfem.doctor import Check
 from seatfem.geometry import GeometryError
-from seatfem.progress_bars import StageClock, progress_bars
 from seatfem.scene import Scene
+from seatfem.views.progress_bars import StageClock, progress_bars
 
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
@@ -44,10 +44,10 @@ class Outcome:
 
 
 class Pipeline(types.ModuleType):
-    """Stands in for seatfem.pipeline: remembers what it was asked, or fails as told."""
+    """Stands in for seatfem.runs.pipeline: remembers what it was asked, or fails as told."""
 
     def __init__(self) -> None:
-        super().__init__("seatfem.pipeline")
+        super().__init__("seatfem.runs.pipeline")
         self.asked: list[tuple[str, str, Path]] = []
         self.act: Callable[[], None] = lambda: None
 
@@ -71,7 +71,7 @@ class Pipeline(types.ModuleType):
 @pytest.fixture
 def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
     stand_in = Pipeline()
-    monkeypatch.setitem(sys.modules, "seatfem.pipeline", stand_in)
+    monkeypatch.setitem(sys.modules, "seatfem.runs.pipeline", stand_in)
     monkeypatch.delenv("SEATFEM_DEBUG", raising=False)
     return stand_in
 
@@ -257,12 +257,12 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
 def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
     code = """
 import sys, time, types
-pipeline = types.ModuleType("seatfem.pipeline")
+pipeline = types.ModuleType("seatfem.runs.pipeline")
 def run_scene(scene, folder, progress):
     print("ready", flush=True)
     time.sleep(60)
 pipeline.run_scene = run_scene
-sys.modules["seatfem.pipeline"] = pipeline
+sys.modules["seatfem.runs.pipeline"] = pipeline
 from seatfem.cli import main
 main()
 """

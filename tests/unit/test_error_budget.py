@@ -10,11 +10,11 @@ import impact
 from impact.greens import GreensFunctionError
 from impact.modal import ModalGreens, Residual
 from impact.sums import ScaledGreens
-from seatfem.budget import KEYS, SAFETY, Budget, measured
-from seatfem.contact import run_contact, striker_of
+from seatfem.runs.budget import KEYS, SAFETY, Budget, measured
+from seatfem.runs.contact import run_contact, striker_of
+from seatfem.runs.variations import error_budget, narrowed
 from seatfem.scene import Scene, load_scene
-from seatfem.seat import SeatAnswer
-from seatfem.variations import error_budget, narrowed
+from seatfem.seats.seat import SeatAnswer
 
 ROD = impact.fixed_rod(young=200e9, density=7850.0, area=1e-6, length=5e-3)
 MODES = ModalGreens(

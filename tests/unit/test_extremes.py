@@ -1,4 +1,4 @@
-"""The battery at the extremes: how it judges, resumes and covers; and a seeded part of it, with all ends of its axes."""
+"""The battery at the extremes: how it judges, resumes and covers; a seeded part of it, and the ends of all axes."""
 
 import json
 import math

@@ -5,8 +5,8 @@ import pytest
 import skfem
 from scipy import sparse
 
-from seatfem.assembly import assemble
-from seatfem.factorization import FactorizationError, _pardiso_class, factorize
+from seatfem.elements.assembly import assemble
+from seatfem.roads.factorization import FactorizationError, _pardiso_class, factorize
 
 BACKENDS = ["superlu", pytest.param("pardiso", marks=pytest.mark.skipif(not _pardiso_class(), reason="no MKL"))]
 

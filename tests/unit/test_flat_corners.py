@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from seatfem.flat_corners import FLAT, corner_angles, without_flat_corners
+from seatfem.mesh.flat_corners import FLAT, corner_angles, without_flat_corners
 
 
 def area(points, cells) -> float:

@@ -7,8 +7,8 @@ import pytest
 
 import impact
 from impact.time_series import TimeSeriesError
-from seatfem.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf, receptance
-from seatfem.pole_fit import transfer
+from seatfem.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf, receptance
+from seatfem.measured.pole_fit import transfer
 
 BODY = impact.single_mode(frequency_hz=1e3, mass=0.01, damping_ratio=0.05)
 F = np.linspace(100.0, 3000.0, 30)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.axisymmetric import assemble_axisymmetric
-from seatfem.greens import greens_function
-from seatfem.harmonics import ring_greens
+from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.materials import Material
 from seatfem.model import ModelError
-from seatfem.ring_patches import RingPatch, first_velocities_beyond, mixing, pair_weights
+from seatfem.roads.greens import greens_function
+from seatfem.roads.harmonics import ring_greens
+from seatfem.roads.ring_patches import RingPatch, first_velocities_beyond, mixing, pair_weights
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05

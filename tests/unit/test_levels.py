@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.levels import LevelError, applicable, choose_level, love_error
+from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import BarSeat, DrawnSeat, load_scene
-from seatfem.seat import SeatAnswer, build_seat
-from seatfem.stopwatch import Stopwatch
+from seatfem.seats.levels import LevelError, applicable, choose_level, love_error
+from seatfem.seats.seat import SeatAnswer, build_seat
 
 REST = """
 material = { young = "200 GPa", density = "7850 kg/m^3" }

@@ -8,7 +8,7 @@ import pytest
 from scipy import sparse
 from scipy.io import mmwrite
 
-from seatfem.matrices import FACTORS, read_matrices
+from seatfem.formats.matrices import FACTORS, read_matrices
 from seatfem.model import ModelError
 
 N = 12

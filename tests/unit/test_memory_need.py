@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 
-from seatfem import memory_need as needs
-from seatfem.assembly import Material, assemble
 from seatfem.cli import BAD_INPUT, run_command
-from seatfem.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
-from seatfem.mesh_quality import MeshQuality
-from seatfem.seat_mesh import MeshProvenance, SeatMesh
+from seatfem.elements.assembly import Material, assemble
+from seatfem.mesh.quality import MeshQuality
+from seatfem.mesh.seat_mesh import MeshProvenance, SeatMesh
+from seatfem.seats import memory_need as needs
+from seatfem.seats.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
 
 QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
 CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)
@@ -54,8 +54,8 @@ def test_a_cube_is_compact_and_plates_and_bars_are_less():
 PROGRAM = """
 import sys
 from pathlib import Path
-from seatfem.assembly import Material, assemble
-from seatfem.greens import reduce_model
+from seatfem.elements.assembly import Material, assemble
+from seatfem.roads.greens import reduce_model
 from test_memory_need import block
 
 def solve(shape, cells, method):
@@ -125,7 +125,7 @@ def test_a_system_that_tells_nothing_is_trusted(monkeypatch):
 
 def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(needs, "available_memory", lambda: 1e6)
-    monkeypatch.setattr("seatfem.seat.matrices", lambda *given: pytest.fail("assembled"))
+    monkeypatch.setattr("seatfem.seats.seat.matrices", lambda *given: pytest.fail("assembled"))
     mesh = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
     scene = tmp_path / "scene.toml"
     scene.write_text(

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from seatfem.cell_kinds import CELL_KINDS
-from seatfem.mesh_checks import check_coincident, check_mesh, check_parts, part_of_element
-from seatfem.mesh_files import read_mesh
-from seatfem.mesh_io import MeshArrays, MeshError
-from seatfem.mesh_quality import scaled_jacobian, straight_determinants
+from seatfem.formats.mesh_files import read_mesh
+from seatfem.mesh.cell_kinds import CELL_KINDS
+from seatfem.mesh.checks import check_coincident, check_mesh, check_parts, part_of_element
+from seatfem.mesh.io import MeshArrays, MeshError
+from seatfem.mesh.quality import scaled_jacobian, straight_determinants
 
 NONE = ()
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.mesh_files import read_mesh
-from seatfem.mesh_io import MeshError
+from seatfem.formats.mesh_files import read_mesh
+from seatfem.mesh.io import MeshError
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 RING = 3 * math.pi / 4 * UNIT**3

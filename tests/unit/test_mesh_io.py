@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from seatfem.cell_kinds import CELL_KINDS, TET_EDGES, serendipity_to_27
-from seatfem.mesh_checks import check_mesh
-from seatfem.mesh_files import read_mesh
-from seatfem.mesh_io import MeshArrays, MeshError, to_skfem
-from seatfem.mesh_quality import measure, scaled_jacobian, shape_measure
+from seatfem.formats.mesh_files import read_mesh
+from seatfem.mesh.cell_kinds import CELL_KINDS, TET_EDGES, serendipity_to_27
+from seatfem.mesh.checks import check_mesh
+from seatfem.mesh.io import MeshArrays, MeshError, to_skfem
+from seatfem.mesh.quality import measure, scaled_jacobian, shape_measure
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatfem.formats.mesh_files import read_mesh
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ColourFace, GeometryError, PlaneFace
-from seatfem.mesh_files import read_mesh
-from seatfem.meshing import MeshingError, MeshSpec, content_hash, make_mesh, write_step
+from seatfem.mesh.meshing import MeshingError, MeshSpec, content_hash, make_mesh, write_step
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py

@@ -24,8 +24,8 @@ from seatfem.geometry import (
     decode,
     encode,
 )
-from seatfem.healing import LADDER, LadderError, Rung, climb
-from seatfem.meshing import MeshingError, MeshSpec, make_mesh
+from seatfem.mesh.healing import LADDER, LadderError, Rung, climb
+from seatfem.mesh.meshing import MeshingError, MeshSpec, make_mesh
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 COARSE = MeshSpec(6e-3, 4e-3)
@@ -272,8 +272,8 @@ def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
 
 HEALING = """
 import gmsh, json, sys
-from seatfem._gmsh_solid import build
-from seatfem._gmsh_worker import OPTIONS
+from seatfem.mesh._gmsh_solid import build
+from seatfem.mesh._gmsh_worker import OPTIONS
 from seatfem.geometry import decode
 gmsh.initialize([], readConfigFiles=False, interruptible=False)
 for option, value in OPTIONS.items():

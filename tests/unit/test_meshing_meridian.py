@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from seatfem.geometry import AnnularSeat, Bar, ConicalSeat, Edge, GeometryError, Profile, Stopper
-from seatfem.meridian import make_meridian
-from seatfem.mesh_spec import MeshSpec
+from seatfem.mesh.meridian import make_meridian
+from seatfem.mesh.spec import MeshSpec
 
 FLAT = AnnularSeat(lip_height=0.0, lip_edge_radius=0.0)
 CONE = ConicalSeat(contact_width=1e-3)

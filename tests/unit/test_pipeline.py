@@ -14,8 +14,8 @@ import pytest
 
 from impact import measures
 from impact.storage import load_greens, load_results
-from seatfem import pictures, pipeline
-from seatfem.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.runs import pictures, pipeline
+from seatfem.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.scene import load_scene
 
 ROOT = Path(__file__).parents[2]

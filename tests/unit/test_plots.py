@@ -15,11 +15,11 @@ from impact.drawing import PictureError, scaled, sheet, text
 from impact.greens_plots import error_text, sampled_filter
 from impact.modal import ModalGreens, Residual
 from impact.receptance import receptance
-from seatfem import plots as seat_plots
-from seatfem import rendering
-from seatfem.assembly import assemble
-from seatfem.cell_grid import CellGrid
+from seatfem.elements.assembly import assemble
 from seatfem.model import Material, ModelError
+from seatfem.views import plots as seat_plots
+from seatfem.views import rendering
+from seatfem.views.cell_grid import CellGrid
 
 pytest.importorskip("matplotlib")
 

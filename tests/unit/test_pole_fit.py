@@ -9,10 +9,10 @@ from scipy.linalg import eig
 import impact
 from impact.greens import Array
 from impact.pole_passivity import pole_passivity
-from seatfem.frf import FrequencyResponse, FrequencyResponseError, causality_defect, of_impulse_response
-from seatfem.passive_residues import Residues, made_passive, takagi
-from seatfem.pole_fit import fit_impulse_response, fit_poles, transfer
-from seatfem.vector_fitting import Poles
+from seatfem.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, of_impulse_response
+from seatfem.measured.passive_residues import Residues, made_passive, takagi
+from seatfem.measured.pole_fit import fit_impulse_response, fit_poles, transfer
+from seatfem.measured.vector_fitting import Poles
 
 F = 10.0 * np.arange(5, 1201)  # 50 Hz ... 12 kHz
 S = 2j * np.pi * F

@@ -8,14 +8,14 @@ from scipy import sparse
 
 import impact
 from impact.modal import ModalGreens, Residual
-from seatfem.assembly import assemble
-from seatfem.damping import Damping, damping_of, residual, truncate
-from seatfem.greens import greens_function, reduce_model
-from seatfem.krylov import krylov_greens
+from seatfem.elements.assembly import assemble
+from seatfem.elements.rod1d import rod_model
 from seatfem.model import ModelError, Port, SecondOrderModel
-from seatfem.modes import ConvergenceError, modal_greens, solve_modes
-from seatfem.rod1d import rod_model
-from seatfem.transient import march, transient_greens
+from seatfem.roads.damping import Damping, damping_of, residual, truncate
+from seatfem.roads.greens import greens_function, reduce_model
+from seatfem.roads.krylov import krylov_greens
+from seatfem.roads.modes import ConvergenceError, modal_greens, solve_modes
+from seatfem.roads.transient import march, transient_greens
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0 = np.sqrt(200e9 / 7850.0)
@@ -178,7 +178,7 @@ def test_a_free_body_has_six_rigid_modes_at_zero():
 
 
 def test_a_missing_mode_is_noticed(block, monkeypatch):
-    import seatfem.modes as module
+    import seatfem.roads.modes as module
 
     whole = module._lanczos
 
@@ -325,7 +325,7 @@ def test_repeated_modes_of_a_symmetric_seat_are_all_found():
 
 
 def test_the_modal_road_advises_against_itself_on_a_large_model(block, monkeypatch):
-    monkeypatch.setattr("seatfem.greens._MODES_ARE_CHEAP", 500)
+    monkeypatch.setattr("seatfem.roads.greens._MODES_ARE_CHEAP", 500)
     asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
     assert "method='krylov'" in asked.provenance["advice"]
     assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance

@@ -7,16 +7,16 @@ import pytest
 import scipy.linalg
 import skfem
 
-from seatfem.assembly import assemble
-from seatfem.choice import predict
-from seatfem.damping import Damping, truncate
-from seatfem.gauss_rule import gauss_rule
-from seatfem.greens import greens_function
-from seatfem.lanczos import lanczos_greens, nodes
-from seatfem.lanczos_recursion import Recursion
+from seatfem.elements.assembly import assemble
 from seatfem.model import ModelError
-from seatfem.modes import ConvergenceError
-from seatfem.rigid import rigid_shapes
+from seatfem.roads.choice import predict
+from seatfem.roads.damping import Damping, truncate
+from seatfem.roads.gauss_rule import gauss_rule
+from seatfem.roads.greens import greens_function
+from seatfem.roads.lanczos import lanczos_greens, nodes
+from seatfem.roads.lanczos_recursion import Recursion
+from seatfem.roads.modes import ConvergenceError
+from seatfem.roads.rigid import rigid_shapes
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
 BOUNDARIES = {

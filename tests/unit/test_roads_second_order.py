@@ -9,18 +9,18 @@ import skfem
 from scipy import sparse
 
 from impact.modal import ModalGreens, Residual
-from seatfem.assembly import assemble
-from seatfem.damping import Damping, damping_of, uniform_loss
-from seatfem.factorization import factorize
-from seatfem.greens import greens_function
+from seatfem.elements.assembly import assemble
+from seatfem.elements.rod1d import rod_model
+from seatfem.elements.supports import Absorbing
 from seatfem.materials import Material
 from seatfem.model import ModelError, Port, SecondOrderModel
-from seatfem.modes import ConvergenceError
-from seatfem.quadratic_pencil import Coupled, poles
-from seatfem.rod1d import rod_model
-from seatfem.second_order_krylov import second_order_greens
-from seatfem.supports import Absorbing
-from seatfem.toar import SecondOrderBasis
+from seatfem.roads.damping import Damping, damping_of, uniform_loss
+from seatfem.roads.factorization import factorize
+from seatfem.roads.greens import greens_function
+from seatfem.roads.modes import ConvergenceError
+from seatfem.roads.quadratic_pencil import Coupled, poles
+from seatfem.roads.second_order_krylov import second_order_greens
+from seatfem.roads.toar import SecondOrderBasis
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0, Z = np.sqrt(200e9 / 7850.0), 1e-4 * np.sqrt(200e9 * 7850.0)

@@ -5,10 +5,10 @@ import pytest
 import skfem
 from scipy import sparse
 
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
+from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation
 from seatfem.materials import Material
 from seatfem.model import ModelError
-from seatfem.supports import Absorbing, Bolted, Dashpot, Foundation
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 ROD = Material(1.0, 0.0, 1.0)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem import uff
-from seatfem.frf import FrequencyResponse
-from seatfem.pole_fit import fit_poles, transfer
-from seatfem.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
+from seatfem.formats import uff
+from seatfem.formats.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
+from seatfem.measured.frf import FrequencyResponse
+from seatfem.measured.pole_fit import fit_poles, transfer
 
 pyuff = pytest.importorskip("pyuff")
 

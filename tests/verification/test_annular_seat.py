@@ -11,12 +11,12 @@ import pytest
 
 import impact
 from impact import measures
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
 from seatfem.geometry import AnnularSeat, Bar, CadPart
-from seatfem.greens import greens_function
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import make_mesh
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.spec import MeshSpec
 from seatfem.model import Material
+from seatfem.roads.greens import greens_function
 
 STEP = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
 YOUNG, DENSITY = 200e9, 7850.0

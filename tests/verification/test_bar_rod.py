@@ -14,13 +14,13 @@ import pytest
 
 import impact
 from impact.pulse import hann_integral
-from seatfem.assembly import assemble
+from seatfem.elements.assembly import assemble
+from seatfem.elements.rod1d import rod_model
 from seatfem.geometry import Bar
-from seatfem.greens import greens_function
-from seatfem.mesh_spec import MeshSpec
-from seatfem.meshing import make_mesh
-from seatfem.modes import solve_modes
-from seatfem.rod1d import rod_model
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.greens import greens_function
+from seatfem.roads.modes import solve_modes
 
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
 C0 = np.sqrt(E / RHO)

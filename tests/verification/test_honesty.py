@@ -47,7 +47,7 @@ def test_estimates_are_not_far_too_wide() -> None:
 
 
 def test_estimates_cover_the_true_errors() -> None:
-    """`seatfem.seat.MESH_SAFETY` was chosen on these same seats: this guards it, it is no independent test of it."""
+    """`MESH_SAFETY` was chosen on these same seats: this guards it, it is no independent test of it."""
     assert honesty.shares(ROWS)[0] >= honesty.COVERED
 
 

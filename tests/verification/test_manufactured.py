@@ -18,9 +18,9 @@ import pytest
 import skfem
 from numpy.typing import NDArray
 
-from seatfem.assembly import assemble
-from seatfem.factorization import factorize
+from seatfem.elements.assembly import assemble
 from seatfem.model import Material
+from seatfem.roads.factorization import factorize
 
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)

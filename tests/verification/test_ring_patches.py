@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.assembly import assemble
-from seatfem.greens import greens_function
-from seatfem.harmonics import ring_greens
+from seatfem.elements.assembly import assemble
 from seatfem.materials import Material
-from seatfem.ring_patches import RingPatch
+from seatfem.roads.greens import greens_function
+from seatfem.roads.harmonics import ring_greens
+from seatfem.roads.ring_patches import RingPatch
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05

@@ -1,0 +1,1 @@
+"""Mass, stiffness and damping matrices by finite elements."""

@@ -1,0 +1,1 @@
+"""Green's functions from measured frequency responses."""

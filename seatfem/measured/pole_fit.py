@@ -1,0 +1,362 @@
+"""From a measured response to a passive Green's function: poles, residues, and what they miss."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.signal import find_peaks
+
+from impact.greens import Array, ErrorEstimate, GreensFunction
+from impact.modal import ModalGreens, Residual
+from impact.pole_passivity import pole_passivity
+from impact.poles import PoleGreens
+from impact.pulse import hann
+from impact.sampled import SampledGreens
+from seatfem.measured.frf import (
+    FrequencyResponse,
+    FrequencyResponseError,
+    causality_defect,
+    moves_away,
+    of_impulse_response,
+)
+from seatfem.measured.passive_residues import Residues, made_passive, signed_terms
+from seatfem.measured.vector_fitting import Poles, basis, fitted_poles, starting_poles
+
+Complex = NDArray[np.complex128]
+Form = Literal["auto", "modal", "complex"]
+NOT_CAUSAL = 0.5  # causality defect from which a response is refused
+_FLOOR = 1e-3  # of the largest response: lines below count no more than it
+_ABOVE_NOISE = 5.0  # times the noise of a line: what counts as a resonance, and the least size that weights regard
+_GAIN = 0.9  # so many rounds of more poles must lower the misfit to this part
+_PATIENCE = 3
+_LEAN = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
+_ENOUGH = 1.25  # real modes are preferred while their misfit is below this multiple of the complex poles'
+
+
+@dataclass(frozen=True)
+class _Data:
+    """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
+
+    s: Complex
+    g: Complex
+    weights: Array
+    free: bool
+    port_names: tuple[str, ...]
+
+    @property
+    def extra(self) -> Complex:
+        return np.stack([np.ones_like(self.s), *([1 / self.s**2] if self.free else [])], axis=1)
+
+    @property
+    def scale(self) -> float:
+        return float(np.linalg.norm(self.weights[:, None, None] * self.g))
+
+    def misfit(self, model: Complex) -> float:
+        """Weighted, relative."""
+        return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
+
+
+def fit_poles(
+    response: FrequencyResponse,
+    *,
+    tolerance: float = 0.01,
+    form: Form = "auto",
+    free: bool | None = None,
+    most_pairs: int = 80,
+) -> ModalGreens | PoleGreens:
+    """A passive sum of poles through a measured response.
+
+    The poles by vector fitting, more of them until the misfit (rms, weighted by |G|^(-1/2)) is below ``tolerance``, or
+    the noise, or stands still. Then either
+
+        "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
+                   compliance, by least squares under these signs: passive by construction (uncoupled modes);
+        "complex": `PoleGreens` with free residues, changed as little as makes them passive (modes coupled by damping);
+        "auto":    real modes unless complex poles miss the response by less than 1/1.25 of what they miss.
+
+    What lies above the band is a bare compliance, what lies below is not known. ``error.reduction`` is the misfit after
+    a Hann pulse whose spectrum ends with the band (-6 dB at half the highest line), over the largest response to it;
+    ``origin["fit"]`` holds misfit, causality, passivity and order.
+
+    Args:
+        free: whether the body can move away (a term -1/(m w^2)); by default, whether the lowest lines fall as f^-2.
+        most_pairs: limit of pole pairs.
+
+    Raises:
+        FrequencyResponseError: not causal, a misfit above one half, a "complex" fit that cannot be made passive.
+    """
+    if form not in get_args(Form):
+        raise FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
+    defect = causality_defect(response) if response.shift == 0 else None
+    if defect is not None and defect > NOT_CAUSAL:
+        raise FrequencyResponseError(
+            f"not causal: {defect:.0%} of the energy comes before the blow; is the phase that of exp(-i w t) (then "
+            "conjugate the values), or is there a delay between the channels?"
+        )
+    data = _data(response, free)
+    poles = _poles(data, tolerance, most_pairs)
+    candidates: list[tuple[float, ModalGreens | PoleGreens]] = []
+    freely = _free_residues(data, poles)
+    best = data.misfit(_response(freely, data.s))
+    if form != "complex":
+        whole, lean = (_modal(data, poles, smallest) for smallest in (1e-9, _LEAN))
+        misfits = [data.misfit(transfer(modal, data.s)) for modal in (whole, lean)]
+        candidates.append((misfits[1], lean) if misfits[1] <= 1.05 * misfits[0] else (misfits[0], whole))
+    if form == "complex" or (form == "auto" and candidates[0][0] > max(_ENOUGH * best, tolerance)):
+        passive = made_passive(freely, data.port_names, data.s, data.weights)
+        if passive is None and form == "complex":
+            raise FrequencyResponseError(
+                'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
+            )
+        if passive is not None:
+            candidates.append((data.misfit(_response(passive, data.s)), passive.greens(data.port_names)))
+    misfit, chosen = min(candidates, key=lambda candidate: candidate[0])
+    if misfit > 0.5:
+        raise FrequencyResponseError(
+            f"the fit misses {misfit:.0%} of the response with {len(poles.pairs)} pole pairs: check units and phase, "
+            "or leave noisy lines out"
+        )
+    return _reported(chosen, data, response, misfit, defect)
+
+
+def fit_impulse_response(
+    greens: SampledGreens,
+    *,
+    highest: float | None = None,
+    tolerance: float = 0.01,
+    form: Form = "auto",
+    free: bool | None = None,
+    most_pairs: int = 80,
+) -> ModalGreens | PoleGreens:
+    """`fit_poles` of a sampled g, which need not have come to rest: an exponential window is laid over it and taken off
+    the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is "rigid"."""
+    free = greens.tail == "rigid" if free is None else free
+    response = of_impulse_response(greens, highest=highest)
+    fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
+    error = _sampled_error(greens, fit, float(2 / response.frequency[-1]))
+    return fit.with_error(ErrorEstimate(error, None))
+
+
+def transfer(greens: ModalGreens | PoleGreens, s: Complex) -> Complex:
+    """(n, p, p) Laplace transform of g, bare compliance included [m/N]."""
+    if isinstance(greens, ModalGreens):
+        rest, w = greens.residual, greens.omega
+        square = s[:, None] ** 2 + 2 * greens.zeta * w * s[:, None] + w**2
+        parts = ((1 / square, greens.shapes), (1 / (s[:, None] + rest.rates), rest.shapes))
+        sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
+        return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
+    r, p = greens.shapes, greens.poles
+    both = (1 / (s[:, None] - p), r), (1 / (s[:, None] - p.conj()), r.conj())
+    out = sum(np.einsum("nk,ki,kj->nij", f, x, x, optimize=True) for f, x in both)
+    real = greens.signs / (s[:, None] + greens.rates)
+    out = out + np.einsum("nk,ki,kj->nij", real, greens.real_shapes, greens.real_shapes, optimize=True)
+    rigid = (greens.rigid.T @ greens.rigid) / (s**2)[:, None, None]
+    return np.asarray(out + rigid + greens.compliance, dtype=complex)
+
+
+def _data(response: FrequencyResponse, free: bool | None) -> _Data:
+    g = response.receptance
+    size = np.linalg.norm(g, axis=(1, 2))
+    free = moves_away(response) if free is None else free
+    weights = 1 / np.sqrt(np.maximum(size, max(_FLOOR * size.max(), _ABOVE_NOISE * _noise(g))))
+    return _Data(response.lines, g, np.asarray(weights), free, response.port_names)
+
+
+def _poles(data: _Data, tolerance: float, most: int) -> Poles:
+    """The fewest poles that reach the tolerance, or beyond which more are in vain."""
+    p = len(data.port_names)
+    elements = [(i, j) for i in range(p) for j in range(i, p)]
+    responses = np.stack([data.g[:, i, j] for i, j in elements], axis=1)
+    weights = np.stack([data.weights * (1 if i == j else np.sqrt(2)) for i, j in elements], axis=1)
+    most = min(most, len(data.s) // 3)
+    poles = starting_poles(data.s, *_peaks(data, most))
+    enough = max(tolerance, _noise(data.g) * float(np.linalg.norm(data.weights)) / data.scale)
+    found: list[tuple[float, Poles]] = []
+    while True:
+        poles = fitted_poles(data.s, responses, weights, data.extra, poles)
+        apart = data.weights * np.linalg.norm(_response(_free_residues(data, poles), data.s) - data.g, axis=(1, 2))
+        found.append((float(np.linalg.norm(apart) / data.scale), poles))
+        vain = len(found) > _PATIENCE and found[-1][0] > _GAIN * found[-1 - _PATIENCE][0]
+        if found[-1][0] <= enough or vain or len(poles.pairs) >= most:
+            break
+        poles = _with_more(poles, data.s, apart, max(1, len(poles.pairs) // 6))
+    least = min(misfit for misfit, _ in found)
+    return next(poles for misfit, poles in found if misfit <= max(enough, least / _GAIN))
+
+
+def _noise(g: Complex) -> float:
+    """Of one line, from the second differences of the lines: the median leaves resonances out."""
+    return float(np.median(np.linalg.norm(np.diff(g, 2, axis=0), axis=(1, 2))) / np.sqrt(6))
+
+
+def _peaks(data: _Data, most: int) -> tuple[int, Array]:
+    """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
+    size = np.linalg.norm(data.g, axis=(1, 2))
+    peaks = find_peaks(np.log(size * data.s.imag), prominence=0.5)[0]
+    peaks = data.s.imag[peaks[size[peaks] > _ABOVE_NOISE * _noise(data.g)]]
+    return min(max(1, len(peaks)), most), peaks
+
+
+def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
+    """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
+    smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
+    peaks = find_peaks(np.concatenate([[0.0], smooth, [0.0]]))[0] - 1
+    worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
+    pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
+    return Poles(pairs[np.argsort(pairs.imag)], poles.rates)
+
+
+def _free_residues(data: _Data, poles: Poles) -> Residues:
+    """Least squares without regard to passivity, but c and the rigid-body term positive semidefinite."""
+    phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
+    beside = np.zeros((extra.shape[1], p, p))
+    both = np.concatenate([phi, extra], axis=1)
+    found = _least_squares(both, data.g, data.weights)
+    beside[:] = [_positive(matrix) for matrix in found[phi.shape[1] :]]
+    if np.any(beside != found[phi.shape[1] :]):
+        found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+    k = 2 * len(poles.pairs)
+    rigid = beside[1] if data.free else np.zeros((p, p))
+    return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
+
+
+def _least_squares(columns: Complex, g: Complex, weights: Array) -> Array:
+    """(m, p, p) real amplitudes of complex columns."""
+    a = columns * weights[:, None]
+    b = (g * weights[:, None, None]).reshape(len(g), -1)
+    a, b = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
+    scale = np.linalg.norm(a, axis=0)
+    x = np.linalg.lstsq(a / scale, b, rcond=1e-13)[0] / scale[:, None]
+    return np.asarray(x.reshape(-1, *g.shape[1:]))
+
+
+def _response(residues: Residues, s: Complex) -> Complex:
+    r, real = residues.pairs, residues.real
+    amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
+    rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
+    return np.asarray(np.einsum("nk,kij->nij", basis(s, residues.poles), amplitudes) + rest, dtype=complex)
+
+
+def _modal(data: _Data, poles: Poles, smallest: float) -> ModalGreens:
+    """Positive amplitudes of oscillators, relaxations, compliance and rigid body."""
+    omega, p = np.abs(poles.pairs), len(data.port_names)
+    zeta = -poles.pairs.real / omega
+    s = data.s[:, None]
+    columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
+    found = _positive_least_squares(columns, data.g, data.weights)
+    k, r = len(omega), len(poles.rates)
+    modes = [
+        (w, z, shape) for w, z, a in zip(omega, zeta, found, strict=False) for _, shape in signed_terms(a, smallest)
+    ]
+    if data.free:
+        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(found[-1])] + modes
+    decays = [(rate, shape) for rate, a in zip(poles.rates, found[k:], strict=False) for _, shape in signed_terms(a)]
+    residual = Residual(
+        np.array([shape for _, shape in decays]).reshape(-1, p), np.array([rate for rate, _ in decays]), found[k + r]
+    )
+    shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
+    w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])
+    return ModalGreens(w, z, shapes, residual, data.port_names)
+
+
+def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterations: int = 3000) -> Array:
+    """(m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
+
+    Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
+    (2009) 183.
+    """
+    a = columns * weights[:, None]
+    b = (g * weights[:, None, None]).reshape(len(g), -1)
+    real, goal = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
+    scale = np.linalg.norm(real, axis=0)
+    real = real / scale
+    if goal.shape[1] == 1:
+        return np.asarray(nnls(real, goal[:, 0])[0] / scale)[:, None, None]
+    gram, right = real.T @ real, (real.T @ goal).reshape(-1, *g.shape[1:])
+    step = 1 / float(np.linalg.eigvalsh(gram)[-1])
+    x = y = _positive(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
+    inertia = 1.0
+    for _ in range(iterations):
+        new = _positive(y - step * (np.tensordot(gram, y, axes=1) - right))
+        if np.sum((y - new) * (new - x)) > 0:
+            inertia = 1.0
+        following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
+        y = new + (inertia - 1) / following * (new - x)
+        moved, x, inertia = float(np.abs(new - x).max()), new, following
+        if moved < 1e-10 * float(np.abs(x).max()):
+            break
+    return np.asarray(x / scale[:, None, None])
+
+
+def _positive(matrices: Array) -> Array:
+    """The positive semidefinite part of (..., p, p)."""
+    if matrices.shape[-1] == 1:
+        return np.maximum(matrices, 0.0)
+    values, vectors = np.linalg.eigh(matrices)
+    if np.all(values >= 0):
+        return matrices
+    return np.asarray(np.einsum("...ia,...a,...ja->...ij", vectors, np.maximum(values, 0.0), vectors))
+
+
+def _reported(
+    greens: ModalGreens | PoleGreens, data: _Data, response: FrequencyResponse, misfit: float, defect: float | None
+) -> ModalGreens | PoleGreens:
+    apart = np.abs(transfer(greens, data.s) - data.g)
+    passivity = pole_passivity(greens) if isinstance(greens, PoleGreens) else None
+    report = {
+        "form": "complex" if isinstance(greens, PoleGreens) else "modal",
+        "pole_pairs": len(greens.poles) if isinstance(greens, PoleGreens) else int(np.sum(greens.omega > 0)),
+        "free": data.free,
+        "band_hz": [float(response.frequency[0]), float(response.frequency[-1])],
+        "misfit_weighted_rms": misfit,
+        "misfit_rms": float(np.linalg.norm(apart) / np.linalg.norm(data.g)),
+        "misfit_worst_of_peak": float(apart.max() / np.abs(data.g).max()),
+        "causality_defect": defect,
+        "passivity": "by construction" if passivity is None else str(passivity),
+    }
+    error = _pulse_error(greens, data, response) if response.shift == 0 else None
+    return replace(greens, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
+
+
+def _pulse_error(greens: ModalGreens | PoleGreens, data: _Data, response: FrequencyResponse) -> float:
+    """Largest |(1/pi) Re integral of dG P exp(i w t) dw|, t over one period of the lines, and what oscillations beyond
+    the band, whose frequencies nobody measured, leave after the pulse; over the largest filtered g."""
+    f, w = response.frequency, data.s.imag
+    width = float(2 / f[-1])
+    u = w * width / (2 * np.pi)
+    near = np.abs(1 - u**2) < 1e-9
+    pulse = np.exp(-1j * np.pi * u) * np.where(near, 0.5, np.sinc(u) / np.where(near, 1.0, 1 - u**2))
+    apart = (transfer(greens, data.s) - data.g) * (pulse * np.gradient(w))[:, None, None]
+    end = float(1 / np.median(np.diff(f)))
+    t = np.linspace(0.0, end, int(min(4 * end * f[-1], 8000)) + 2)
+    largest = 0.0
+    for start in range(0, len(t), 256):
+        turns = np.exp(1j * np.outer(t[start : start + 256], w))
+        largest = max(largest, float(np.abs(np.tensordot(turns, apart, axes=1).real).max()) / np.pi)
+    beyond = _above(greens, float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
+    peak = float(np.abs(greens.filtered_matrix(t[t <= 200 * width], width)).max())
+    return (largest + float(np.abs(beyond).max(initial=0.0))) / peak
+
+
+def _above(greens: ModalGreens | PoleGreens, omega: float) -> ModalGreens | PoleGreens:
+    """The oscillations beyond the band alone."""
+    p = len(greens.port_names)
+    if isinstance(greens, ModalGreens):
+        high = greens.omega > omega
+        return ModalGreens(
+            greens.omega[high], greens.zeta[high], greens.shapes[high], Residual.none(p), greens.port_names
+        )
+    high = greens.poles.imag > omega
+    return PoleGreens(greens.poles[high], greens.shapes[high], port_names=greens.port_names)
+
+
+def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:
+    n = greens.values.shape[2]
+    t: Array = greens.dt * np.arange(n, dtype=np.float64)
+    pulse = hann(t[t <= width], width) * greens.dt
+    filtered = np.array([[np.convolve(row, pulse)[:n] for row in rows] for rows in greens.values])
+    return float(np.abs(filtered - fit.filtered_matrix(t, width)).max() / np.abs(filtered).max())

@@ -1,0 +1,1 @@
+"""From geometry to a checked mesh: gmsh in a process of its own, named boundaries and regions."""

@@ -1,0 +1,165 @@
+"""The gmsh process: `python -m seatfem.mesh._gmsh_worker JOB.json`, started by `seatfem.mesh.gmsh_process` only.
+
+Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
+the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatfem.geometry import (
+    Extruded,
+    Geometry,
+    GeometryError,
+    Revolved,
+    decode,
+    family_of,
+    model_unit,
+    revolved,
+)
+from seatfem.geometry.inspect import area_of, patch_tags
+from seatfem.geometry.plan import EVERYWHERE
+from seatfem.geometry.sectors import cut
+from seatfem.geometry.step_colours import paint
+from seatfem.mesh._gmsh_arrays import arrays
+from seatfem.mesh._gmsh_messages import send, stage
+from seatfem.mesh._gmsh_section import mesh_section, plane_arrays
+from seatfem.mesh._gmsh_solid import build, make
+from seatfem.mesh.spec import MeshSpec
+
+APT_LINE = (
+    "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
+)
+MILLIMETRE = 1e-3  # in which STEP files are written
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,  # one thread is reproducible, several are not
+    "Geometry.OCCImportLabels": 1,  # colours of STEP faces
+    "Mesh.OptimizeNetgen": 1,  # removes the slivers on fillets that would invert when curved
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.MshFileVersion": 4.1,
+}
+
+
+def read(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "read": a mesh file -> arrays."""
+    stage("reading the mesh", 0.0)
+    gmsh.open(job["path"])
+    return arrays(gmsh, job["unit"])
+
+
+def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
+    geometry: Geometry = decode(job["geometry"])
+    stage("building the geometry", 0.0)
+    build(gmsh, geometry)
+    gmsh.write(job["step"])
+    # The order of faces is the file's, not that of the model it came from: select again in what was written.
+    gmsh.clear()
+    gmsh.model.occ.importShapes(job["step"])
+    gmsh.model.occ.synchronize()
+    tags = patch_tags(gmsh.model, geometry.patches, MILLIMETRE)
+    colours = {tag: job["colours"][name] for name, faces in tags.items() if name in job["colours"] for tag in faces}
+    path = Path(job["step"])
+    path.write_text(paint(path.read_text(encoding="ascii"), colours), encoding="ascii")
+    return {}
+
+
+def section(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "section": the half section of a solid of revolution -> plane arrays."""
+    geometry: Revolved = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    stage("building the section", 0.0)
+    lines = revolved.section(geometry, gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    stage("meshing the section", 0.3)
+    mesh_section(gmsh, spec, lines["contact"], unit)
+    return plane_arrays(gmsh, spec, lines, {}, unit)
+
+
+def plan(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+    """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
+    geometry: Extruded = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    recipe = family_of(geometry).plan
+    assert recipe is not None
+    stage("building the plan", 0.0)
+    occ = gmsh.model.occ
+    areas = recipe(geometry, occ)
+    if job["sectors"] > 1:
+        whole = [tag for _, tag in occ.getEntities(2)]
+        pieces = dict(zip(whole, cut(occ, 2, job["sectors"]), strict=True))
+        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
+        areas = {name: tags for name, tags in areas.items() if tags}
+    occ.synchronize()
+    struck = {name for names in geometry.plan.top.values() for name in names}
+    faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
+    edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
+    stage("meshing the plan", 0.3)
+    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), unit)
+    cad = {name: area_of(gmsh.model, tags, unit) for name, tags in areas.items()}
+    cad[EVERYWHERE] = area_of(gmsh.model, [tag for _, tag in gmsh.model.getEntities(2)], unit)
+    sizes = {f"cad:{name}": np.float64(value) for name, value in cad.items()}
+    return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
+
+
+TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {
+    "mesh": make,
+    "plan": plan,
+    "read": read,
+    "section": section,
+    "step": export,
+}
+
+
+def import_gmsh() -> Any:
+    """The gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
+    try:
+        import gmsh
+    except OSError as error:
+        raise RuntimeError(f"gmsh cannot load a system library ({error}); mend it with: {APT_LINE}") from error
+    except ImportError as error:
+        raise RuntimeError(f"gmsh is not installed ({error}); mend it with: pip install gmsh") from error
+    return gmsh
+
+
+def run(job: dict[str, Any]) -> None:
+    gmsh = import_gmsh()
+    gmsh.initialize([], readConfigFiles=False, interruptible=False)
+    for option, value in OPTIONS.items():
+        gmsh.option.setNumber(option, value)
+    result = TASKS[job["task"]](gmsh, job)
+    np.savez(job["arrays"], gmsh_version=np.array(gmsh.__version__), **result)
+    stage("reading gmsh's arrays", 0.95)
+    gmsh.finalize()
+
+
+def main(job_path: str) -> int:
+    try:
+        run(json.loads(Path(job_path).read_text(encoding="utf-8")))
+    except GeometryError as error:
+        send(error=str(error), kind="geometry")
+    except Exception as error:
+        send(error=str(error), kind="gmsh")
+    else:
+        return 0
+    return 1
+
+
+if __name__ == "__main__":
+    # Messages keep the pipe to themselves: OpenCASCADE prints to descriptor 1, which now leads to the log.
+    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    sys.exit(main(sys.argv[1]))

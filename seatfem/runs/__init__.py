@@ -1,0 +1,1 @@
+"""A scene, carried out: contact, error bars, files and pictures."""

@@ -1,0 +1,143 @@
+"""From a drawn seat to mesh and matrices, at the level of modelling that was chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from impact.progress import Progress, silent
+from seatfem.elements.assembly import assemble
+from seatfem.elements.axisymmetric import assemble_axisymmetric
+from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
+from seatfem.geometry import GeometryError
+from seatfem.materials import Material, Orthotropic
+from seatfem.mesh.meridian import MeridianMesh, make_meridian
+from seatfem.mesh.meshing import make_mesh
+from seatfem.mesh.seat_mesh import SeatMesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.model import ModelError, SecondOrderModel
+from seatfem.scene import Cad
+from seatfem.scene.parts import AnyMaterial, AnySupport, OrthotropicMaterial
+from seatfem.scene.seats import DrawnSeat, ElasticSeat, RevolvedSeat
+from seatfem.seats.levels import Level, sectors
+
+Solid = Material | Orthotropic
+NAMES: Mapping[Level, str] = {
+    "rod": "rod, closed form",
+    "axisymmetric": "finite elements, axisymmetric",
+    "harmonics": "finite elements, Fourier harmonics in the angle",
+    "sector": "finite elements, one of several equal sectors",
+    "3d": "finite elements, 3-D",
+}
+
+
+@dataclass(frozen=True)
+class Discretisation:
+    """A seat's mesh and matrices."""
+
+    mesh: SeatMesh | MeridianMesh
+    model: SecondOrderModel
+
+
+def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = silent) -> SeatMesh | MeridianMesh:
+    """The mesh of a level; what is wrong with a CAD file's faces names the file."""
+    try:
+        if level in ("axisymmetric", "harmonics"):
+            assert isinstance(seat, RevolvedSeat)
+            return make_meridian(seat.geometry(), spec, progress)
+        return make_mesh(seat.geometry(), spec, progress, sector=sectors(seat) if level == "sector" else 1)
+    except GeometryError as error:
+        if isinstance(seat, Cad) and str(seat.file) not in str(error):
+            raise GeometryError(f"{seat.file}: {error}") from error
+        raise
+
+
+def matrices(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
+    """Mass, stiffness, damping and ports of the seat on its mesh."""
+    if isinstance(mesh, MeridianMesh):
+        return assemble_axisymmetric(
+            mesh,
+            solids(seat, mesh),
+            sliding=sliding_faces(seat),
+            supports=supports_of(seat),
+            rayleigh=rayleigh_of(seat),
+            progress=progress,
+        )
+    copies = sectors(seat) if isinstance(seat, DrawnSeat) and level == "sector" else 1
+    cuts = ("symmetry_0", "symmetry_1") if copies > 1 else ()
+    return assemble(
+        mesh,
+        solids(seat, mesh),
+        sliding=(*sliding_faces(seat), *cuts),
+        supports=supports_of(seat),
+        mass="nodal" if mesh.shape == "hexahedron" else "consistent",
+        rayleigh=rayleigh_of(seat),
+        ports={"contact": seat.struck_face if isinstance(seat, DrawnSeat) else "contact"},
+        copies=copies,
+        progress=progress,
+    )
+
+
+def rayleigh_of(seat: ElasticSeat) -> tuple[float, float] | None:
+    """(alpha [1/s], beta [s]), or ``None``."""
+    return None if seat.rayleigh is None else (seat.rayleigh.mass, seat.rayleigh.stiffness)
+
+
+def sliding_faces(seat: ElasticSeat) -> tuple[str, ...]:
+    """Names of the faces that cannot leave their planes."""
+    return tuple(support.on for support in seat.supports if support.kind == "sliding")
+
+
+def solids(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh) -> Solid | Mapping[str, Solid]:
+    """The material of the body, or of each of its regions: what ``seat.materials`` does not name is ``seat.material``.
+
+    Raises:
+        ModelError: a name that is no region of the mesh.
+    """
+    if not seat.materials:
+        return solid(seat.material)
+    regions = tuple(name for name in mesh.mesh.subdomains or () if name != "seat") or ("seat",)
+    if unknown := [name for name in seat.materials if name not in regions]:
+        raise ModelError(f"seat.materials.{unknown[0]}: the mesh has no such region; it has {', '.join(regions)}")
+    return {name: solid(seat.materials.get(name, seat.material)) for name in regions}
+
+
+def solid(given: AnyMaterial) -> Solid:
+    """A scene's material as finite elements take it."""
+    if isinstance(given, OrthotropicMaterial):
+        return Orthotropic(
+            young=given.young,
+            poisson=given.poisson,
+            shear=given.shear,
+            density=given.density,
+            axes=_orthonormal(given.axes),
+            loss_factor=given.loss_factor,
+        )
+    return Material(young=given.young, poisson=given.poisson, density=given.density, loss_factor=given.loss_factor)
+
+
+def supports_of(seat: ElasticSeat) -> tuple[Support, ...]:
+    """What holds the seat beside its fixed and sliding faces."""
+    return tuple(found for support in seat.supports if (found := _support(support)) is not None)
+
+
+def _support(given: AnySupport) -> Support | None:
+    match given.kind:
+        case "foundation":
+            return Foundation(given.on, given.normal, given.tangential)
+        case "dashpot":
+            return Dashpot(given.on, given.normal, given.tangential)
+        case "bolted":
+            return Bolted(given.on, given.normal, given.tangential)
+        case "absorbing":
+            return Absorbing(given.on)
+        case "sliding":
+            return None
+
+
+def _orthonormal(axes: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, ...], ...]:
+    rows = np.asarray(axes, dtype=float)
+    unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    return tuple(tuple(float(x) for x in row) for row in unit)

@@ -1,0 +1,67 @@
+"""Seats computed before: in the folder of the run, or in the store, by the hash of all they depend on."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+from impact.greens import GreensFunction
+from impact.modal import ModalGreens
+from impact.poles import PoleGreens
+from impact.progress import Progress
+from impact.sampled import SampledGreens
+from impact.storage import StorageError, load_greens, save_greens
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.scene import ElasticSeat, GreensFile, Scene
+from seatfem.seats.seat import SeatAnswer, build_seat, memory
+from seatfem.seats.store import Store
+
+_Storable = ModalGreens | PoleGreens | SampledGreens
+
+
+def seat_of(
+    scene: Scene, path: Path, watch: Stopwatch, progress: Progress, store: Store | None = None
+) -> tuple[SeatAnswer, bool]:
+    """The scene's seat and whether it was there already: at ``path``, or in the store; else it is computed.
+
+    Whatever its origin, it is at ``path`` afterwards. Seats of finite elements also go into the store, with the
+    coarser mesh's function beside them, so that error bars stay known.
+    """
+    key, kept_in = scene.seat_key(), Store.default() if store is None else store
+    here = _read(path)
+    found = here if _serves(here, key, scene) else kept_in.get(key)
+    if found is not None and _serves(found, key, scene):
+        if found is not here:
+            save_greens(found, path)
+        return SeatAnswer(found, kept_in.get(_coarser(key)), about={"seat_model": f"kept in {path.name}"}), True
+    answer = build_seat(scene, watch, progress)
+    greens = answer.greens
+    if isinstance(greens, _Storable):  # a closed form costs nothing to make again
+        greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
+    if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
+        save_greens(greens, path)
+    if isinstance(scene.seat, ElasticSeat) and isinstance(greens, _Storable):
+        kept_in.put(key, greens)
+        if answer.coarser is not None:
+            kept_in.put(_coarser(key), answer.coarser)
+    return answer, False
+
+
+def _coarser(key: str) -> str:
+    return hashlib.sha256(f"coarser {key}".encode()).hexdigest()
+
+
+def _read(path: Path) -> GreensFunction | None:
+    try:
+        return load_greens(path)
+    except StorageError:
+        return None
+
+
+def _serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
+    """Whether it is there, belongs to this seat and lasts for this run."""
+    if greens is None:
+        return False
+    lasts = float(str(greens.provenance.get("valid_for_s", 0.0))) >= memory(scene)
+    return greens.provenance.get("seat_key") == key and lasts

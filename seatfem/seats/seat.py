@@ -1,0 +1,241 @@
+"""From the [seat] table of a scene to the seat's Green's function."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final, assert_never
+
+import numpy as np
+
+import impact
+from impact.greens import ErrorEstimate, GreensFunction
+from impact.modal import ModalGreens
+from impact.poles import PoleGreens
+from impact.progress import Progress, silent
+from impact.sampled import SampledGreens
+from impact.storage import load_greens
+from seatfem import scene as scenes
+from seatfem.formats.mesh_files import read_mesh
+from seatfem.materials import Material
+from seatfem.mesh.meridian import MeridianMesh
+from seatfem.mesh.seat_mesh import SeatMesh
+from seatfem.mesh.spec import MeshSpec
+from seatfem.model import SecondOrderModel
+from seatfem.roads.greens import reduce_model
+from seatfem.roads.harmonics import ring_greens
+from seatfem.roads.modes import Modes
+from seatfem.roads.ring_patches import RingPatch
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.scene import ElasticSeat, Scene
+from seatfem.scene.seats import DrawnSeat
+from seatfem.seats.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solid, solids, supports_of
+from seatfem.seats.imported_seats import from_matrices, from_modes, from_response
+from seatfem.seats.levels import Level, choose_level
+from seatfem.seats.memory_need import check_seat
+
+COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+MESH_SAFETY: Final = 2.0  # found by benchmarks/honesty.py: meshes of plates with narrow lands differ unevenly
+PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
+"""Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
+ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up by itself
+
+
+@dataclass(frozen=True)
+class SeatAnswer:
+    """A seat's Green's function and, where finite elements made it, the mesh and modes behind it.
+
+    ``coarser``: the same on a mesh coarser by `COARSENING`. ``level_error``: relative, of the level itself.
+    """
+
+    greens: GreensFunction
+    coarser: GreensFunction | None = None
+    mesh: SeatMesh | MeridianMesh | None = None
+    model: SecondOrderModel | None = None
+    modes: Modes | None = None
+    about: Mapping[str, object] = field(default_factory=dict)
+    level_error: float = 0.0
+
+
+def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, mesh_error: bool = True) -> SeatAnswer:
+    """The Green's function of the scene's seat.
+
+    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`. Their
+    difference after the Hann pulse of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it
+    down to) times `MESH_SAFETY`, is the stated mesh error of the finer one.
+    """
+    seat = scene.seat
+    match seat:
+        case scenes.Rod():
+            rod = impact.fixed_rod(
+                young=seat.young,
+                density=seat.density,
+                area=seat.cross_section,
+                length=seat.length,
+                damping_ratio=seat.damping_ratio,
+            )
+            return SeatAnswer(rod, about={"seat_model": "rod, closed form"})
+        case scenes.Spring():
+            return SeatAnswer(impact.spring(stiffness=seat.stiffness), about={"seat_model": "spring"})
+        case scenes.GreensFile():
+            return SeatAnswer(load_greens(seat.file), about={"seat_model": f"Green's function from {seat.file.name}"})
+        case scenes.Matrices():
+            with watch("reduction"):
+                model, reduction = from_matrices(seat, memory(scene), progress)
+            about = {"seat_model": f"matrices from {seat.stiffness.name}", "seat_dof": model.size}
+            return SeatAnswer(reduction.greens, model=model, modes=reduction.modes, about=about)
+        case scenes.UniversalModes():
+            return SeatAnswer(from_modes(seat), about={"seat_model": f"modes from {seat.file.name}"})
+        case scenes.FrequencyResponseFile():
+            with watch("pole fit"):
+                fitted = from_response(seat)
+            return SeatAnswer(fitted, about={"seat_model": f"poles fitted to {seat.file.name}"})
+        case scenes.MeshFile():
+            return _from_file(scene, seat, watch, progress)
+        case scenes.DrawnSeat():
+            return _from_geometry(scene, seat, watch, progress, mesh_error)
+        case _ as never:
+            assert_never(never)
+
+
+def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
+    """The mesh the scene asks for; sizes it leaves open follow the slowest shear wave at the band edge."""
+    per_wavelength = PER_WAVELENGTH[level]
+    slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
+    size = seat.mesh.size or slowest / (per_wavelength * seat.greens.bandwidth)
+    contact = seat.mesh.contact_size or 0.4 * size
+    return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order, shape=seat.mesh.shape)
+
+
+def _from_file(scene: Scene, seat: scenes.MeshFile, watch: Stopwatch, progress: Progress) -> SeatAnswer:
+    unit = scenes.METRES[seat.unit]
+    with watch("mesh"):
+        mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed, unit=unit, progress=progress)
+    return _solved(scene, seat, mesh, "3d", watch, progress)
+
+
+def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Progress, mesh_error: bool) -> SeatAnswer:
+    level = choose_level(seat, scene.accuracy.target / ROD_SHARE)
+    about: dict[str, object] = {"seat_level": level.level, "seat_level_reason": level.reason}
+    if level.level == "rod":
+        assert isinstance(seat, scenes.BarSeat)
+        return SeatAnswer(_rod_of(seat), about={**about, "seat_model": NAMES["rod"]}, level_error=level.error)
+    spec = mesh_spec(seat, level.level)
+    with watch("mesh"):
+        mesh = draw(seat, spec, level.level, progress)
+    answer = _solved(scene, seat, mesh, level.level, watch, progress)
+    answer = replace(answer, about={**answer.about, **about})
+    if not mesh_error:
+        return answer
+    with watch("mesh error"):
+        return _with_mesh_error(scene, seat, spec, level.level, answer, progress)
+
+
+def _rod_of(seat: scenes.BarSeat) -> GreensFunction:
+    material = solid(seat.material)
+    assert isinstance(material, Material)
+    return impact.fixed_rod(
+        young=material.young,
+        density=material.density,
+        area=seat.width * seat.height,
+        length=seat.length,
+        damping_ratio=seat.damping_ratio,
+    )
+
+
+def _solved(
+    scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, watch: Stopwatch, progress: Progress
+) -> SeatAnswer:
+    if level == "harmonics":
+        return _around(scene, seat, mesh, watch, progress)
+    check_seat(seat, mesh, level)
+    with watch("assembly"):
+        model = matrices(seat, mesh, level, progress)
+    with watch("reduction"):
+        reduction = reduce_model(
+            model,
+            bandwidth=seat.greens.bandwidth,
+            duration=memory(scene),
+            tolerance=seat.greens.tolerance,
+            damping_ratio=seat.damping_ratio,
+            method=seat.greens.method,
+            progress=progress,
+        )
+    about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
+    return SeatAnswer(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
+
+
+def _around(
+    scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, watch: Stopwatch, progress: Progress
+) -> SeatAnswer:
+    """An arc of the ring, by Fourier harmonics."""
+    assert isinstance(seat, scenes.RevolvedSeat)
+    assert seat.arc is not None
+    with watch("reduction"):
+        greens = ring_greens(
+            mesh,
+            solids(seat, mesh),
+            {"contact": RingPatch(0.0, seat.arc)},
+            bandwidth=seat.greens.bandwidth,
+            duration=memory(scene),
+            tolerance=seat.greens.tolerance,
+            damping_ratio=seat.damping_ratio,
+            sliding=sliding_faces(seat),
+            supports=supports_of(seat),
+            rayleigh=rayleigh_of(seat),
+            progress=progress,
+        )
+    about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
+    return SeatAnswer(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _mesh_keys(mesh: SeatMesh | MeridianMesh) -> dict[str, object]:
+    quality = mesh.quality
+    return {
+        "seat_nodes": quality.nodes,
+        "seat_elements": quality.elements,
+        "seat_min_scaled_jacobian": quality.min_scaled_jacobian,
+    }
+
+
+def _from_mesh(greens: GreensFunction, mesh: SeatMesh | MeridianMesh) -> GreensFunction:
+    """``greens`` that knows the mesh it came from."""
+    if not isinstance(greens, ModalGreens | PoleGreens | SampledGreens):
+        return greens
+    known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
+    return replace(greens, origin={**greens.origin, **known})
+
+
+def _with_mesh_error(
+    scene: Scene, seat: DrawnSeat, spec: MeshSpec, level: Level, answer: SeatAnswer, progress: Progress
+) -> SeatAnswer:
+    """``answer`` with the mesh error filled in from a coarser mesh of the same seat."""
+    coarse_spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+
+    def quiet(stage: str, done: float) -> None:
+        progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    coarse = _solved(scene, seat, draw(seat, coarse_spec, level), level, Stopwatch(), quiet)
+    progress("coarser mesh, for the error estimate", 1.0)
+    width = 1.0 / seat.greens.bandwidth
+    t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
+    fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
+    difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
+    mesh_error = MESH_SAFETY * difference / (COARSENING - 1)
+    greens = answer.greens
+    assert isinstance(greens, ModalGreens | PoleGreens | SampledGreens)
+    greens = replace(greens, error=ErrorEstimate(greens.error.reduction, mesh_error))
+    about = {**answer.about, "coarse_dof": coarse.about.get("seat_dof")}
+    return replace(answer, greens=greens, coarser=coarse.greens, about=about)
+
+
+def memory(scene: Scene) -> float:
+    """How long the kernel must be right [s]: the run, or the time in which uniform damping forgets the band's tail.
+
+    After ln(1000) / (zeta w) of the lowest frequency of interest, a tenth of the band, a thousandth is left.
+    """
+    seat = scene.seat
+    if not isinstance(seat, ElasticSeat | scenes.Matrices) or seat.damping_ratio <= 0:
+        return scene.run.duration
+    return min(scene.run.duration, math.log(1e3) / (seat.damping_ratio * 2 * math.pi * 0.1 * seat.greens.bandwidth))
