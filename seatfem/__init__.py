@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from seatfem.materials import Material, Orthotropic
     from seatfem.measured.frf import FrequencyResponse, read_frf
     from seatfem.measured.pole_fit import fit_impulse_response, fit_poles
+    from seatfem.mesh.meridian import MeridianMesh, make_meridian
     from seatfem.mesh.meshing import MeshSpec, SeatMesh, make_mesh
     from seatfem.model import ModelError, Port, SecondOrderModel
     from seatfem.roads.greens import Reduction, greens_function, reduce_model
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FrequencyResponse",
     "Material",
+    "MeridianMesh",
     "MeshSpec",
     "ModelError",
     "Modes",
@@ -48,6 +50,7 @@ __all__ = [
     "fit_poles",
     "greens_function",
     "load_scene",
+    "make_meridian",
     "make_mesh",
     "read_frf",
     "read_frf_uff",
@@ -62,35 +65,37 @@ __all__ = [
 ]
 
 _HOME = {
-    "FrequencyResponse": "frf",
-    "read_frf": "frf",
-    "read_matrices": "matrices",
-    "fit_impulse_response": "pole_fit",
-    "fit_poles": "pole_fit",
-    "Store": "store",
-    "content_key": "store",
-    "read_frf_uff": "uff",
-    "read_modes_uff": "uff",
-    "assemble": "assembly",
-    "assemble_axisymmetric": "axisymmetric",
-    "ring_greens": "harmonics",
-    "RingPatch": "ring_patches",
-    "revolve": "revolved_grid",
-    "Reduction": "greens",
-    "greens_function": "greens",
-    "reduce_model": "greens",
-    "MeshSpec": "meshing",
-    "SeatMesh": "meshing",
-    "make_mesh": "meshing",
-    "read_mesh": "mesh_files",
+    "FrequencyResponse": "measured.frf",
+    "read_frf": "measured.frf",
+    "read_matrices": "formats.matrices",
+    "fit_impulse_response": "measured.pole_fit",
+    "fit_poles": "measured.pole_fit",
+    "Store": "seats.store",
+    "content_key": "seats.store",
+    "read_frf_uff": "formats.uff",
+    "read_modes_uff": "formats.uff",
+    "assemble": "elements.assembly",
+    "assemble_axisymmetric": "elements.axisymmetric",
+    "ring_greens": "roads.harmonics",
+    "RingPatch": "roads.ring_patches",
+    "revolve": "views.revolved_grid",
+    "Reduction": "roads.greens",
+    "greens_function": "roads.greens",
+    "reduce_model": "roads.greens",
+    "MeshSpec": "mesh.meshing",
+    "SeatMesh": "mesh.meshing",
+    "MeridianMesh": "mesh.meridian",
+    "make_meridian": "mesh.meridian",
+    "make_mesh": "mesh.meshing",
+    "read_mesh": "formats.mesh_files",
     "Material": "materials",
     "Orthotropic": "materials",
     "ModelError": "model",
     "Port": "model",
     "SecondOrderModel": "model",
-    "Modes": "modes",
-    "solve_modes": "modes",
-    "run_scene": "pipeline",
+    "Modes": "roads.modes",
+    "solve_modes": "roads.modes",
+    "run_scene": "runs.pipeline",
     "load_scene": "scene",
 }
 
