@@ -1,6 +1,7 @@
 """Who may import whom. Broken rules are named by file and line."""
 
 import ast
+import importlib
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -133,3 +134,10 @@ assert not slow, slow
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "Usage: seatfem" in done.stdout
+
+
+@pytest.mark.parametrize("package", ["impact", "seatfem"])
+def test_every_public_name_is_there(package: str) -> None:
+    module = importlib.import_module(package)
+    assert module.__all__ == sorted(set(module.__all__))
+    assert [name for name in module.__all__ if not hasattr(module, name)] == []
