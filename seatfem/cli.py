@@ -106,6 +106,26 @@ def run(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> in
 
 
 @app.command
+def plan(scene: Path, /, *, common: Common = COMMON) -> int:
+    """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    """
+    checked = _load(scene)
+    from seatfem.planning.planner import plan_scene
+    from seatfem.views.plan_view import choices_table
+
+    planned = plan_scene(checked)
+    if not common.quiet:
+        console = _console()
+        console.print(choices_table(planned))
+    return DONE
+
+
+@app.command
 def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
     """Compute only the seat's Green's function.
 
