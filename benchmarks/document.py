@@ -7,12 +7,15 @@ from pathlib import Path
 
 from table import RESULTS, Table
 
-TABLES = ("poles", "fft", "engines", "batch", "imports", "cost_model")
+TABLES = (
+    *("poles", "fft", "engines", "batch", "imports", "cost_model"),
+    *("assembly", "factorization", "cost_vs_dof", "demo_greens"),
+)
 DOCUMENT = Path(__file__).parents[1] / "docs" / "performance.md"
 HEAD = """# Performance
 
-Written by `python benchmarks/document.py` from the tables that `poles.py`, `fft.py`, `batch.py`, `imports.py` and
-`cost_model.py` beside it leave in `benchmarks/results/`. Rerun them on your machine: ratios carry over, times do not.
+Written by `python benchmarks/document.py` from the tables that the scripts beside it leave in `benchmarks/results/`:
+first the contact march, then finite elements. Rerun them on your machine: ratios carry over, times do not.
 
 Measured on {machine}. Other programs were running: read times as upper bounds.
 """
