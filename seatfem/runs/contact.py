@@ -5,6 +5,7 @@ from __future__ import annotations
 import impact
 from impact.closed_form import DelayRod
 from impact.damped_rods import DampedFixedRod
+from impact.engines import Engine
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.poles import PoleGreens
@@ -41,11 +42,17 @@ def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
 
 
 def run_contact(
-    scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float, progress: Progress = silent
+    scene: Scene,
+    striker: impact.Body,
+    seat: GreensFunction,
+    dt: float,
+    progress: Progress = silent,
+    *,
+    engine: Engine = "auto",
 ) -> ImpactResult:
     """One run: rigid unilateral contact (Signorini) between striker and seat."""
     problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
-    return impact.solve(problem, dt=dt, duration=scene.run.duration, progress=progress)
+    return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
 
 
 def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
