@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from impact.reeds import GivenShape, ModeShape, StaticShape, reed
     from impact.regime import Regime, regime_card
     from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
-    from impact.stress import rod_stress
+    from impact.stress import PeakStress, bending_stress, peak_bending_stress, rod_stress
     from impact.sums import ScaledGreens, SumGreens
     from impact.time_series import TimeSeries, read_time_series
     from impact.timoshenko import TimoshenkoCantilever
@@ -76,6 +76,7 @@ __all__ = [
     "ModalState",
     "ModeShape",
     "PassivityReport",
+    "PeakStress",
     "PlainLaw",
     "PointForce",
     "PoleGreens",
@@ -95,6 +96,7 @@ __all__ = [
     "TimeSeries",
     "TimoshenkoCantilever",
     "TipMassCantilever",
+    "bending_stress",
     "cantilever_reed",
     "collect",
     "compiled_law",
@@ -107,6 +109,7 @@ __all__ = [
     "load_results",
     "measures",
     "passivity",
+    "peak_bending_stress",
     "pole_passivity",
     "prepare",
     "read_impulse_response",
@@ -157,6 +160,9 @@ _HOME = {
     "load_results": "storage",
     "save_greens": "storage",
     "save_results": "storage",
+    "PeakStress": "stress",
+    "bending_stress": "stress",
+    "peak_bending_stress": "stress",
     "rod_stress": "stress",
     "ScaledGreens": "sums",
     "SumGreens": "sums",

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beam_modes import clamped_shape
+from impact.beam_modes import clamped_curvature, clamped_shape
 from impact.body import Body
 from impact.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
 from impact.greens import Array, GreensFunctionError
@@ -46,12 +46,23 @@ class Cantilever(EulerBernoulliBeam):
 
         cosh - cos - s (sinh - sin), s = (sinh k - sin k)/(cosh k + cos k); any n keeps its digits.
         """
+        k, delta, ratio = self._constants(n_modes)
+        return np.asarray(clamped_shape(k, delta, ratio, self.relative(x)) / np.sqrt(self.mass))
+
+    def curvatures(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass) at 0."""
+        k, delta, ratio = self._constants(n_modes)
         xi = self.relative(x)
+        squares = np.reshape((k / self.length) ** 2, (-1, *[1] * np.ndim(xi)))
+        return np.asarray(squares * clamped_curvature(k, delta, ratio, xi) / np.sqrt(self.mass))
+
+    def _constants(self, n_modes: int) -> tuple[Array, Array, Array]:
+        """k L, 1 - s and (1 - s) exp(k L) of `clamped_shape`, (n,) each."""
         k = self.wave_numbers(n_modes)
         growth = np.exp(-k)
         denominator = 1 + growth**2 + 2 * growth * np.cos(k)
         ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
-        return np.asarray(clamped_shape(k, ratio * growth, ratio, xi) / np.sqrt(self.mass))
+        return k, ratio * growth, ratio
 
     def compliance(self, x: float, load: float) -> float:
         """Static deflection at ``x`` per unit force at ``load`` [m/N]."""

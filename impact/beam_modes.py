@@ -139,6 +139,13 @@ def clamped_shape(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
     return np.asarray(np.exp(-z) + ratio * scaled_sinh - np.cos(z) + (1 - delta) * np.sin(z))
 
 
+def clamped_curvature(k: Array, delta: Array, ratio: Array, xi: Array) -> Array:
+    """(n, ...) second derivative of `clamped_shape` by z = k xi:  cosh z + cos z - s (sinh z + sin z)."""
+    k, delta, ratio = (np.reshape(v, (-1, *[1] * np.ndim(xi))) for v in (k, delta, ratio))
+    z = k * xi
+    return clamped_shape(k, delta, ratio, xi) + 2 * (np.cos(z) - (1 - delta) * np.sin(z))
+
+
 def bisected(past_root: Callable[[Array], NDArray[np.bool_]], low: ArrayLike, high: ArrayLike) -> Array:
     """Roots to the last digit, one in each bracket; ``past_root(x)`` tells elementwise."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
