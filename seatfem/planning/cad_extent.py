@@ -1,0 +1,33 @@
+"""How large a CAD part is, from the numbers in its file."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from seatfem.geometry import Block, CadPart, GeometryError
+from seatfem.geometry.cad import STEP_SUFFIXES, stated_unit
+
+PATCH_SHARE = 0.2  # side of the struck patch over the side of the part
+_POINT = re.compile(r"CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\(([^)]*)\)")
+_LINE = re.compile(r"^\s*(-?\d[\d.eE+-]*)\s+(-?\d[\d.eE+-]*)\s+(-?\d[\d.eE+-]*)\s*$", re.MULTILINE)
+
+
+def as_block(part: CadPart) -> Block:
+    """A block as large as the part's bounding box, which holds all points of the file, the thinnest side upright.
+
+    It is rough: what is hollow counts as full, and the patch is taken to be a fifth of the block wide.
+
+    Raises:
+        GeometryError: the file has no points that can be read.
+    """
+    text = part.path.read_text(encoding="latin-1")
+    step = part.path.suffix.lower() in STEP_SUFFIXES
+    unit = part.unit or (stated_unit(part.path) if step else 1.0)
+    rows = [row.split(",") for row in _POINT.findall(text)] if step else _LINE.findall(text)
+    points = np.array([[float(x) for x in row] for row in rows if len(row) == 3])
+    if len(points) < 2:
+        raise GeometryError(f"{part.path}: no points can be read from the file, so that its size is not known")
+    low, middle, high = sorted(max(float(side), 1e-9) for side in unit * np.ptp(points, axis=0))
+    return Block(high, middle, low, PATCH_SHARE * high, PATCH_SHARE * middle)
