@@ -126,6 +126,52 @@ def plan(scene: Path, /, *, common: Common = COMMON) -> int:
 
 
 @app.command
+def trade(
+    scene: Path,
+    /,
+    *,
+    output: Output = None,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    limit: float = 60.0,
+    common: Common = COMMON,
+) -> int:
+    """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for chart, tables and journal [default: the scene's name + "-trade"].
+    quick:
+        Only about a third of the points.
+    limit:
+        Seconds for one point; the reference may take four times as long.
+    """
+    _load(scene)
+    from impact.drawing import PictureError
+    from seatfem.trading.chart import draw_trade
+    from seatfem.trading.table import in_words, write_trade
+    from seatfem.trading.trade import measure_trade
+
+    folder = output or Path(f"{scene.stem}-trade")
+    with _progress(common) as progress:
+        found = measure_trade(scene, folder / "trade.jsonl", quick=quick, time_limit=limit, progress=progress)
+    files = [folder / "trade.csv", folder / "trade.json"]
+    write_trade(found, *files)
+    console = Console(soft_wrap=True, highlight=False, markup=False, quiet=common.quiet)
+    console.print(in_words(found))
+    try:
+        draw_trade(found, folder / "trade.png")
+        files.append(folder / "trade.png")
+    except PictureError as gap:
+        console.print(f"note: {gap}")
+    for file in files:
+        console.print(f"wrote {file}")
+    return DONE
+
+
+@app.command
 def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
     """Compute only the seat's Green's function.
 

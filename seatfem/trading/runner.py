@@ -1,0 +1,108 @@
+"""Carries out points, each in a process of its own: on one thread, with an empty store, within a time limit."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Final
+
+from impact.progress import Progress, silent
+from seatfem.extremes.runner import code_version
+from seatfem.seats.store import VARIABLE
+from seatfem.trading.journal import append, key_of, read_journal
+from seatfem.trading.point import Outcome, Point
+
+TIME_LIMIT: Final = 60.0  # s for one point, the start of its process included
+_THREADS: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+def run_points(
+    scene: Path,
+    points: Sequence[Point],
+    journal: Path,
+    *,
+    time_limit: float = TIME_LIMIT,
+    known: Mapping[str, Outcome] | None = None,
+    progress: Progress = silent,
+) -> dict[str, Outcome]:
+    """Outcomes by point name. Those in the ``journal`` are not computed again; each new one goes there at once.
+
+    A point that hangs, crashes or fails ends as an outcome. ``known``: outcomes of other points, for `Point.after`.
+    """
+    version, on_file = code_version(), read_journal(journal)
+    found = dict(known or {})
+    for number, point in enumerate(points, start=1):
+        key = key_of(scene, point, version)
+        outcome = on_file.get(key)
+        if outcome is None or _may_end_now(outcome, time_limit):
+            outcome = _obstacle(point, found) or run_point(scene, point, time_limit)
+            append(journal, key, point, outcome)
+        found[point.name] = outcome
+        progress("fidelity ladder", number / len(points))
+    return found
+
+
+def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
+    """A point that was stopped is tried again where it is given more time."""
+    return outcome.state == "stopped" and not outcome.wall >= time_limit
+
+
+def _obstacle(point: Point, found: Mapping[str, Outcome]) -> Outcome | None:
+    before = found.get(point.after)
+    if before is None or before.state == "done":
+        return None
+    return Outcome("stopped", f"not tried: {point.after} {before.state}", wall=before.wall)
+
+
+def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
+    """One point, in a process of its own."""
+    with tempfile.TemporaryDirectory(prefix="seatfem-trade-") as name:
+        folder = Path(name)
+        job, answer, log = folder / "job.json", folder / "answer.json", folder / "log.txt"
+        job.write_text(json.dumps({"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time()}))
+        command = [sys.executable, "-m", "seatfem.trading.point", str(job), str(answer)]
+        with log.open("wb") as errors:
+            process = subprocess.Popen(
+                command,
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+                env=_environment(folder / "store"),
+                start_new_session=True,  # so that its mesher ends with it
+            )
+            try:
+                process.wait(time_limit)
+            except subprocess.TimeoutExpired:
+                return Outcome("stopped", f"no end within {time_limit:g} s", wall=time_limit)
+            finally:
+                _end(process)
+        if not answer.exists():
+            lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            return Outcome(
+                "failed", f"the process died (exit code {process.returncode}): {(lines or ['no message'])[-1]}"
+            )
+        return Outcome(**json.loads(answer.read_text(encoding="utf-8")))
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """Nothing of the process and its mesher is left."""
+    if process.poll() is None:
+        with suppress(ProcessLookupError, AttributeError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.kill()
+    process.wait()
+
+
+def _environment(store: Path) -> dict[str, str]:
+    """One thread, so that processor time is work; nothing computed before is at hand; this very package first."""
+    paths = [str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")]
+    own = {VARIABLE: str(store), "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    return dict(os.environ) | dict.fromkeys(_THREADS, "1") | own

@@ -1,0 +1,190 @@
+"""The measured trade of speed for accuracy: ladder, planner's choice and reference, and what follows from them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from impact.progress import Progress, silent
+from seatfem.planning.filling import OPEN_KEYS, has_key, is_given
+from seatfem.planning.planner import plan_scene
+from seatfem.scene import Scene, load_scene
+from seatfem.trading.ladder import RATIO, centre_of, ladder, reference_point, solid_level
+from seatfem.trading.pareto import cost_excess, pareto_front
+from seatfem.trading.point import Outcome, Point
+from seatfem.trading.runner import TIME_LIMIT, run_points
+from seatfem.trading.settings import ALL_OPEN, scene_with, stated_choices
+
+PLANNED: Final = "planner's choice"
+AS_FILED: Final = "as the file says"
+REFERENCE_TIME: Final = 4.0  # time limits that the reference may take
+GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
+
+
+class TradeError(ValueError):
+    """A trade that cannot be measured; the message says why and what to change."""
+
+
+@dataclass(frozen=True)
+class Trade:
+    """Times and errors of a scene at every fidelity.
+
+    Attributes:
+        title: of the scene.
+        measures: names of what the scene asks for.
+        target: relative error asked for.
+        points: the ladder and the planner's choice.
+        outcomes: by name of the point; also those of the reference.
+        reference: name of the point that errors are taken against.
+        floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
+        planning: seconds that the planner took.
+    """
+
+    title: str
+    measures: tuple[str, ...]
+    target: float
+    points: tuple[Point, ...]
+    outcomes: Mapping[str, Outcome]
+    reference: str
+    floor: Mapping[str, float]
+    planning: float = math.nan
+
+    def done(self) -> tuple[Point, ...]:
+        """The points that ended."""
+        return tuple(point for point in self.points if self.outcomes[point.name].state == "done")
+
+    def cost(self, name: str) -> float:
+        """Processor seconds of a point; not a number where it did not end."""
+        outcome = self.outcomes[name]
+        return outcome.processor if outcome.state == "done" else math.nan
+
+    def error(self, name: str, measure: str) -> float:
+        """|value - reference|/|reference| of a point; not a number where it did not end."""
+        outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
+        if outcome.state != "done":
+            return math.nan
+        return _relative(outcome.values[measure] - exact, exact)
+
+    def trusted_error(self, name: str, measure: str | None = None) -> float:
+        """The error, but at least the floor; without a ``measure`` that of the worst of them, in floors or above.
+
+        The worst is the largest error of all measures, each of which counts as at least its floor.
+        """
+        if measure is None:
+            return max(self.trusted_error(name, each) for each in self.measures)
+        error = self.error(name, measure)
+        return error if math.isnan(error) else max(error, self.floor[measure])
+
+    def front(self, measure: str | None = None) -> tuple[str, ...]:
+        """Names of the points that none beats in time and error, the cheapest first; by default of the worst error."""
+        names = [point.name for point in self.points]
+        errors = [self.trusted_error(name, measure) for name in names]
+        return tuple(names[i] for i in pareto_front([self.cost(name) for name in names], errors))
+
+    def excess(self, name: str, measure: str | None = None) -> float:
+        """Cost of a point over the least cost of an equal or smaller error; by default of the worst error."""
+        names = [point.name for point in self.points]
+        errors = [self.trusted_error(each, measure) for each in names]
+        costs = [self.cost(each) for each in names]
+        return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
+
+    def excess_at_target(self, name: str) -> float:
+        """Cost of a point over that of the cheapest that meets the target in all measures; NaN where it misses it."""
+        if not self.trusted_error(name) <= self.target:
+            return math.nan
+        meeting = [self.cost(p.name) for p in self.done() if self.trusted_error(p.name) <= self.target]
+        return self.cost(name) / min(meeting)
+
+
+def measure_trade(
+    path: Path,
+    journal: Path,
+    *,
+    quick: bool = False,
+    time_limit: float = TIME_LIMIT,
+    progress: Progress = silent,
+) -> Trade:
+    """Run the scene at ``path`` at every fidelity; outcomes go to ``journal`` and are taken from there.
+
+    Raises:
+        SceneError: the scene.
+        TradeError: no reference ended within the time allowed.
+    """
+    scene = load_scene(path)
+    begun = time.perf_counter()
+    planned = _planned(path, scene)
+    planning = time.perf_counter() - begun
+    points = (*ladder(scene, quick=quick), *planned)
+    found = run_points(path, points, journal, time_limit=time_limit, progress=progress)
+    exact, back, found = _reference(path, scene, journal, found, time_limit, progress)
+    values, others = found[exact].values, found[back].values
+    floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
+    measures = tuple(scene.accuracy.measures)
+    title = scene.title or path.stem
+    return Trade(title, measures, scene.accuracy.target, points, found, exact, floor, planning)
+
+
+def _planned(path: Path, scene: Scene) -> tuple[Point, ...]:
+    """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
+    free = plan_scene(scene_with(path, ALL_OPEN))
+    points = [Point(PLANNED, _family(free.level), "planned", {**ALL_OPEN, **stated_choices(free.scene)})]
+    if any(has_key(scene, key) and is_given(scene, key) for key in OPEN_KEYS):
+        filed = plan_scene(scene)
+        points.append(Point(AS_FILED, _family(filed.level), "planned", stated_choices(filed.scene)))
+    return tuple(points)
+
+
+def _family(level: str) -> str:
+    return "as given" if level == "closed form" else level
+
+
+def _reference(
+    path: Path,
+    scene: Scene,
+    journal: Path,
+    found: Mapping[str, Outcome],
+    time_limit: float,
+    progress: Progress,
+) -> tuple[str, str, dict[str, Outcome]]:
+    """The finest that can be afforded: its name, that of the same one notch back, and all outcomes."""
+    allowed = REFERENCE_TIME * time_limit
+    tried = []
+    for fineness in _affordable(scene, found, allowed):
+        pair = [reference_point(scene, fineness, coarser=coarser) for coarser in (False, True)]
+        found = run_points(path, pair, journal, time_limit=allowed, known=found, progress=_as_reference(progress))
+        names = [point.name for point in pair]
+        if all(found[name].state == "done" for name in names):
+            return names[0], names[1], dict(found)
+        tried += [f"{name}: {found[name].reason}" for name in names if found[name].state != "done"]
+    raise TradeError(f"{path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
+
+
+def _affordable(scene: Scene, found: Mapping[str, Outcome], allowed: float) -> Sequence[float]:
+    """Notches above the centre's mesh, all beyond the ladder; first the finest predicted to end in half the time."""
+    centre = centre_of(scene)
+    if centre.size is None:
+        return (3.0,)
+    solid = solid_level(centre)
+    top = 0 if solid else 1
+    rungs = [p for p in ladder(scene) if p.varied == "diagonal" and p.family == centre.level and p.name in found]
+    last = found[rungs[-1].name] if rungs else Outcome("failed")
+    wall = last.wall if last.state == "done" else allowed
+    above = [k for k in (1, 2, 3) if wall * GROWTH[solid] ** k <= allowed / 2]
+    return [float(top + k) for k in reversed(above or [1])] + [top + 0.5]
+
+
+def _as_reference(progress: Progress) -> Progress:
+    def tell(stage: str, done: float) -> None:
+        progress("reference", done)
+
+    return tell
+
+
+def _relative(difference: float, exact: float) -> float:
+    if exact == 0.0:
+        return 0.0 if difference == 0.0 else math.inf
+    return abs(difference / exact)
