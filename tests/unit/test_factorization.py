@@ -74,3 +74,36 @@ def test_the_direct_solve_is_pypardisos_own(model):
     theirs = _pardiso_class()(mtype=11)
     assert factorize(matrix, backend="pardiso").solve(rhs) == pytest.approx(theirs.solve(matrix, rhs), rel=1e-9)
     theirs.free_memory(everything=True)
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+def test_solves_are_one_call_of_phase_33_on_the_upper_triangle(model, monkeypatch):
+    """No copy, comparison or hash of the matrix, which the wrapper would make in every call; all vectors together."""
+    solvers, calls = [], []
+
+    class Watched(_pardiso_class()):
+        def __init__(self, mtype):
+            super().__init__(mtype=mtype)
+            solvers.append(self)
+
+    monkeypatch.setattr("seatfem.roads.factorization._pardiso_class", lambda: Watched)
+    matrix = sparse.csr_matrix(model.K + 4.0 * model.M)
+    factor = factorize(matrix, backend="pardiso")
+    (solver,) = solvers
+    library = solver._mkl_pardiso
+
+    def watched(*arguments):
+        calls.append(arguments)
+        library(*arguments)
+
+    rhs = np.random.default_rng(3).standard_normal((model.size, 16))
+    with monkeypatch.context() as patch:
+        for name in ("solve", "factorize", "_is_already_factorized", "_hash_csr_matrix", "_call_pardiso"):
+            patch.setattr(Watched, name, None)
+        patch.setattr(solver, "_mkl_pardiso", watched)
+        found = factor.solve(rhs)
+    assert np.linalg.norm(matrix @ found - rhs) < 1e-11 * np.linalg.norm(rhs)
+    ((_, _, _, mtype, phase, size, _, starts, *_, vectors, _, _, _, _, _),) = calls
+    assert [argument._obj.value for argument in (phase, size, vectors)] == [33, model.size, 16]
+    assert getattr(mtype._obj, "value", None) == 2
+    assert starts[model.size] - 1 == sparse.triu(matrix).nnz
