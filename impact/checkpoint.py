@@ -7,10 +7,12 @@ import os
 import numpy as np
 
 from impact.greens import Array
+from impact.problem import ContactError
 from impact.stepper import ContactStepper
-from impact.storage import StorageError, opened, written
+from impact.storage import StorageError, finite_array, opened, written
 
 SAME = 1e-9  # relative difference up to which two discretised problems count as the same
+_PARTS = ("problem", "state")
 
 
 def save_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) -> None:
@@ -30,15 +32,19 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
         ContactError: the stepper has already marched.
     """
     with opened(path, "checkpoint") as file:
-        theirs = {name: np.asarray(values[...]) for name, values in file["problem"].items()}
-        state = {name: np.asarray(values[...]) for name, values in file["state"].items()}
+        theirs, state = ({name: finite_array(file[part], name) for name in file[part]} for part in _PARTS)
     differing = [name for name, values in _identity(stepper).items() if not _same(values, theirs.get(name))]
     if differing:
         raise StorageError(
             f"{path}: checkpoint of another problem: {', '.join(differing)} differ by more than {SAME:g}; "
             "prepare the problem exactly as it was when the checkpoint was written"
         )
-    stepper.restore(state)
+    try:
+        stepper.restore(state)
+    except ContactError as problem:
+        if stepper.done:
+            raise
+        raise StorageError(f"{path}: {problem}") from problem
 
 
 def _identity(stepper: ContactStepper) -> dict[str, Array]:

@@ -121,7 +121,7 @@ def _panels(dt: float, w: float, z: float) -> Array:
     """Panel edges: half a radian (or a decay time) wide at first, geometric once the fast part has decayed."""
     width = 0.5 / (w * max(1.0, 2 * z))
     slow = z * w if z < 1 else w / (2 * z)
-    end = min(dt, 40.0 / slow)
+    end = 40.0 / slow if slow * dt > 40.0 else dt
     if end <= width:
         return np.array([0.0, end])
     dense = min(end, 40.0 / (z * w))

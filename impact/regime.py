@@ -70,7 +70,7 @@ def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
     groups = contact_groups(result) if result.force.ndim == 1 else np.zeros((0, 2))
     duration = float(groups[0, 1] - groups[0, 0]) if len(groups) else math.nan
     trip = _round_trip(target.greens)
-    ratio = _ratio(impedance**2, stiffness * mass)
+    ratio = _ratio(impedance * impedance, stiffness * mass)
     if math.isfinite(striker.mass):
         errors = _nearest("regime_rigid.csv", {"alpha": ratio}, {"reflection": reflection})
     else:

@@ -258,7 +258,7 @@ class ContactStepper:
 
     def restore(self, state: dict[str, Array]) -> None:
         """Continue a fresh stepper from a `checkpoint` of the same problem; `ContactError` if it does not fit."""
-        done = int(state["done"])
+        done = int(state.get("done", -1))
         if self.done:
             raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
         mine = {
@@ -271,6 +271,10 @@ class ContactStepper:
             "live_state": self.live.state,
             "flight": self._base,
         }
+        if missing := ", ".join(sorted((mine.keys() | {"done"}) - state.keys())):
+            raise ContactError(f"the checkpoint has no {missing}")
+        if not 0 <= done <= self.prepared.steps:
+            raise ContactError(f"the checkpoint has done {done} steps, this run has {self.prepared.steps}")
         for name, values in mine.items():
             if state[name].shape != values.shape:
                 raise ContactError(

@@ -36,6 +36,9 @@ _CLOSED: dict[str, Callable[..., GreensFunction]] = {
 _POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
 _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
+_BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
+"""What reading damaged bytes raises; RuntimeError: HDF5's own."""
+_DEFLATE = 1032  # the most that compression saves, bytes per byte
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
 
 
@@ -67,24 +70,26 @@ def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
     with opened(path, "greens") as file:
         kind = str(file.attrs["kind"])
         origin = json.loads(str(file.attrs["provenance"]))
+        if not isinstance(origin, dict):
+            raise _Damage("provenance is no table")
         error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
         if kind == "modal":
-            residual = Residual(*(_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
-            omega, zeta, shapes = (_array(file, n) for n in ("omega", "zeta", "shapes"))
+            residual = Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
+            omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
             return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin)
         if kind == "sampled":
             return SampledGreens(
-                _array(file, "values"),
+                finite_array(file, "values"),
                 float(file.attrs["dt"]),
                 tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
                 port_names=_names(file),
-                static=_array(file, "static") if "static" in file else None,
+                static=finite_array(file, "static") if "static" in file else None,
                 error=error,
                 origin=origin,
             )
         if kind == "poles":
             poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
-            rates, real, signs, rigid, spring = (_array(file, name) for name in _POLES)
+            rates, real, signs, rigid, spring = (finite_array(file, name) for name in _POLES)
             return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin)
         if kind in _CLOSED:
             return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
@@ -119,8 +124,10 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
     out = {}
     with opened(path, "result") as file:
         for name, group in file.items():
-            ledger = {key: _array(group, f"energy/{key}") for key in _LEDGER}
-            values: dict[str, Any] = {key: _array(group, key) for key in _SERIES}
+            ledger = {key: finite_array(group, f"energy/{key}") for key in _LEDGER}
+            values: dict[str, Any] = {key: finite_array(group, key) for key in _SERIES}
+            if len({array.shape for array in (*values.values(), *ledger.values())}) > 1:
+                raise _Damage(f"the histories of {name} differ in length")
             values |= {key: float(group.attrs[key]) for key in _NUMBERS}
             out[name] = ImpactResult(
                 **values,
@@ -196,22 +203,25 @@ def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
         raise
     except (_Damage, GreensFunctionError) as problem:
         raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as problem:  # RuntimeError: HDF5's own
+    except _BROKEN as problem:
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
 
 
-def _array(group: Any, key: str) -> Array:
-    """A dataset of finite numbers."""
+def finite_array(group: Any, key: str) -> Array:
+    """A dataset of finite numbers; one that claims more of them than the file has room for is damage, not a need."""
     if key not in group:
         raise _Damage(f"{key} is missing")
-    values = np.asarray(group[key][...], dtype=float)
+    found = group[key]
+    if found.nbytes > _DEFLATE * found.id.get_storage_size():
+        raise _Damage(f"{key} claims {found.nbytes / 1e9:.3g} GB, more than the file can hold")
+    values = np.asarray(found[...], dtype=float)
     if bad := int(np.sum(~np.isfinite(values))):
         raise _Damage(f"{key} has {bad} values that are not finite")
     return values
 
 
 def _complex_array(group: Any, key: str) -> NDArray[np.complex128]:
-    return np.asarray(_array(group, f"{key}/real") + 1j * _array(group, f"{key}/imag"), dtype=complex)
+    return np.asarray(finite_array(group, f"{key}/real") + 1j * finite_array(group, f"{key}/imag"), dtype=complex)
 
 
 def _names(file: Any) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from seatfem.scene.locate import key_lines
+from seatfem.scene.locate import KeyPath, key_lines
 from seatfem.scene.models import Scene
 from seatfem.scene.problems import Problem, SceneError, explain
 
@@ -26,7 +26,7 @@ def load_scene(path: Path | str) -> Scene:
     try:
         return Scene.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
-        raise SceneError(explain(error, Scene, data, path, key_lines(text))) from None
+        raise SceneError(explain(error, Scene, data, path, _lines(text))) from None
 
 
 def _read(path: Path) -> str:
@@ -47,6 +47,18 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
         raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}"),)) from None
+    except RecursionError:
+        raise _whole_file(path, "tables or arrays are nested too deeply; a scene has four levels") from None
+    except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
+        raise _whole_file(path, f"TOML: {error}") from None
+
+
+def _lines(text: str) -> dict[KeyPath, int]:
+    """Without lines where nesting is deeper than the reader of places goes."""
+    try:
+        return key_lines(text)
+    except RecursionError:
+        return {}
 
 
 def _whole_file(path: Path, message: str) -> SceneError:
