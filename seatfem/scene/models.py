@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -80,14 +81,26 @@ class Run(Table):
         return self
 
 
-Measure = Literal["impulse", "filtered_peak", "contact_duration", "seat_displacement"]
+Measure = Literal["impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress"]
+AccuracyLevel = Literal["quick", "standard", "reference"]
+TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %", "reference": "0.3 %"}
 
 
 class Accuracy(Table):
-    """What the answer must reach."""
+    """What the answer must reach: a target, or the name of one."""
 
-    target: Fraction = default("1 %", "relative error asked for")
+    level: AccuracyLevel | None = Field(None, description="a target by name: quick 5 %, standard 1 %, reference 0.3 %")
+    target: Fraction = default("1 %", "relative error asked for; or give level")
     measures: tuple[Measure, ...] = Field(("impulse", "filtered_peak"), min_length=1, description="what it is asked of")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _target_of_the_level(cls, written: object) -> object:
+        if not isinstance(written, Mapping) or (level := written.get("level")) is None:
+            return written
+        if "target" in written:
+            raise KeyProblem("target", f"level = {level!r} is given too; keep one of the two")
+        return {**written, "target": TARGETS[level]} if level in TARGETS else written
 
 
 class Scene(Table):
@@ -109,6 +122,15 @@ class Scene(Table):
             raise KeyProblem("contact.at", "a rigid mass has no positions; remove the key")
         if at > self.reed.length:
             raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reed.length:g} m")
+        return self
+
+    @model_validator(mode="after")
+    def _stress_of_what_bends(self) -> Self:
+        if isinstance(self.reed, RigidMass) and "stress" in self.accuracy.measures:
+            raise KeyProblem(
+                "accuracy.measures",
+                "a rigid mass does not bend, it has no stress: remove it, or use a cantilever",
+            )
         return self
 
     def seat_key(self) -> str:

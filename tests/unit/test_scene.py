@@ -383,3 +383,23 @@ def test_a_reed_needs_its_length_and_release_only(load: Load) -> None:
     steel = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\nrelease'
     short = changed('width = "10 mm"\nthickness = "0.305 mm"\n' + steel, "release")
     assert load(short).reed == load(SCENE).reed
+
+
+def test_a_level_of_accuracy_is_a_target_by_name(load: Load) -> None:
+    for level, target in (("quick", 0.05), ("standard", 0.01), ("reference", 0.003)):
+        assert load(SCENE + f'[accuracy]\nlevel = "{level}"\n').accuracy.target == target
+    assert load(SCENE + '[accuracy]\ntarget = "2 %"\n').accuracy.level is None
+    (both,) = messages(load, SCENE + '[accuracy]\nlevel = "quick"\ntarget = "2 %"\n')
+    assert both == "scene.toml:20: accuracy.target: level = 'quick' is given too; keep one of the two"
+    (unknown,) = messages(load, SCENE + '[accuracy]\nlevel = "exact"\n')
+    assert "accuracy.level: 'exact'" in unknown
+    assert "'exact' is not one of 'quick', 'standard', 'reference'" in unknown
+
+
+def test_stress_is_asked_of_what_bends(load: Load) -> None:
+    wanted = '[accuracy]\nmeasures = ["impulse", "stress"]\n'
+    assert "stress" in load(SCENE + wanted).accuracy.measures
+    start, end = SCENE.split("[reed]")[0], SCENE[SCENE.index("[run]") :]
+    mass = start + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + end
+    (refused,) = messages(load, mass + wanted)
+    assert "accuracy.measures: a rigid mass does not bend, it has no stress: remove it, or use a can" in refused
