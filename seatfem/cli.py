@@ -26,6 +26,8 @@ DONE: Final = 0
 FAILED: Final = 1
 BAD_INPUT: Final = 2
 INTERRUPTED: Final = 130
+WIDEST: Final = 1000  # characters of a line of a message
+MOST_LINES: Final = 40
 DEMO_SCENE: Final = "flapper_on_annular_seat.toml"
 
 app = App(
@@ -65,7 +67,7 @@ def run_command(arguments: Sequence[str]) -> int:
         with warnings.catch_warnings(record=True) as caught:
             code = app(arguments)
         for message in dict.fromkeys(str(warning.message) for warning in caught):
-            errors.print(f"warning: {message}")
+            errors.print(f"warning: {_clipped(message)}")
     except CycloptsError:
         return BAD_INPUT  # cyclopts has told
     except KeyboardInterrupt:
@@ -74,7 +76,7 @@ def run_command(arguments: Sequence[str]) -> int:
     except Exception as error:
         if debug:
             raise
-        errors.print(f"seatfem: {_in_words(error)}")
+        errors.print(f"seatfem: {_clipped(_placed(error, arguments))}")
         return _exit_code(error)
     return code if isinstance(code, int) else DONE
 
@@ -116,12 +118,15 @@ def plan(scene: Path, /, *, common: Common = COMMON) -> int:
     """
     checked = _load(scene)
     from seatfem.planning.planner import plan_scene
-    from seatfem.views.plan_view import choices_table
+    from seatfem.views.plan_view import choices_table, costs_table, shares_line, stages_line
 
     planned = plan_scene(checked)
     if not common.quiet:
         console = _console()
         console.print(choices_table(planned))
+        console.print(costs_table(planned))
+        console.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True, markup=False)
+        console.print(f"predicted error: {shares_line(planned)}", soft_wrap=True, markup=False)
     return DONE
 
 
@@ -349,6 +354,25 @@ def _in_words(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "out of memory; a coarser mesh (seat.mesh.size) needs less"
     return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
+
+
+def _placed(error: Exception, arguments: Sequence[str]) -> str:
+    """In words; the contact solver knows no scenes, so the scene's name stands in front of what it says."""
+    text = _in_words(error)
+    scenes = [Path(word) for word in arguments if word.endswith(".toml")]
+    if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
+        return text
+    return f"{scenes[0]}: {text}"
+
+
+def _clipped(text: str) -> str:
+    """A broken file's own words may be a million characters long."""
+    lines = [
+        line if len(line) <= WIDEST else f"{line[: WIDEST // 2]} ... {line[-WIDEST // 2 :]}"
+        for line in text.split("\n")
+    ]
+    more = len(lines) - MOST_LINES
+    return "\n".join(lines if more <= 0 else [*lines[:MOST_LINES], f"... and {more} more lines"])
 
 
 def _exit_code(error: Exception) -> int:

@@ -8,7 +8,6 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.signal import find_peaks
 
 from impact.greens import Array, ErrorEstimate, GreensFunction
 from impact.modal import ModalGreens, Residual
@@ -193,10 +192,17 @@ def _noise(g: Complex) -> float:
     return float(np.median(np.linalg.norm(np.diff(g, 2, axis=0), axis=(1, 2))) / np.sqrt(6))
 
 
+def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
+    """Indices of the local maxima that stand out of their surroundings by ``prominence``."""
+    from scipy.signal import find_peaks  # here, for its import alone takes longer than many a scene
+
+    return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
+
+
 def _peaks(data: _Data, most: int) -> tuple[int, Array]:
     """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
-    peaks = find_peaks(np.log(size * data.s.imag), prominence=0.5)[0]
+    peaks = _local_peaks(np.log(size * data.s.imag), prominence=0.5)
     peaks = data.s.imag[peaks[size[peaks] > _ABOVE_NOISE * _noise(data.g)]]
     return min(max(1, len(peaks)), most), peaks
 
@@ -204,7 +210,7 @@ def _peaks(data: _Data, most: int) -> tuple[int, Array]:
 def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
     """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
     smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
-    peaks = find_peaks(np.concatenate([[0.0], smooth, [0.0]]))[0] - 1
+    peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
     worst = s.imag[peaks[np.argsort(-smooth[peaks])[:count]]]
     pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
     return Poles(pairs[np.argsort(pairs.imag)], poles.rates)

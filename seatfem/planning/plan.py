@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from seatfem.runs.budget import Source
 from seatfem.scene import Scene
 from seatfem.seats.levels import Level
 
@@ -80,7 +81,7 @@ class Plan:
     cost: Cost
     error: Mapping[str, float]
     alternatives: tuple[Alternative, ...] = ()
-    shares: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
 
     def choice(self, key: str) -> Choice:

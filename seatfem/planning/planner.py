@@ -2,48 +2,117 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
 from impact.progress import Progress, silent
-from seatfem.planning.filling import OPEN_KEYS, filled, has_key, is_given
-from seatfem.planning.plan import Choice, Cost, Plan, PlannedLevel
-from seatfem.scene import DrawnSeat, ElasticSeat, Scene
-from seatfem.seats.levels import choose_level
-from seatfem.seats.seat import ROD_SHARE, mesh_spec
+from seatfem.planning.choices import choices_of
+from seatfem.planning.costs import predict_cost
+from seatfem.planning.deciding import Decision, decide
+from seatfem.planning.kept import Fineness, finer, kept_seat
+from seatfem.planning.machine import Machine
+from seatfem.planning.mesh_size import ERRORS
+from seatfem.planning.options import BAND, TOLERANCE, TOLERANCES, Seen
+from seatfem.planning.plan import Alternative, Cost, Plan
+from seatfem.planning.prerun import Bench, first_look
+from seatfem.planning.sensitivity import BANDS, Sensitivity
+from seatfem.planning.surrogate import surrogate_of
+from seatfem.runs.budget import SAFETY
+from seatfem.runs.contact import check_step
+from seatfem.scene import ElasticSeat, Scene
+from seatfem.seats.seat import memory
+from seatfem.seats.store import Store
+
+STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
+FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs must reach
+OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
+"""Stages that a seat computed before does without."""
 
 
-def plan_scene(scene: Scene, progress: Progress = silent) -> Plan:
+def plan_scene(
+    scene: Scene,
+    machine: Machine | None = None,
+    progress: Progress = silent,
+    *,
+    folder: Path | None = None,
+    store: Store | None = None,
+) -> Plan:
     """Every open key of ``scene`` chosen, with reason and number; predicted cost and error.
 
+    Args:
+        scene: as in the file; what it states is obeyed.
+        machine: rates of this computer; default: those known.
+        folder: of the run, whose seat may serve again.
+        store: of seats; default: the user's.
+
     Raises:
+        RunError: a given time step that cannot resolve the measures.
         LevelError: a level that does not describe the seat is asked for.
     """
-    level: PlannedLevel = "closed form"
-    values: dict[str, object] = {}
-    seat = scene.seat
-    if isinstance(seat, DrawnSeat):
-        chosen = choose_level(seat, scene.accuracy.target / ROD_SHARE)
-        level = chosen.level
-        spec = mesh_spec(seat, chosen.level)
-        values = {
-            "seat.model": level,
-            "seat.mesh.size": spec.size,
-            "seat.mesh.contact_size": spec.patch_size,
-            "seat.mesh.order": spec.order,
-            "seat.greens.bandwidth": seat.greens.bandwidth,
-        }
-    elif isinstance(seat, ElasticSeat):
-        level = "3d"
-    complete = filled(scene, values)
-    choices = tuple(
-        Choice(key, str(values.get(key, "as the file says")), "today's default", is_given(scene, key))
-        for key in OPEN_KEYS
-        if has_key(scene, key) and (key in values or is_given(scene, key))
+    check_step(scene)
+    seen = _look(scene, progress)
+    decision = decide(seen, scene.accuracy.target)
+    found = _kept(decision, folder, Store.default() if store is None else store)
+    complete = decision.scene() if found is None else found[1]
+    progress("planning", 0.9)
+    return Plan(
+        scene=complete,
+        level=decision.level,
+        choices=choices_of(decision, complete, "" if found is None else found[2]),
+        cost=_cost(complete, decision, machine, kept=found is not None),
+        error=decision.error,
+        alternatives=_alternatives(decision, machine),
+        shares=decision.shares,
+        kept=found is not None,
     )
-    return Plan(complete, level, choices, Cost(0.0, 0.0), {})
+
+
+def _look(scene: Scene, progress: Progress) -> Seen:
+    surrogate = surrogate_of(scene)
+    progress("planning", 0.1)
+    window = first_look(scene, surrogate.greens)
+    finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
+    sensitivity = Sensitivity(Bench(scene, surrogate.greens, window), scene.accuracy.measures, finest)
+    return Seen(scene, surrogate, sensitivity)
+
+
+def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Fineness, Scene, str] | None:
+    if decision.fineness is None or not isinstance(decision.seen.scene.seat, ElasticSeat):
+        return None
+
+    def candidates() -> Iterator[tuple[Fineness, Scene]]:
+        open_to = {key: decision.ladder(key) is not None for key in (BAND, TOLERANCE)}
+        assert decision.fineness is not None
+        for fineness in finer(
+            decision.fineness,
+            BANDS if open_to[BAND] else (),
+            TOLERANCES if open_to[TOLERANCE] else (),
+            ERRORS if decision.fineness.mesh else (),
+        ):
+            yield fineness, decision.scene(fineness)
+
+    return kept_seat(candidates(), memory(decision.scene()), None if folder is None else folder / "seat.h5", store)
+
+
+def _cost(scene: Scene, decision: Decision, machine: Machine | None, *, kept: bool = False) -> Cost:
+    cost = predict_cost(scene, decision.level, machine)
+    if not kept:
+        return cost
+    parts = {stage: seconds for stage, seconds in cost.parts.items() if stage not in OF_THE_SEAT}
+    return Cost(sum(parts.values()), cost.memory, parts)
+
+
+def _alternatives(decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
+    """The plans for a target looser and tighter by `STEP_UP`."""
+    target = decision.seen.scene.accuracy.target
+    found = []
+    for words, other in (("cheaper", STEP_UP * target), ("more accurate", target / STEP_UP)):
+        if other < 1:
+            plan = decide(decision.seen, other)
+            found.append(Alternative(f"{words}: target = {other:.2g}", _cost(plan.scene(), plan, machine), plan.error))
+    return tuple(found)
 
 
 def refine(plan: Plan, source: str) -> Plan | None:
-    """``plan`` with the key behind the dominant ``source`` of error made finer; ``None`` where the file states it.
-
-    ``source``: mesh, reduction, time_step or model.
-    """
     return None

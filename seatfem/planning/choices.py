@@ -1,0 +1,161 @@
+"""A decision in words: every key, its value, and the reason with its number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from seatfem.planning.deciding import Decision
+from seatfem.planning.filling import has_key, is_given
+from seatfem.planning.ladders import Changes
+from seatfem.planning.mesh_size import Sizes, per_wavelength
+from seatfem.planning.options import (
+    BAND,
+    CONTACT_SIZE,
+    METHOD,
+    MODEL,
+    MODES,
+    ORDER,
+    SIZE,
+    STEP,
+    TOLERANCE,
+)
+from seatfem.planning.plan import Choice
+from seatfem.runs.variations import FEWER, NARROWER
+from seatfem.scene import Scene
+
+ROAD_LIMIT: Final = 600  # unknowns up to which all modes cost nothing
+
+
+def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...]:
+    """Every key of the filled ``scene`` that matters; ``kept``: where its seat is already."""
+    found: list[Choice] = []
+    for key, reason in _REASONS.items():
+        if not has_key(scene, key) or (value := _value(scene, key)) is None:
+            continue
+        if key in _OF_THE_MESH and decision.level == "rod":
+            continue
+        found.append(_choice(decision, scene, key, value, reason(decision, scene)))
+    if kept:
+        found.insert(1, Choice("seat", "computed before", f"{kept}, at least as fine: costs nothing", False))
+    window = decision.seen.sensitivity.bench.window
+    words = f"{window.groups} contacts" if window.touches else "no contact"
+    found.append(Choice("run.duration", _time(scene.run.duration), f"{words} at a first look", True))
+    found.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
+    return tuple(found)
+
+
+def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:
+    given = is_given(decision.seen.scene, key)
+    return Choice(key, _UNITS.get(key, str)(value), reason, given)
+
+
+def _value(scene: Scene, key: str) -> Any:
+    value: Any = scene
+    for part in key.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def _most(changes: Changes) -> str:
+    """The measure that changes most, and by how much."""
+    if not changes:
+        return "no measure"
+    name = max(changes, key=lambda measure: changes[measure])
+    return f"{name} by {_percent(changes[name])}"
+
+
+def _level(decision: Decision, scene: Scene) -> str:
+    return decision.why
+
+
+def _band(decision: Decision, scene: Scene) -> str:
+    if decision.level == "spring":
+        return "no waves are asked for"
+    return f"what lies above, and the last factor of {NARROWER:g} below, changes {_most(decision.changes(BAND))}"
+
+
+def _tolerance(decision: Decision, scene: Scene) -> str:
+    return f"that much of g changes {_most(decision.changes(TOLERANCE))}"
+
+
+def _method(decision: Decision, scene: Scene) -> str:
+    return f"the road is taken once the mesh is known: all modes up to {ROAD_LIMIT} unknowns, else Krylov or Lanczos"
+
+
+def _size(decision: Decision, scene: Scene) -> str:
+    patch = decision.seen.patch
+    if patch is None or decision.fineness is None:
+        return "follows the band: the geometry is known to gmsh only"
+    sizes = Sizes(_value(scene, SIZE), _value(scene, CONTACT_SIZE))
+    waves = per_wavelength(patch, decision.fineness.band, sizes)
+    return f"{waves:.2g} elements per shear wavelength; the mesh changes {_most(decision.changes(SIZE))}"
+
+
+def _contact_size(decision: Decision, scene: Scene) -> str:
+    patch = decision.seen.patch
+    if patch is None:
+        return "0.4 of the bulk's"
+    across = patch.width / _value(scene, CONTACT_SIZE)
+    return f"{across:.2g} elements across the struck {1e3 * patch.width:.3g} mm"
+
+
+def _order(decision: Decision, scene: Scene) -> str:
+    return "curved, and the cheaper for one percent and less"
+
+
+def _modes(decision: Decision, scene: Scene) -> str:
+    return f"{FEWER:g} times fewer change {_most(decision.changes(MODES))}"
+
+
+def _step(decision: Decision, scene: Scene) -> str:
+    return f"twice as long a step changes {_most(decision.changes(STEP))}"
+
+
+def _asked(scene: Scene) -> str:
+    return f"of {', '.join(scene.accuracy.measures)}"
+
+
+def _told_target(scene: Scene) -> bool:
+    return bool({"target", "level"} & scene.accuracy.model_fields_set)
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %"
+
+
+def _time(value: float) -> str:
+    for unit, scale in (("s", 1.0), ("ms", 1e3), ("us", 1e6)):
+        if value * scale >= 1:
+            return f"{value * scale:.3g} {unit}"
+    return f"{1e9 * value:.3g} ns"
+
+
+def _length(value: float) -> str:
+    return f"{1e3 * value:.3g} mm" if value >= 1e-4 else f"{1e6 * value:.3g} um"
+
+
+def _frequency(value: float) -> str:
+    return f"{value / 1e6:.3g} MHz" if value >= 1e6 else f"{value / 1e3:.3g} kHz"
+
+
+Reason = Callable[[Decision, Scene], str]
+_REASONS: Final[Mapping[str, Reason]] = {
+    MODEL: _level,
+    BAND: _band,
+    TOLERANCE: _tolerance,
+    METHOD: _method,
+    SIZE: _size,
+    CONTACT_SIZE: _contact_size,
+    ORDER: _order,
+    MODES: _modes,
+    STEP: _step,
+}
+_OF_THE_MESH: Final = (BAND, TOLERANCE, METHOD, SIZE, CONTACT_SIZE, ORDER)
+_UNITS: Final[Mapping[str, Callable[[Any], str]]] = {
+    BAND: _frequency,
+    TOLERANCE: _percent,
+    SIZE: _length,
+    CONTACT_SIZE: _length,
+    STEP: _time,
+}

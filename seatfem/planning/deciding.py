@@ -1,0 +1,157 @@
+"""The cheapest model that meets a target: level, rungs of every ladder, and what error they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from seatfem.planning.filling import filled
+from seatfem.planning.kept import Fineness
+from seatfem.planning.ladders import Changes, Ladder, Position, climb, errors, shares
+from seatfem.planning.options import (
+    BAND,
+    MODEL,
+    MODES,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    Seen,
+    fill_seat,
+    lowest_band,
+    mesh_ladder,
+    run_ladders,
+    seat_ladders,
+)
+from seatfem.planning.plan import PlannedLevel
+from seatfem.planning.sensitivity import worst
+from seatfem.runs.budget import SAFETY, Source
+from seatfem.scene import DrawnSeat, ElasticSeat, Scene
+from seatfem.scene.imported import Matrices
+from seatfem.seats.levels import Applicability, applicable, choose_level
+
+OF_LEVEL: Final = 0.125  # part of the target that the level of modelling may use up
+LARGEST: Final = 0.5  # error of g by a level that is chosen, however little the measures depend on g
+DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What is chosen for one target.
+
+    Attributes:
+        seen: what it is chosen from.
+        level: of the seat.
+        why: it.
+        ladders, position: the rung chosen of each ladder.
+        fixed: by source, what is left whatever the rungs.
+        fineness: of the seat; ``None`` without finite elements.
+    """
+
+    seen: Seen
+    level: PlannedLevel
+    why: str
+    ladders: tuple[Ladder, ...]
+    position: Position
+    fixed: Mapping[Source, Changes]
+    fineness: Fineness | None
+
+    @property
+    def error(self) -> Mapping[str, float]:
+        """Predicted bar of each measure, relative."""
+        return errors(self.ladders, self.position, self.fixed)
+
+    @property
+    def shares(self) -> Mapping[Source, Changes]:
+        """By source."""
+        return shares(self.ladders, self.position, self.fixed)
+
+    def ladder(self, key: str) -> Ladder | None:
+        """The ladder of a key, where there is one."""
+        return next((ladder for ladder in self.ladders if ladder.key == key), None)
+
+    def value(self, key: str) -> float | None:
+        """What was chosen of a ladder."""
+        ladder = self.ladder(key)
+        return None if ladder is None else ladder.values[self.position[key]]
+
+    def changes(self, key: str) -> Changes:
+        """What the chosen rung leaves."""
+        ladder = self.ladder(key)
+        return {} if ladder is None else ladder.changes[self.position[key]]
+
+    def scene(self, fineness: Fineness | None = None) -> Scene:
+        """Every open key filled; ``fineness``: of another seat than the one chosen."""
+        scene, seat = self.seen.scene, fineness or self.fineness
+        if seat is not None:
+            scene = fill_seat(self.seen, seat.band, seat.tolerance, seat.mesh)
+        values: dict[str, object] = {MODEL: self.level} if isinstance(scene.seat, DrawnSeat) else {}
+        if (n := self.value(MODES)) is not None:
+            values[MODES] = round(n)
+        if (dt := self.value(STEP)) is not None:
+            values[STEP] = dt
+        return filled(scene, values)
+
+
+def decide(seen: Seen, target: float, level: PlannedLevel | None = None) -> Decision:
+    """The coarsest rungs that meet ``target``, at the cheapest level that does, or at ``level``."""
+    contact = run_ladders(seen)
+    seat = seen.scene.seat
+    if not isinstance(seat, ElasticSeat | Matrices):
+        return Decision(seen, "closed form", _closed(seen), contact, climb(contact, target, {}), {}, None)
+    of_seat = seat_ladders(seen)
+    found, why, fixed = _level(seen, target, level, of_seat)
+    if found == "rod":
+        return Decision(seen, found, why, contact, climb(contact, target, fixed), fixed, None)
+    if found == "spring":
+        of_seat = ()
+        bands = (lowest_band(seen),)
+    else:
+        bands = of_seat[0].values
+    band = bands[0]
+    for _ in range(2):  # the mesh follows the band, whose rung follows from what the mesh leaves
+        ladders = (*contact, *mesh_ladder(seen, band), *of_seat)
+        position = climb(ladders, target, fixed)
+        band = bands[position.get(BAND, 0)]
+    ladders = (*contact, *mesh_ladder(seen, band), *of_seat)
+    decision = Decision(seen, found, why, ladders, position, fixed, None)
+    fineness = Fineness(band, decision.value(TOLERANCE) or seat.greens.tolerance, decision.value(SIZE) or 0.0)
+    return Decision(seen, found, why, ladders, position, fixed, fineness)
+
+
+def _level(
+    seen: Seen, target: float, wanted: PlannedLevel | None, of_seat: tuple[Ladder, ...]
+) -> tuple[PlannedLevel, str, Mapping[Source, Changes]]:
+    """Level, why, and what it leaves in the measures."""
+    seat = seen.scene.seat
+    if not isinstance(seat, DrawnSeat):
+        return "3d", "as the file has it", {}
+    limit = OF_LEVEL * target / SAFETY
+    spring = {name: DOUBT * value for name, value in seen.sensitivity.spring.items()}
+    if seat.model == "spring" or wanted == "spring":
+        return "spring", f"a spring instead of waves changes the measures by {worst(spring):.1g}", {"model": spring}
+    if wanted is None and seat.model == "auto" and worst(spring) <= limit:
+        why = f"waves in the seat change the measures by {worst(spring):.1g} at most: its static compliance is enough"
+        return "spring", why, {"model": spring}
+    band = of_seat[0].values[of_seat[0].coarsest(limit)]
+    banded = fill_seat(seen, band, seat.greens.tolerance, 0.05).seat
+    assert isinstance(banded, DrawnSeat)
+    per_g = worst(seen.sensitivity.of_g)
+    allowed = min(LARGEST, limit / per_g) if per_g > 0 else LARGEST
+    chosen = _named(banded, wanted) or choose_level(banded, allowed)
+    left = seen.per_g(chosen.error)
+    fixed: Mapping[Source, Changes] = {"model": left} if chosen.error else {}
+    words = f"; {_percent(chosen.error)} of g is {_percent(worst(left))} of the measures" if chosen.error else ""
+    return chosen.level, chosen.reason + words, fixed
+
+
+def _named(seat: DrawnSeat, level: PlannedLevel | None) -> Applicability | None:
+    return next((found for found in applicable(seat) if found.level == level and found.applies), None)
+
+
+def _closed(seen: Seen) -> str:
+    return f"seat.kind = {seen.scene.seat.kind!r}: nothing to discretise"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %"

@@ -1,0 +1,63 @@
+"""Seats computed before that are at least as fine as the plan asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from impact.greens import GreensFunction
+from impact.storage import StorageError, load_greens
+from seatfem.scene import Scene
+from seatfem.seats.store import Store
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """What a seat is computed for: band [Hz], tolerance of the reduction, error of g by the mesh."""
+
+    band: float
+    tolerance: float
+    mesh: float
+
+
+def finer(
+    wanted: Fineness, bands: Sequence[float], tolerances: Sequence[float], meshes: Sequence[float]
+) -> Iterator[Fineness]:
+    """``wanted`` and what is at least as fine in all three, the nearest first."""
+    found = [
+        Fineness(band, tolerance, mesh)
+        for band in sorted({wanted.band, *bands})
+        for mesh in sorted({wanted.mesh, *meshes}, reverse=True)
+        for tolerance in sorted({wanted.tolerance, *tolerances}, reverse=True)
+        if band >= wanted.band and tolerance <= wanted.tolerance and mesh <= wanted.mesh
+    ]
+    return iter(found)
+
+
+def kept_seat(
+    candidates: Iterator[tuple[Fineness, Scene]], lasts: float, folder: Path | None, store: Store
+) -> tuple[Fineness, Scene, str] | None:
+    """The first of the filled scenes whose seat is there and valid for ``lasts`` [s], and where it is."""
+    here = _read(folder) if folder is not None else None
+    for fineness, scene in candidates:
+        key = scene.seat_key()
+        if here is not None and _serves(here, key, lasts):
+            return fineness, scene, f"in {folder.name}" if folder is not None else ""
+        path = store.path(key)
+        if path.is_file() and _serves(_read(path), key, lasts):
+            return fineness, scene, "in the store"
+    return None
+
+
+def _read(path: Path) -> GreensFunction | None:
+    try:
+        return load_greens(path)
+    except StorageError:
+        return None
+
+
+def _serves(greens: GreensFunction | None, key: str, lasts: float) -> bool:
+    if greens is None or greens.provenance.get("seat_key") != key:
+        return False
+    return float(str(greens.provenance.get("valid_for_s", 0.0))) >= lasts

@@ -1,0 +1,86 @@
+"""Ladders of values from coarse to fine, and the coarsest rungs that together meet a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from seatfem.runs.budget import SAFETY, Source
+
+SHARES: Final[Mapping[Source, float]] = {"mesh": 0.2, "reduction": 0.2, "time_step": 0.35, "model": 0.25}
+"""Parts of the target that the sources of error may use up at first."""
+
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Values of one key from coarse to fine.
+
+    Attributes:
+        key: dotted, as in the scene.
+        source: of the error.
+        values: coarse to fine.
+        changes: what each leaves in the measures, relative; the same length.
+    """
+
+    key: str
+    source: Source
+    values: tuple[float, ...]
+    changes: tuple[Changes, ...]
+
+    @staticmethod
+    def steady(key: str, source: Source, values: tuple[float, ...], changes: tuple[Changes, ...]) -> Ladder:
+        """A rung counts as no better than any finer one: a small change may be an accident."""
+        found: list[Changes] = []
+        for here in reversed(changes):
+            found.append(here if not found else {name: max(v, found[-1][name]) for name, v in here.items()})
+        return Ladder(key, source, values, tuple(reversed(found)))
+
+    def coarsest(self, limit: float) -> int:
+        """Number of the coarsest rung that changes every measure by at most ``limit``; else of the finest."""
+        for number, changes in enumerate(self.changes):
+            if max(changes.values(), default=0.0) <= limit:
+                return number
+        return len(self.values) - 1
+
+
+Position = Mapping[str, int]
+
+
+def climb(ladders: tuple[Ladder, ...], target: float, fixed: Mapping[Source, Changes]) -> Position:
+    """The rungs, by key, that meet the target: each within its share at first, then coarser while the sum allows.
+
+    ``ladders``: those that cost most first. ``fixed``: what is left whatever is chosen.
+    """
+    present = {ladder.source for ladder in ladders} | set(fixed)
+    whole = sum(SHARES[source] for source in present) or 1.0
+    several = {source: sum(ladder.source == source for ladder in ladders) for source in present}
+    position = {
+        ladder.key: ladder.coarsest(target / SAFETY * SHARES[ladder.source] / whole / several[ladder.source])
+        for ladder in ladders
+    }
+    for ladder in ladders:
+        while position[ladder.key] > 0:
+            coarser = {**position, ladder.key: position[ladder.key] - 1}
+            if max(errors(ladders, coarser, fixed).values(), default=0.0) > target:
+                break
+            position = coarser
+    return position
+
+
+def shares(ladders: tuple[Ladder, ...], position: Position, fixed: Mapping[Source, Changes]) -> dict[Source, Changes]:
+    """By source, the relative error left in each measure."""
+    parts: dict[Source, Changes] = {source: dict(changes) for source, changes in fixed.items()}
+    for ladder in ladders:
+        here, before = ladder.changes[position[ladder.key]], parts.get(ladder.source, {})
+        parts[ladder.source] = {name: value + before.get(name, 0.0) for name, value in here.items()}
+    return parts
+
+
+def errors(ladders: tuple[Ladder, ...], position: Position, fixed: Mapping[Source, Changes]) -> dict[str, float]:
+    """Predicted bar of each measure, relative, as `seatfem.runs.budget` will state it."""
+    parts = shares(ladders, position, fixed)
+    names = dict.fromkeys(name for part in parts.values() for name in part)
+    return {name: SAFETY * sum(part.get(name, 0.0) for part in parts.values()) for name in names}

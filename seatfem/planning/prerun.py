@@ -1,0 +1,120 @@
+"""Cheap runs before the run: a surrogate seat, and only the impact that the measures come from.
+
+The reed's free flight is exact, so a pre-run starts shortly before the first contact and ends with the contact group
+that carries the filtered peak.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact import measures, oscillator
+from impact.body import Body, ModalState
+from impact.greens import GreensFunction
+from impact.modal import ModalGreens
+from impact.result import ImpactResult
+from seatfem.runs.budget import Values, measured
+from seatfem.runs.contact import striker_of
+from seatfem.scene import Cantilever, Scene
+
+FEW: Final = 16  # reed modes of the first look
+LOOK: Final = 20_000  # steps of the first look at most
+BEFORE: Final = 10e-6  # start of the window before the first contact [s]
+MOST: Final = 60_000  # steps of a pre-run at most
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of the run that pre-runs march.
+
+    Attributes:
+        start: [s] of the run.
+        duration: [s].
+        groups: contact groups in the whole run, at a first look.
+    """
+
+    start: float
+    duration: float
+    groups: int
+
+    @property
+    def touches(self) -> bool:
+        """Whether there is any contact."""
+        return self.groups > 0
+
+
+def first_look(scene: Scene, seat: GreensFunction) -> Window:
+    """Where the contact is that matters: a coarse run with few modes over the whole duration."""
+    few = striker_of(scene, min(FEW, _modes_of(scene)))
+    dt = max(scene.run.duration / LOOK, scene.run.filter_width / 10)
+    dt = min(dt, scene.run.filter_width / 2, scene.run.duration / 200)
+    duration = min(scene.run.duration, 5 * LOOK * dt)
+    result = _solved(scene, few, seat, dt, duration)
+    groups = measures.contact_groups(result)
+    if len(groups) == 0:
+        return Window(0.0, scene.run.duration, 0)
+    filtered = measures.filtered_force(result, scene.run.filter_width)
+    peak = float(result.time[int(np.argmax(filtered))])
+    carrying = int(np.searchsorted(groups[:, 0], peak + scene.run.filter_width, side="right")) - 1
+    end = float(groups[max(carrying, 0), 1])
+    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * scene.run.filter_width))
+    stop = min(scene.run.duration, end + max(BEFORE, 2 * scene.run.filter_width))
+    return Window(start, stop - start, len(groups))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Pre-runs of one scene: the same window again and again, one thing changed at a time."""
+
+    scene: Scene
+    seat: GreensFunction
+    window: Window
+
+    def affords(self, dt: float) -> bool:
+        """Whether a pre-run with this step [s] is cheap."""
+        return self.window.duration <= MOST * dt
+
+    def affordable(self, dt: float) -> float:
+        """``dt``, or the shortest step that a pre-run can afford [s]."""
+        return max(dt, self.window.duration / MOST)
+
+    def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
+        """The measures in the window [SI]."""
+        start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
+        striker = advanced(striker_of(self.scene, n_modes), start)
+        result = _solved(self.scene, striker, self.seat if seat is None else seat, dt, self.window.duration)
+        return measured(result, self.scene.run.filter_width)
+
+
+def advanced(body: Body, time: float) -> Body:
+    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity."""
+    if time == 0.0 or not isinstance(body.greens, ModalGreens):
+        return body
+    g, start = body.greens, body.modal_start()
+    a, _ = oscillator.transition(time, g.omega, g.zeta)
+    q = a[0, 0] * start.displacement + a[0, 1] * start.velocity
+    v = a[1, 0] * start.displacement + a[1, 1] * start.velocity
+    return replace(body, state=ModalState(q, v), velocity=0.0)
+
+
+def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
+    """|other - one|/|one|, measure by measure; 0 where both are 0."""
+    return {
+        name: abs(other[name] - one[name]) / abs(one[name]) if one[name] else (0.0 if not other[name] else math.inf)
+        for name in one
+    }
+
+
+def _modes_of(scene: Scene) -> int:
+    return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
+
+
+def _solved(scene: Scene, striker: Body, seat: GreensFunction, dt: float, duration: float) -> ImpactResult:
+    problem = impact.ContactProblem(striker, Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    return impact.solve(problem, dt=dt, duration=duration)
