@@ -15,7 +15,7 @@ from typing import Final, get_args
 
 from impact.engines import Engine
 from seatfem.planning.filling import is_given
-from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
+from seatfem.scene import BarSeat, Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
 from seatfem.seats.discretise import solid
 from seatfem.seats.levels import Level, applicable
 from seatfem.seats.seat import PER_WAVELENGTH
@@ -109,6 +109,8 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
     if not isinstance(seat, DrawnSeat) or (column := column_of(seat)) is None:
         return
     yield _spring_point("spring, column E A/h", column.stiffness)
+    if isinstance(seat, BarSeat):  # its column is what the level "rod" is
+        return
     rod = {
         "kind": "rod",
         "young": f"{column.young!r} Pa",
@@ -125,7 +127,7 @@ def _spring_point(name: str, stiffness: float) -> Point:
 
 
 def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
-    """Mesh and band together, for each level; the centre's last, and up to the centre."""
+    """Mesh and band together, for each level; that of the centre last, and up to the centre."""
     if centre.size is None:
         yield Point("as given", "as given", "diagonal", centre.settings())
         return
@@ -138,12 +140,18 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
             yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
         elif found.applies and found.level != centre.level:
             yield from _chain(replace(centre, level=found.level), -depth, -1)
-    yield from _chain(centre, -depth, 0 if solid_level(centre) else 1)
+    yield from _chain(centre, -depth, 0)
 
 
 def solid_level(centre: Centre) -> bool:
     """Whether the centre's meshes are three-dimensional."""
     return centre.level in ("sector", "3d")
+
+
+def finer_rung(scene: Scene, fineness: int) -> Point:
+    """The diagonal beyond the centre, for as far as it can be afforded."""
+    centre = centre_of(scene)
+    return replace(_rung(centre, str(centre.level), fineness), after=_name(str(centre.level), fineness - 1))
 
 
 def _chain(centre: Centre, first: int, last: int) -> Iterator[Point]:

@@ -13,15 +13,17 @@ from impact.progress import Progress, silent
 from seatfem.planning.filling import OPEN_KEYS, has_key, is_given
 from seatfem.planning.planner import plan_scene
 from seatfem.scene import Scene, load_scene
-from seatfem.trading.ladder import RATIO, centre_of, ladder, reference_point, solid_level
+from seatfem.seats.store import Store
+from seatfem.trading.ladder import RATIO, centre_of, finer_rung, ladder, reference_point, solid_level
 from seatfem.trading.pareto import cost_excess, pareto_front
 from seatfem.trading.point import Outcome, Point
-from seatfem.trading.runner import TIME_LIMIT, run_points
+from seatfem.trading.runner import TIME_LIMIT, run_point, run_points
 from seatfem.trading.settings import ALL_OPEN, scene_with, stated_choices
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
 REFERENCE_TIME: Final = 4.0  # time limits that the reference may take
+FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
 GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
 
 
@@ -116,24 +118,26 @@ def measure_trade(
     """
     scene = load_scene(path)
     begun = time.perf_counter()
-    planned = _planned(path, scene)
+    planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun
     points = (*ladder(scene, quick=quick), *planned)
+    _warm_up(path, points, journal, time_limit)
     found = run_points(path, points, journal, time_limit=time_limit, progress=progress)
-    exact, back, found = _reference(path, scene, journal, found, time_limit, progress)
+    finer, found = _finer(path, scene, journal, found, time_limit, 1 if quick else FINEST)
+    exact, back, found = _reference(path, scene, journal, found, len(finer), time_limit, progress)
     values, others = found[exact].values, found[back].values
     floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
     measures = tuple(scene.accuracy.measures)
     title = scene.title or path.stem
-    return Trade(title, measures, scene.accuracy.target, points, found, exact, floor, planning)
+    return Trade(title, measures, scene.accuracy.target, (*points, *finer), found, exact, floor, planning)
 
 
-def _planned(path: Path, scene: Scene) -> tuple[Point, ...]:
+def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
     """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
-    free = plan_scene(scene_with(path, ALL_OPEN))
+    free = plan_scene(scene_with(path, ALL_OPEN), store=empty)
     points = [Point(PLANNED, _family(free.level), "planned", {**ALL_OPEN, **stated_choices(free.scene)})]
     if any(has_key(scene, key) and is_given(scene, key) for key in OPEN_KEYS):
-        filed = plan_scene(scene)
+        filed = plan_scene(scene, store=empty)
         points.append(Point(AS_FILED, _family(filed.level), "planned", stated_choices(filed.scene)))
     return tuple(points)
 
@@ -142,18 +146,54 @@ def _family(level: str) -> str:
     return "as given" if level == "closed form" else level
 
 
+def _warm_up(path: Path, points: Sequence[Point], journal: Path, time_limit: float) -> None:
+    """Compiled code is on the disk before anything is measured: the coarsest of each family once, for nothing."""
+    if journal.exists():
+        return
+    coarsest = {p.family: p for p in reversed(points) if p.varied == "diagonal"}
+    for point in coarsest.values():
+        run_point(path, point, REFERENCE_TIME * time_limit)
+
+
+def _finer(
+    path: Path, scene: Scene, journal: Path, found: Mapping[str, Outcome], time_limit: float, most: int
+) -> tuple[tuple[Point, ...], dict[str, Outcome]]:
+    """The diagonal goes on above the centre while a rung is predicted to end within half the time limit."""
+    added: list[Point] = []
+    while len(added) < most and _seconds(scene, found, len(added), 1) <= time_limit / 2:
+        point = finer_rung(scene, len(added) + 1)
+        found = run_points(path, [point], journal, time_limit=time_limit, known=found)
+        added.append(point)
+    return tuple(added), dict(found)
+
+
+def _seconds(scene: Scene, found: Mapping[str, Outcome], top: int, notches: int) -> float:
+    """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite where unknown."""
+    centre = centre_of(scene)
+    if centre.size is None:
+        return math.inf
+    last = found.get(finer_rung(scene, top).name, Outcome("failed"))
+    return last.processor * GROWTH[solid_level(centre)] ** notches if last.state == "done" else math.inf
+
+
 def _reference(
     path: Path,
     scene: Scene,
     journal: Path,
     found: Mapping[str, Outcome],
+    top: int,
     time_limit: float,
     progress: Progress,
 ) -> tuple[str, str, dict[str, Outcome]]:
-    """The finest that can be afforded: its name, that of the same one notch back, and all outcomes."""
+    """The finest that can be afforded: its name, that of the same one notch back, and all outcomes.
+
+    All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
+    allowed.
+    """
     allowed = REFERENCE_TIME * time_limit
+    notches = [n for n in (3.0, 2.0, 1.0) if n == 1.0 or _seconds(scene, found, top, int(n)) <= allowed / 2]
     tried = []
-    for fineness in _affordable(scene, found, allowed):
+    for fineness in [top + n for n in (*notches, 0.5)] if centre_of(scene).size else [float(FINEST)]:
         pair = [reference_point(scene, fineness, coarser=coarser) for coarser in (False, True)]
         found = run_points(path, pair, journal, time_limit=allowed, known=found, progress=_as_reference(progress))
         names = [point.name for point in pair]
@@ -161,20 +201,6 @@ def _reference(
             return names[0], names[1], dict(found)
         tried += [f"{name}: {found[name].reason}" for name in names if found[name].state != "done"]
     raise TradeError(f"{path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
-
-
-def _affordable(scene: Scene, found: Mapping[str, Outcome], allowed: float) -> Sequence[float]:
-    """Notches above the centre's mesh, all beyond the ladder; first the finest predicted to end in half the time."""
-    centre = centre_of(scene)
-    if centre.size is None:
-        return (3.0,)
-    solid = solid_level(centre)
-    top = 0 if solid else 1
-    rungs = [p for p in ladder(scene) if p.varied == "diagonal" and p.family == centre.level and p.name in found]
-    last = found[rungs[-1].name] if rungs else Outcome("failed")
-    wall = last.wall if last.state == "done" else allowed
-    above = [k for k in (1, 2, 3) if wall * GROWTH[solid] ** k <= allowed / 2]
-    return [float(top + k) for k in reversed(above or [1])] + [top + 0.5]
 
 
 def _as_reference(progress: Progress) -> Progress:
