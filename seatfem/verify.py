@@ -12,6 +12,7 @@ from seatfem.verification.finite_elements import finite_element_cases
 from seatfem.verification.ground import ground_cases
 from seatfem.verification.half_space import half_space_cases
 from seatfem.verification.lumped import lumped_cases
+from seatfem.verification.manufactured import manufactured_cases
 from seatfem.verification.plates import plate_cases
 from seatfem.verification.radiating import radiating_cases
 from seatfem.verification.reeds import reed_cases
@@ -38,6 +39,7 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     beam_cases,
     reed_cases,
     finite_element_cases,
+    manufactured_cases,
     solid_cases,
     sphere_cases,
     round_bar_cases,

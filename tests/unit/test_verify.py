@@ -14,6 +14,7 @@ SOLIDS = {
     "thin": 0.6,  # in thickness, the next term h^3 is up to a third of h^2 in the thickest plate of the highest mode
     "membrane": None,  # corner singularity of a weight that differs from mode to mode
     "curved hexahedra": 0.8,  # from one to four elements across the wall
+    "smooth solution": 0.3,  # tetrahedra from 4 to 16 cells along each side
     "quadratic tetrahedra": 0.7,  # from two to eight along each side
     "thick square plate": 0.55,  # from three to twelve along two half waves
     "quadratic hexahedra": 0.25,

@@ -1,9 +1,5 @@
 """Manufactured solutions of three-dimensional elasticity: optimal orders on straight and curved elements.
 
-u(x) = sum_w a_w sin(k_w . x + phase_w), whose body force is
-
-    f = -(lambda + mu) grad div u - mu laplace u = sum_w ((lambda + mu) (a.k) k + mu |k|^2 a) sin(k . x + phase)
-
 Displacements of the exact solution on one face, its tractions on all others, f inside. Elements of order p are to
 converge like h^(p+1) in L2 and h^p in energy (Ciarlet, The Finite Element Method for Elliptic Problems, ch. 3; curved
 isoparametric elements: ch. 4). Observed between n and 2n the orders lie within 0.15 of these, as the next term is
@@ -18,49 +14,22 @@ import pytest
 import skfem
 from numpy.typing import NDArray
 
-from seatfem.elements.assembly import assemble
 from seatfem.model import Material
-from seatfem.roads.factorization import factorize
+from seatfem.verification.manufactured import RelativeErrors, Waves, relative_errors, stress
 
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)
-LAM, MU = MATERIAL.lame
-AMPLITUDES = np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]])
-WAVES = np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]])
-PHASES = np.array([0.4, 1.3])
+WAVES = Waves(
+    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]),
+    np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]),
+    np.array([0.4, 1.3]),
+)
 ELEMENTS = {
     ("tetrahedra", 1): (skfem.ElementTetP1, (4, 8, 16)),
     ("tetrahedra", 2): (skfem.ElementTetP2, (2, 4, 8)),
     ("hexahedra", 1): (skfem.ElementHex1, (4, 8, 16)),
     ("hexahedra", 2): (skfem.ElementHex2, (2, 4, 8)),
 }
-
-
-def phase(x: Array) -> Array:
-    """(waves, ...) k . x + phase at points (3, ...)."""
-    return np.tensordot(WAVES, x, axes=1) + PHASES.reshape(-1, *(1,) * (x.ndim - 1))
-
-
-def displacement(x: Array) -> Array:
-    return np.tensordot(AMPLITUDES.T, np.sin(phase(x)), axes=1)
-
-
-def gradient(x: Array) -> Array:
-    """du_i/dx_j at [i, j]."""
-    return np.einsum("wi,wj,w...->ij...", AMPLITUDES, WAVES, np.cos(phase(x)))
-
-
-def stress(gradients: Array, material: Material = MATERIAL) -> Array:
-    lam, mu = material.lame
-    strain = (gradients + gradients.swapaxes(0, 1)) / 2
-    identity = np.eye(3).reshape(3, 3, *(1,) * (gradients.ndim - 2))
-    return lam * np.trace(strain) * identity + 2 * mu * strain
-
-
-def body_force(x: Array) -> Array:
-    along = np.sum(AMPLITUDES * WAVES, axis=1)[:, None]
-    vectors = (LAM + MU) * along * WAVES + MU * np.sum(WAVES**2, axis=1)[:, None] * AMPLITUDES
-    return np.tensordot(vectors.T, np.sin(phase(x)), axes=1)
 
 
 def bulge(x: Array) -> Array:
@@ -82,48 +51,17 @@ def cube(shape: str, n: int, curved: bool) -> skfem.Mesh:
     return mesh.with_boundaries(boundaries)
 
 
-def errors(shape: str, order: int, n: int, curved: bool, material: Material = MATERIAL) -> tuple[float, float]:
-    """(L2 norm, energy norm) of the error, relative; ``material`` is the one assembled."""
-    mesh = cube(shape, n, curved)
+def errors(shape: str, order: int, n: int, curved: bool, material: Material = MATERIAL) -> RelativeErrors:
+    """``material`` is the one assembled."""
     element = ELEMENTS[shape, order][0]()
-    model = assemble(mesh, material, fixed=(), ports={}, order=order)
-    inside = skfem.Basis(mesh, element, intorder=2 * order + 3)
-    surface = skfem.FacetBasis(mesh, element, facets=mesh.boundaries["loaded"], intorder=2 * order + 3)
-    load = np.zeros((inside.N, 3))
-    forces = body_force(inside.global_coordinates().value)
-    tractions = np.einsum("ij...,j...->i...", stress(gradient(surface.global_coordinates().value)), surface.normals)
-    for basis, density in ((inside, forces), (surface, tractions)):
-        for dofs, field in zip(basis.element_dofs, basis.basis, strict=True):
-            for i in range(3):
-                load[:, i] += np.bincount(dofs, (density[i] * field[0] * basis.dx).sum(axis=-1), basis.N)
-
-    held = inside.get_dofs("held").all()
-    u = np.zeros((inside.N, 3))
-    u[held] = displacement(inside.doflocs[:, held]).T
-    free = np.setdiff1d(np.arange(3 * inside.N), (3 * held[:, None] + np.arange(3)).ravel())
-    rest = (load.ravel() - model.K @ u.ravel())[free]
-    u.ravel()[free] = factorize(model.K[free][:, free]).solve(rest)
-
-    fields = [inside.interpolate(np.ascontiguousarray(u[:, i])) for i in range(3)]
-    x = inside.global_coordinates().value
-    off = displacement(x) - np.stack([f.value for f in fields])
-    slope = gradient(x) - np.stack([f.grad for f in fields])
-
-    def norm(density: Array) -> float:
-        return math.sqrt(float(np.sum(density * inside.dx)))
-
-    def energy(g: Array) -> float:
-        return norm(np.sum(stress(g) * g, axis=(0, 1)))
-
-    exact = np.sum(displacement(x) ** 2, axis=0)
-    return norm(np.sum(off**2, axis=0)) / norm(exact), energy(slope) / energy(gradient(x))
+    return relative_errors(cube(shape, n, curved), element, order, WAVES, MATERIAL, assembled=material)
 
 
 @cache
 def orders(shape: str, order: int, curved: bool) -> tuple[float, float]:
     _, middle, fine = ELEMENTS[shape, order][1]
     coarse, finer = errors(shape, order, middle, curved), errors(shape, order, fine, curved)
-    return math.log2(coarse[0] / finer[0]), math.log2(coarse[1] / finer[1])
+    return math.log2(coarse.displacement / finer.displacement), math.log2(coarse.energy / finer.energy)
 
 
 @pytest.mark.parametrize(
@@ -142,5 +80,16 @@ def test_a_wrong_constant_does_not_converge(wrong: Material) -> None:
     """3 % off in a constant leaves an error of that size, whatever the mesh."""
     right = errors("hexahedra", 2, 4, False)
     off = errors("hexahedra", 2, 4, False, wrong)
-    assert off[0] > 0.005
-    assert off[0] > 10 * right[0]
+    assert off.displacement > 0.005
+    assert off.displacement > 10 * right.displacement
+
+
+def test_the_body_force_balances_the_stress() -> None:
+    """div sigma by central differences of the gradients; errors of order step^2 = 1e-8."""
+    x, step = np.array([[0.3, 0.7], [0.2, 0.9], [0.6, 0.1]]), 1e-4
+    divergence = np.zeros_like(x)
+    for j in range(3):
+        shift = step * np.eye(3)[:, [j]]
+        ahead, behind = (stress(WAVES.gradient(x + sign * shift), MATERIAL) for sign in (1, -1))
+        divergence += (ahead - behind)[:, j] / (2 * step)
+    assert WAVES.body_force(x, MATERIAL) == pytest.approx(-divergence, abs=1e-6)
