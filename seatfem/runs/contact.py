@@ -81,6 +81,11 @@ def _highest_frequency(greens: GreensFunction) -> float:
 def check_step(scene: Scene) -> None:
     """Refuse a given step that cannot serve, before anything expensive happens."""
     step, width = scene.run.time_step, scene.run.filter_width
+    if width > scene.run.duration:
+        raise RunError(
+            f"run.filter_width = {width:g} s is longer than run.duration = {scene.run.duration:g} s: state a shorter "
+            "run.filter_width, or watch longer"
+        )
     if step is not None:
         check_length(scene, step)
     if step is not None and 2 * step > width:
