@@ -127,6 +127,8 @@ def plan(scene: Path, /, *, common: Common = COMMON) -> int:
         console.print(costs_table(planned))
         console.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True, markup=False)
         console.print(f"predicted error: {shares_line(planned)}", soft_wrap=True, markup=False)
+        for note in planned.notes:
+            console.print(f"note: {note}", soft_wrap=True, markup=False)
     return DONE
 
 

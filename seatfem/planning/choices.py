@@ -45,9 +45,13 @@ def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...
     return tuple(found)
 
 
+def described(key: str, value: Any) -> str:
+    """A key's value with its unit."""
+    return _UNITS.get(key, str)(value)
+
+
 def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:
-    given = is_given(decision.seen.scene, key)
-    return Choice(key, _UNITS.get(key, str)(value), reason, given)
+    return Choice(key, described(key, value), reason, is_given(decision.seen.scene, key))
 
 
 def _value(scene: Scene, key: str) -> Any:

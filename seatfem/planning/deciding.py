@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.planning.filling import filled
 from seatfem.planning.kept import Fineness
 from seatfem.planning.ladders import Changes, Ladder, Position, climb, errors, shares
 from seatfem.planning.options import (
-    BAND,
     MODEL,
     MODES,
     SIZE,
@@ -26,12 +25,13 @@ from seatfem.planning.options import (
 from seatfem.planning.plan import PlannedLevel
 from seatfem.planning.sensitivity import worst
 from seatfem.runs.budget import SAFETY, Source
-from seatfem.scene import DrawnSeat, ElasticSeat, Scene
+from seatfem.scene import BarSeat, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
-from seatfem.seats.levels import Applicability, applicable, choose_level
+from seatfem.seats.levels import Applicability, applicable, choose_level, clamp_error
+from seatfem.seats.rods import love_rod, rod_of
 
-OF_LEVEL: Final = 0.125  # part of the target that the level of modelling may use up
-LARGEST: Final = 0.5  # error of g by a level that is chosen, however little the measures depend on g
+OF_LEVEL: Final = 0.125  # part of the target that waves may use up which a spring leaves out
+RODS: Final = 0.5  # part of the target that a rod may use up: it has neither mesh nor reduction
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 
 
@@ -104,19 +104,44 @@ def decide(seen: Seen, target: float, level: PlannedLevel | None = None) -> Deci
     if found == "rod":
         return Decision(seen, found, why, contact, climb(contact, target, fixed), fixed, None)
     if found == "spring":
-        of_seat = ()
-        bands = (lowest_band(seen),)
-    else:
-        bands = of_seat[0].values
-    band = bands[0]
-    for _ in range(2):  # the mesh follows the band, whose rung follows from what the mesh leaves
-        ladders = (*contact, *mesh_ladder(seen, band), *of_seat)
-        position = climb(ladders, target, fixed)
-        band = bands[position.get(BAND, 0)]
-    ladders = (*contact, *mesh_ladder(seen, band), *of_seat)
-    decision = Decision(seen, found, why, ladders, position, fixed, None)
+        return _at_band(seen, found, why, fixed, target, contact, (), lowest_band(seen))
+    band, tolerance = of_seat
+    whole = [
+        _at_band(seen, found, why, fixed, target, contact, (band.only(rung), tolerance), band.values[rung])
+        for rung in range(len(band.values))
+    ]
+    meet = [decision for decision in whole if worst(decision.error) <= target]
+    return min(meet, key=_effort) if meet else min(whole, key=lambda decision: worst(decision.error))
+
+
+def _at_band(
+    seen: Seen,
+    level: PlannedLevel,
+    why: str,
+    fixed: Mapping[Source, Changes],
+    target: float,
+    contact: tuple[Ladder, ...],
+    of_seat: tuple[Ladder, ...],
+    band: float,
+) -> Decision:
+    """The coarsest rungs at one band: of a solid's mesh first, for it costs most."""
+    mesh = mesh_ladder(seen, band)
+    ladders = (*contact, *mesh, *of_seat) if level in ("axisymmetric", "harmonics") else (*mesh, *of_seat, *contact)
+    position = climb(ladders, target, fixed)
+    decision = Decision(seen, level, why, ladders, position, fixed, None)
+    seat = seen.scene.seat
+    assert isinstance(seat, ElasticSeat | Matrices)
     fineness = Fineness(band, decision.value(TOLERANCE) or seat.greens.tolerance, decision.value(SIZE) or 0.0)
-    return Decision(seen, found, why, ladders, position, fixed, fineness)
+    return replace(decision, fineness=fineness)
+
+
+def _effort(decision: Decision) -> float:
+    """Grows as the seat's cost does: elements, times vectors for the band."""
+    seat, fineness = decision.scene().seat, decision.fineness
+    assert fineness is not None
+    size = seat.mesh.size if isinstance(seat, DrawnSeat) else None
+    dimension = 2 if decision.level in ("axisymmetric", "harmonics") else 3
+    return fineness.band * (size or 1.0 / fineness.band) ** -dimension
 
 
 def _level(
@@ -136,13 +161,35 @@ def _level(
     band = of_seat[0].values[of_seat[0].coarsest(limit)]
     banded = fill_seat(seen, band, seat.greens.tolerance, 0.05).seat
     assert isinstance(banded, DrawnSeat)
-    per_g = worst(seen.sensitivity.of_g)
-    allowed = min(LARGEST, limit / per_g) if per_g > 0 else LARGEST
-    chosen = _named(banded, wanted) or choose_level(banded, allowed)
+    rod = _as_rod(seen, banded) if wanted in (None, "rod") and seat.model in ("auto", "rod") else None
+    if rod is not None and (worst(rod) <= RODS * target / SAFETY or "rod" in (seat.model, wanted)):
+        return (
+            "rod",
+            f"lateral inertia and the clamped end, which a rod leaves out, change {_most(rod)}",
+            {"model": rod},
+        )
+    chosen = _named(banded, wanted) or choose_level(banded, 0.0)
     left = seen.per_g(chosen.error)
     fixed: Mapping[Source, Changes] = {"model": left} if chosen.error else {}
     words = f"; {_percent(chosen.error)} of g is {_percent(worst(left))} of the measures" if chosen.error else ""
     return chosen.level, chosen.reason + words, fixed
+
+
+def _as_rod(seen: Seen, seat: DrawnSeat) -> Changes | None:
+    """What a rod in place of a bar changes; ``None`` where it does not apply."""
+    if not isinstance(seat, BarSeat) or not _applies(seat, "rod"):
+        return None
+    inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
+    return {name: value + end[name] for name, value in inertia.items()}
+
+
+def _applies(seat: DrawnSeat, level: PlannedLevel) -> bool:
+    return any(found.level == level and found.applies for found in applicable(seat))
+
+
+def _most(changes: Changes) -> str:
+    name = max(changes, key=lambda measure: changes[measure])
+    return f"{name} by {_percent(changes[name])}"
 
 
 def _named(seat: DrawnSeat, level: PlannedLevel | None) -> Applicability | None:

@@ -38,6 +38,10 @@ class Ladder:
             found.append(here if not found else {name: max(v, found[-1][name]) for name, v in here.items()})
         return Ladder(key, source, values, tuple(reversed(found)))
 
+    def only(self, rung: int) -> Ladder:
+        """The ladder of one rung."""
+        return Ladder(self.key, self.source, self.values[rung : rung + 1], self.changes[rung : rung + 1])
+
     def coarsest(self, limit: float) -> int:
         """Number of the coarsest rung that changes every measure by at most ``limit``; else of the finest."""
         for number, changes in enumerate(self.changes):
@@ -50,24 +54,46 @@ Position = Mapping[str, int]
 
 
 def climb(ladders: tuple[Ladder, ...], target: float, fixed: Mapping[Source, Changes]) -> Position:
-    """The rungs, by key, that meet the target: each within its share at first, then coarser while the sum allows.
+    """The rungs, by key, that meet the target: each within its share, then finer or coarser as the sum needs or allows.
 
     ``ladders``: those that cost most first. ``fixed``: what is left whatever is chosen.
     """
     present = {ladder.source for ladder in ladders} | set(fixed)
     whole = sum(SHARES[source] for source in present) or 1.0
     several = {source: sum(ladder.source == source for ladder in ladders) for source in present}
-    position = {
+    position: Position = {
         ladder.key: ladder.coarsest(target / SAFETY * SHARES[ladder.source] / whole / several[ladder.source])
         for ladder in ladders
     }
+    position = _refined(ladders, position, target, fixed)
     for ladder in ladders:
         while position[ladder.key] > 0:
             coarser = {**position, ladder.key: position[ladder.key] - 1}
-            if max(errors(ladders, coarser, fixed).values(), default=0.0) > target:
+            if _worst(ladders, coarser, fixed) > target:
                 break
             position = coarser
     return position
+
+
+def _refined(
+    ladders: tuple[Ladder, ...], position: Position, target: float, fixed: Mapping[Source, Changes]
+) -> Position:
+    """Where one source needs more than its share, others get less: the step that gains most, until all is met."""
+    while (now := _worst(ladders, position, fixed)) > target:
+        finer = [
+            {**position, ladder.key: position[ladder.key] + 1}
+            for ladder in ladders
+            if position[ladder.key] + 1 < len(ladder.values)
+        ]
+        best = min(finer, key=lambda other: _worst(ladders, other, fixed), default=position)
+        if _worst(ladders, best, fixed) >= now:
+            break
+        position = best
+    return position
+
+
+def _worst(ladders: tuple[Ladder, ...], position: Position, fixed: Mapping[Source, Changes]) -> float:
+    return max(errors(ladders, position, fixed).values(), default=0.0)
 
 
 def shares(ladders: tuple[Ladder, ...], position: Position, fixed: Mapping[Source, Changes]) -> dict[Source, Changes]:

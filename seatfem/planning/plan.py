@@ -73,6 +73,7 @@ class Plan:
         alternatives: cheaper and more accurate plans.
         shares: by source, then measure, the predicted relative error that it leaves.
         kept: whether the seat's Green's function is there already.
+        notes: what is worth telling, such as a target out of reach.
     """
 
     scene: Scene
@@ -83,6 +84,12 @@ class Plan:
     alternatives: tuple[Alternative, ...] = ()
     shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def meets_target(self) -> bool:
+        """Whether every measure's predicted error is within the target."""
+        return all(error <= self.scene.accuracy.target for error in self.error.values())
 
     def choice(self, key: str) -> Choice:
         """The choice of a key. Raises `KeyError` where the plan has none."""

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
 from seatfem.planning.choices import choices_of
-from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Decision, decide
 from seatfem.planning.kept import Fineness, finer, kept_seat
 from seatfem.planning.machine import Machine
+from seatfem.planning.means import affordable, cost_of, notes_on
 from seatfem.planning.mesh_size import ERRORS
 from seatfem.planning.options import BAND, TOLERANCE, TOLERANCES, Seen
-from seatfem.planning.plan import Alternative, Cost, Plan
+from seatfem.planning.plan import Alternative, Plan
 from seatfem.planning.prerun import Bench, first_look
+from seatfem.planning.refining import refine
 from seatfem.planning.sensitivity import BANDS, Sensitivity
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
@@ -24,10 +26,10 @@ from seatfem.scene import ElasticSeat, Scene
 from seatfem.seats.seat import memory
 from seatfem.seats.store import Store
 
+__all__ = ["plan_scene", "refine"]
+
 STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs must reach
-OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
-"""Stages that a seat computed before does without."""
 
 
 def plan_scene(
@@ -52,20 +54,25 @@ def plan_scene(
     """
     check_step(scene)
     seen = _look(scene, progress)
-    decision = decide(seen, scene.accuracy.target)
-    found = _kept(decision, folder, Store.default() if store is None else store)
-    complete = decision.scene() if found is None else found[1]
+    wanted = decide(seen, scene.accuracy.target)
+    found = _kept(wanted, folder, Store.default() if store is None else store)
+    if found is not None:
+        decision, complete = wanted, found[1]
+    else:
+        decision = affordable(wanted, machine)
+        complete = decision.scene()
     progress("planning", 0.9)
-    return Plan(
+    plan = Plan(
         scene=complete,
         level=decision.level,
         choices=choices_of(decision, complete, "" if found is None else found[2]),
-        cost=_cost(complete, decision, machine, kept=found is not None),
+        cost=cost_of(complete, decision, machine, kept=found is not None),
         error=decision.error,
         alternatives=_alternatives(decision, machine),
         shares=decision.shares,
         kept=found is not None,
     )
+    return replace(plan, notes=notes_on(plan, wanted, decision, machine))
 
 
 def _look(scene: Scene, progress: Progress) -> Seen:
@@ -95,14 +102,6 @@ def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Finene
     return kept_seat(candidates(), memory(decision.scene()), None if folder is None else folder / "seat.h5", store)
 
 
-def _cost(scene: Scene, decision: Decision, machine: Machine | None, *, kept: bool = False) -> Cost:
-    cost = predict_cost(scene, decision.level, machine)
-    if not kept:
-        return cost
-    parts = {stage: seconds for stage, seconds in cost.parts.items() if stage not in OF_THE_SEAT}
-    return Cost(sum(parts.values()), cost.memory, parts)
-
-
 def _alternatives(decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
     """The plans for a target looser and tighter by `STEP_UP`."""
     target = decision.seen.scene.accuracy.target
@@ -110,9 +109,9 @@ def _alternatives(decision: Decision, machine: Machine | None) -> tuple[Alternat
     for words, other in (("cheaper", STEP_UP * target), ("more accurate", target / STEP_UP)):
         if other < 1:
             plan = decide(decision.seen, other)
-            found.append(Alternative(f"{words}: target = {other:.2g}", _cost(plan.scene(), plan, machine), plan.error))
+            if plan.scene() == decision.scene():
+                continue
+            found.append(
+                Alternative(f"{words}: target = {other:.2g}", cost_of(plan.scene(), plan, machine), plan.error)
+            )
     return tuple(found)
-
-
-def refine(plan: Plan, source: str) -> Plan | None:
-    return None

@@ -148,6 +148,10 @@ class Sensitivity:
             return dict.fromkeys(self.measures, math.inf)
         return self._of(self.base, self._with(impact.spring(stiffness=1 / compliance)))
 
+    def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
+        """What one seat in place of another changes."""
+        return self._of(self._with(one), self._with(other))
+
     def _with(self, seat: impact.GreensFunction) -> Values:
         return self.bench.measures(dt=self.step, n_modes=self.n_modes, seat=seat)
 

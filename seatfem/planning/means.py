@@ -1,0 +1,66 @@
+"""What this computer can do: plans that would take too much are made coarser, and that is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from seatfem.planning.costs import predict_cost
+from seatfem.planning.deciding import Decision
+from seatfem.planning.kept import Fineness
+from seatfem.planning.machine import Machine
+from seatfem.planning.options import SIZE
+from seatfem.planning.plan import Cost, Plan
+from seatfem.scene import Scene
+from seatfem.seats.memory_need import available_memory
+
+LONGEST: Final = 600.0  # a seat that takes longer [s] is not chosen, only obeyed
+MEMORY: Final = 0.8  # part of the available memory that is used
+OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
+"""Stages that a seat computed before does without."""
+
+
+def cost_of(scene: Scene, decision: Decision, machine: Machine | None, *, kept: bool = False) -> Cost:
+    """Predicted cost of a filled scene; of one whose seat is ``kept``, without the seat's stages."""
+    cost = predict_cost(scene, decision.level, machine)
+    if not kept:
+        return cost
+    parts = {stage: seconds for stage, seconds in cost.parts.items() if stage not in OF_THE_SEAT}
+    return Cost(sum(parts.values()), cost.memory, parts)
+
+
+def affordable(decision: Decision, machine: Machine | None) -> Decision:
+    """``decision``, its mesh made coarser until memory and time allow it."""
+    mesh = decision.ladder(SIZE)
+    while mesh is not None and decision.position[SIZE] > 0 and _too_much(decision, machine):
+        rung = decision.position[SIZE] - 1
+        assert decision.fineness is not None
+        fineness = Fineness(decision.fineness.band, decision.fineness.tolerance, mesh.values[rung])
+        decision = replace(decision, position={**decision.position, SIZE: rung}, fineness=fineness)
+    return decision
+
+
+def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine | None) -> tuple[str, ...]:
+    """Targets that are out of reach, and why."""
+    found = []
+    target = plan.scene.accuracy.target
+    if wanted is not decision:
+        cost = cost_of(wanted.scene(), wanted, machine)
+        found.append(
+            f"accuracy.target = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is the "
+            f"finest mesh within {LONGEST:g} s and {MEMORY:.0%} of the available memory. State seat.mesh.size to insist"
+        )
+    missed = {name: error for name, error in plan.error.items() if error > target}
+    if missed:
+        worst = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
+        found.append(f"accuracy.target = {target:g} will be missed, predicted: {worst}")
+    window = decision.seen.sensitivity.bench.window
+    if not window.touches:
+        found.append("no contact at a first look: the measures are zero unless run.duration is longer")
+    return tuple(found)
+
+
+def _too_much(decision: Decision, machine: Machine | None) -> bool:
+    cost, there = cost_of(decision.scene(), decision, machine), available_memory()
+    of_seat = sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT)
+    return of_seat > LONGEST or (there is not None and cost.memory > MEMORY * there)
