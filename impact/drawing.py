@@ -98,13 +98,15 @@ def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
 
 
 def text(value: float, unit: str, digits: int = 3) -> str:
-    """A number with its prefixed unit: ``"28.4 N"``, ``"809 µN s"``."""
+    """A number with its prefixed unit: ``"28.4 N"``, ``"809 µN s"``; powers of ten beyond the prefixes."""
     if not math.isfinite(value):
         return "–"
     factor, prefixed = scaled(value, unit)
     number = value * factor
     if number == 0.0:
         return f"0 {unit}"
+    if not 1e-3 <= abs(number) < 1e6:
+        return f"{number:.{digits - 1}e} {prefixed}"
     decimals = max(digits - 1 - math.floor(math.log10(abs(number) * (1 + 1e-9))), 0)
     return f"{number:.{decimals}f} {prefixed}"
 

@@ -148,6 +148,10 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     ]
     factor, unit = scaled(curves[0][1], "m/N")
     rate, frequency_unit = scaled(math.sqrt(low * high), "Hz")
+    top = max(float(h.max()) for _, h in curves)
+    bottom = max(min(float(h.min()) for _, h in curves), 1e-9 * top)
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlim=(rate * low, rate * high), ylim=(factor * bottom / 2, 2 * factor * top))
     for (f, h), colour, style in zip(curves, (BLUE, ORANGE), ("-", "--"), strict=False):
         axes.plot(rate * f, factor * h, color=colour, linestyle=style, linewidth=1.1)
     static = float(greens.static_compliance()[port, port])
@@ -168,8 +172,6 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
         color=GREY,
         fontsize=7,
     )
-    axes.set(xscale="log", yscale="log", xlim=(rate * low, rate * high))
-    axes.set_ylim(top=2 * factor * max(float(h.max()) for _, h in curves))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")

@@ -68,6 +68,8 @@ def runs(rod):
         (-1.5e7, "N/m", "-15.0 MN/m"),
         (1e-3, "s", "1.00 ms"),
         (float("inf"), "m/N", "–"),
+        (3.21e-18, "J", "3.21e-06 pJ"),
+        (1e150, "m/N", "1.00e+141 Gm/N"),
     ],
 )
 def test_numbers_are_written_with_prefixed_units(value: float, unit: str, expected: str) -> None:
@@ -149,11 +151,12 @@ def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -
     "greens",
     [
         impact.spring(stiffness=3e7),
+        impact.spring(stiffness=99.99999999999999),  # a flat curve whose logarithm rounds
         impact.infinite_plate(young=2e11, poisson=0.3, density=7850.0, thickness=1e-3),
         impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=3e-3),
         impact.rigid_mass(mass=1e-3, velocity=-1.0).greens,
     ],
-    ids=["spring", "plate", "undamped rod", "free mass"],
+    ids=["spring", "soft spring", "plate", "undamped rod", "free mass"],
 )
 def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, tmp_path: Path) -> None:
     plots.plot_greens(greens, tmp_path / "greens.svg", duration=2e-5, width=1e-6)
