@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,6 +27,8 @@ FACTORS: dict[str, tuple[float, float, float]] = {
 }
 """To kg, N s/m and N/m, from mass, damping and stiffness (t, N s/mm, N/mm; kg, kN ms/mm, kN/mm; lbf s^2/inch, ...)."""
 PENALTY = 1e10  # times the median stiffness diagonal: no spring of the structure
+_ROWS, _SPARSEST = 1000, 10  # most rows without and per entry: matrices of structures have several entries a row
+_CONTROL = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
 _SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
 
 
@@ -69,7 +72,7 @@ def read_matrices(
     for key, matrix in found.items():
         if matrix.shape[0] != n:
             raise ModelError(f"{names[key]}: {key} has {matrix.shape[0]} unknowns, K in {names['K']} has {n}")
-    vectors = {name: _vector(name, port, n, first_dof) for name, port in ports.items()}
+    vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
     held = _held(found["K"], found["M"])
     if np.any(held):
         if constrained != "drop":
@@ -97,10 +100,12 @@ def _read(path: Path) -> sparse.csr_array:
         raise ModelError(f"{path}: no such file")
     try:
         raw = _loaded(path)
-    except (OSError, ValueError, KeyError, OverflowError, EOFError) as problem:
-        raise ModelError(f"{path}: cannot be read as a matrix: {problem}") from problem
+    except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
+        raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem})") from problem
     if np.issubdtype(raw.dtype, np.complexfloating):
         raise ModelError(f"{path}: is complex; give the real part here, and loss as damping")
+    if raw.dtype.kind not in "fiub":
+        raise ModelError(f"{path}: holds {raw.dtype}, no numbers")
     matrix = sparse.csr_array(raw, dtype=np.float64)
     if matrix.shape[1] == 1:
         matrix = sparse.csr_array(sparse.diags_array(matrix.toarray()[:, 0]))
@@ -113,15 +118,36 @@ def _read(path: Path) -> sparse.csr_array:
 
 
 def _loaded(path: Path) -> Any:
+    """What the file holds, its indices within its size; a size that most rows have nothing to do with is refused."""
+    raw = _raw(path)
+    if isinstance(raw, np.ndarray):
+        return raw
+    if max(raw.shape) > _ROWS + _SPARSEST * raw.nnz:
+        raise ValueError(f"it is {raw.shape[0]} x {raw.shape[1]} large with {raw.nnz} entries")
+    if raw.format in ("csr", "csc", "bsr"):
+        raw.check_format(full_check=True)
+    return raw
+
+
+def _raw(path: Path) -> Any:
     if path.suffix == ".npz":
         return sparse.load_npz(path)
     if path.suffix == ".npy":
         return np.atleast_2d(np.load(path, allow_pickle=False))
     if not path.name.endswith((".mtx", ".mtx.gz")):
         raise ValueError("its name must end in .mtx, .mtx.gz, .npz or .npy")
+    _refuse_control_bytes(path)
     if (kind := mminfo(path)[4]) == "pattern":
         raise ValueError(f"a Matrix Market file of {kind}s has no values")
     return mmread(path)
+
+
+def _refuse_control_bytes(path: Path) -> None:
+    """scipy's reader of Matrix Market files can crash on them."""
+    with (gzip.open if path.suffix == ".gz" else open)(path, "rb") as file:
+        while block := file.read(1 << 20):
+            if len(block.translate(None, _CONTROL)) < len(block):
+                raise ValueError("it has bytes that are no text")
 
 
 def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
@@ -184,6 +210,10 @@ def _vector(name: str, port: PortLike, n: int, first: int) -> Array:
             raise ModelError(f"port {name!r}: dof {dof} is outside {first} ... {n - 1 + first}")
         vector[dof - first] = weight
     return vector
+
+
+def _told(name: str, port: PortLike) -> str:
+    return f"{name} of {port}" if isinstance(port, str | os.PathLike) else name
 
 
 def _weights(path: Path) -> dict[int, float]:

@@ -117,13 +117,25 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     reader = READERS.get(path.suffix.lower())
     if reader is not None:
         progress(STAGE, 0.0)
-        return reader(path), ""
+        return _by_us(reader, path), ""
     try:
         found = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
     except (GeometryError, MeshingError) as error:
         raise MeshError(f"{path}: {error}") from error
     surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
     return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
+
+
+def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
+    try:
+        mesh = reader(path)
+    except MeshError:
+        raise
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:  # numbers too large, rows too short
+        raise MeshError(f"{path}: not readable as a mesh ({type(error).__name__}: {error})") from error
+    if len(mesh.cells) == 0 or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
+        raise MeshError(f"{path}: {len(mesh.cells)} elements and points {mesh.points.shape}: no mesh in space")
+    return mesh
 
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:

@@ -182,14 +182,33 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
         types = [int(number) for number in uff.get_set_types()]
         sets = [uff.read_sets(n) for n, number in enumerate(types) if number == kind]
         declared = [uff.read_sets(n) for n, number in enumerate(types) if number == 164]
+        _refuse_incomplete(path, sets)
+    except UffError:
+        raise
     except Exception as problem:  # pyuff raises bare Exception
         raise UffError(f"{path}: cannot be read as a universal file: {problem}") from problem
     if not sets:
         raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(set(types)) or 'nothing'}")
     if units is None and not declared:
         raise UffError(f"{path}: states no units (dataset 164); give units=, one of {', '.join(UNITS)}")
-    factors = UNITS[units] if units else (1 / declared[0]["length"], 1 / declared[0]["force"])
-    return _File(path, sets, *factors)
+    per_unit = [1 / x for x in UNITS[units]] if units else [float(declared[0][name]) for name in ("length", "force")]
+    if not all(0 < x < np.inf for x in per_unit):
+        raise UffError(f"{path}: dataset 164 states the units 1/{per_unit[0]:g} m and 1/{per_unit[1]:g} N")
+    return _File(path, sets, 1 / per_unit[0], 1 / per_unit[1])
+
+
+def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
+    """pyuff gives what it finds: values without abscissae, shapes of fewer nodes than are numbered."""
+    for number, one in enumerate(sets, start=1):
+        shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
+        for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
+            if values is not None and (places is None or np.shape(values) != np.shape(places)):
+                raise UffError(
+                    f"{path}: dataset {number} of its type is incomplete: {name} {np.shape(values)}, "
+                    f"{0 if places is None else np.size(places)} places"
+                )
+            if values is not None and not np.all(np.isfinite(values)):
+                raise UffError(f"{path}: dataset {number} of its type: {name} has values that are not finite")
 
 
 def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:

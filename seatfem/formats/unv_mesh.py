@@ -89,7 +89,7 @@ def _collect(path: Path) -> Contents:
             if number == 2411:
                 for head in lines:
                     contents.node_ids.append(int(head.split()[0]))
-                    contents.points.append([float(word.replace("D", "E")) for word in next(lines).split()[:3]])
+                    contents.points.append(_point(next(lines)))
             elif number == 2412:
                 _elements(lines, contents)
             elif number in GROUPS:
@@ -97,6 +97,11 @@ def _collect(path: Path) -> Contents:
     except (ValueError, IndexError, StopIteration, RuntimeError) as error:
         raise MeshError(f"{path}: not readable as a universal file ({type(error).__name__}: {error})") from error
     return contents
+
+
+def _point(line: str) -> list[float]:
+    x, y, z = (float(word.replace("D", "E")) for word in line.split()[:3])
+    return [x, y, z]
 
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:

@@ -36,6 +36,7 @@ def read_vtu(path: Path) -> FileMesh:
     one_kind(_by_type(blocks), str(path))
     solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
     cells = to_gmsh(np.concatenate([blocks[k][1] for k in solid]), VTK)
+    _refuse_missing_nodes(path, [rows for _, rows in blocks], len(mesh.points))
     width = face_width(cells)
     skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
     faces = stacked([blocks[k][1][:, :width] for k in skin], width)
@@ -50,6 +51,12 @@ def read_vtu(path: Path) -> FileMesh:
         name: np.flatnonzero(data) for name, data in mesh.point_data.items() if _groups(name, [data]) == [(name, 1)]
     }
     return FileMesh(np.asarray(mesh.points, dtype=float), cells, surfaces, volumes, node_sets)
+
+
+def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> None:
+    used = np.concatenate([rows.ravel() for rows in blocks])
+    if outside := int(np.sum((used < 0) | (used >= nodes))):
+        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {nodes - 1}")
 
 
 def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:

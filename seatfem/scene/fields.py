@@ -81,6 +81,7 @@ Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
 DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
 LossFactor = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
 Fraction = Annotated[float, BeforeValidator(read_number), Gt(0), Lt(1)]
+Tolerance = Annotated[float, BeforeValidator(read_number), Ge(1e-6), Lt(1)]
 PoissonRatio = Annotated[float, BeforeValidator(read_number), Gt(-1), Lt(0.5)]
 
 ExistingFile = Annotated[Path, AfterValidator(_existing_file)]

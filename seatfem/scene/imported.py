@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from seatfem.scene.fields import DampingRatio, ExistingFile, Fraction, Table, default
+from seatfem.scene.fields import DampingRatio, ExistingFile, Table, Tolerance, default
 from seatfem.scene.parts import GreensSettings
 
 
@@ -44,5 +44,5 @@ class FrequencyResponseFile(Table):
     direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
         "+z", description="of a universal file: outward normal of the contact"
     )
-    tolerance: Fraction = default("1 %", "misfit of the poles")
+    tolerance: Tolerance = default("1 %", "misfit of the poles")
     free: bool | None = Field(None, description="whether the body is free to move; told from the record if absent")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Annotated, Literal, Self, TypeVar
 
+import numpy as np
 from annotated_types import Ge, Le
 from pydantic import Discriminator, Field, Tag, model_validator
 
@@ -16,7 +17,6 @@ from seatfem.scene.fields import (
     Bedding,
     Delay,
     Density,
-    Fraction,
     Frequency,
     Gap,
     KeyProblem,
@@ -27,6 +27,7 @@ from seatfem.scene.fields import (
     Pressure,
     Rate,
     Table,
+    Tolerance,
     default,
 )
 
@@ -57,6 +58,17 @@ class OrthotropicMaterial(Table):
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), description="directions of the axes 1, 2, 3"
     )
     loss_factor: LossFactor = Field(0.0, description="structural damping of the region, twice the damping ratio")
+
+    @model_validator(mode="after")
+    def _right_angles(self) -> Self:
+        axes = np.array(self.axes)
+        lengths = np.linalg.norm(axes, axis=1)
+        if not np.all((lengths > 1e-150) & (lengths < 1e150)):
+            raise KeyProblem("axes", f"{self.axes} has a direction without a length")
+        unit = axes / lengths[:, None]
+        if not np.abs(unit @ unit.T - np.eye(3)).max() < 1e-6:
+            raise KeyProblem("axes", f"{self.axes} are not at right angles to each other")
+        return self
 
 
 def _kind_of_material(value: object) -> str:
@@ -148,7 +160,7 @@ class GreensSettings(Table):
         "auto", description="the road; auto chooses"
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
-    tolerance: Fraction = Field(0.01, description="relative error of the reduction inside the bandwidth")
+    tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
 
 
 class ByColour(Table):

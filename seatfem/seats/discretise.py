@@ -18,6 +18,7 @@ from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError, SecondOrderModel
+from seatfem.planning.before_meshing import check_before_meshing
 from seatfem.scene import Cad
 from seatfem.scene.parts import AnyMaterial, AnySupport, OrthotropicMaterial
 from seatfem.scene.seats import DrawnSeat, ElasticSeat, RevolvedSeat
@@ -42,8 +43,9 @@ class Discretisation:
 
 
 def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = silent) -> SeatMesh | MeridianMesh:
-    """The mesh of a level; what is wrong with a CAD file's faces names the file."""
+    """The mesh of a level, unless it would be far too large; what is wrong with a CAD file's faces names the file."""
     try:
+        check_before_meshing(seat, spec, level)
         if level in ("axisymmetric", "harmonics"):
             assert isinstance(seat, RevolvedSeat)
             return make_meridian(seat.geometry(), spec, progress)

@@ -52,4 +52,7 @@ def from_response(seat: FrequencyResponseFile) -> GreensFunction:
         raise FrequencyResponseError(f"{seat.file}: a universal file needs seat.node, the contact's node number")
     else:
         response = read_frf_uff(seat.file, ports={"contact": (seat.node, seat.direction)})
-    return fit_poles(response, tolerance=seat.tolerance, free=seat.free)
+    try:
+        return fit_poles(response, tolerance=seat.tolerance, free=seat.free)
+    except FrequencyResponseError as problem:
+        raise FrequencyResponseError(f"{seat.file}: {problem}") from problem
