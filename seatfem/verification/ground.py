@@ -73,7 +73,7 @@ def _square_at_rest() -> Case:
     """A quarter of a loaded square of side 1 on a block of hexahedra with three clamped sides.
 
     R = 4 on meshes n = 1, 2, 4. The stress is like log r at the edge of the pressure, so that the elements there leave
-    an error ~n^-2 of the energy. What the depth takes away: R = 4, 8, 16 with n = 2, uncertain by its change from n = 1.
+    an error ~n^-2 of the energy. What the depth takes away: R = 4, 8, 16 with n = 2, uncertain by what n = 1 differs.
     """
 
     @cache
