@@ -133,14 +133,22 @@ def spectrum(result: ImpactResult, contact: int | None = None, resolution: float
 
 def contact_intervals(result: ImpactResult, contact: int | None = None) -> Array:
     """(n, 2) start and end [s] of each maximal run of steps with force > 0."""
-    closed = np.concatenate([[False], of_contact(result, contact).force[1:] > 0, [False]])
-    edges = np.flatnonzero(np.diff(closed.astype(np.int8)))
-    return np.asarray(result.time[edges].reshape(-1, 2))
+    return result.dt * closed_steps(of_contact(result, contact).force[1:])
+
+
+def closed_steps(force: Array) -> Array:
+    """(n, 2) first step and the step after the last of each maximal run of steps with ``force`` > 0, (steps,) [N]."""
+    closed = np.concatenate([[False], force > 0, [False]])
+    return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 
 
 def contact_groups(result: ImpactResult, merge: float = MERGE, contact: int | None = None) -> Array:
     """(n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one impact."""
-    raw = contact_intervals(result, contact)
+    return merged(contact_intervals(result, contact), merge)
+
+
+def merged(raw: Array, merge: float = MERGE) -> Array:
+    """Intervals (n, 2) [s] with openings shorter than ``merge`` [s] between them closed."""
     if len(raw) == 0:
         return raw
     new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])

@@ -20,7 +20,7 @@ from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.result import ImpactResult
 from seatfem.runs.budget import Values, measured
-from seatfem.runs.contact import striker_of
+from seatfem.runs.contact import peak_stress, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
@@ -89,7 +89,8 @@ class Bench:
         start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
         striker = advanced(striker_of(self.scene, n_modes), start)
         result = _solved(self.scene, striker, self.seat if seat is None else seat, dt, self.window.duration)
-        return measured(result, self.scene.run.filter_width)
+        stress = peak_stress(self.scene, striker, result.force, result.dt, coarsely=True)
+        return measured(result, self.scene.run.filter_width, None if stress is None else stress.value)
 
 
 def advanced(body: Body, time: float) -> Body:

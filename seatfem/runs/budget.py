@@ -15,7 +15,9 @@ from typing import Final, Literal
 import numpy as np
 
 from impact import measures
+from impact.greens import Array
 from impact.result import ImpactResult
+from impact.spectrum import MOVING_AVERAGE, averaged
 
 Source = Literal["mesh", "reduction", "time_step", "model"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model")
@@ -25,21 +27,31 @@ KEYS: Final = {
     "filtered_peak": "filtered_peak_force_N",
     "contact_duration": "contact_duration_s",
     "seat_displacement": "max_seat_displacement_m",
+    "stress": "peak_reed_stress_Pa",
 }
 """Measures an accuracy may be asked for, and their keys in summary.json."""
 
 Values = Mapping[str, float]
 
 
-def measured(result: ImpactResult, filter_width: float) -> Values:
-    """The measures of a run, SI, by the names of `KEYS`; a contact that never was has duration 0."""
-    groups = measures.contact_groups(result)
-    return {
-        "impulse": measures.impulse(result),
-        "filtered_peak": measures.filtered_peak_force(result, filter_width),
+def measured(result: ImpactResult, filter_width: float, stress: float | None = None) -> Values:
+    """The measures of a run, SI, by the names of `KEYS`; ``stress``: the reed's, where it has one."""
+    return values_of(result.force, result.dt, filter_width, result.target_displacement, stress)
+
+
+def values_of(force: Array, dt: float, filter_width: float, displacement: Array, stress: float | None) -> Values:
+    """The measures, from the force of one contact and the seat's displacement, (n + 1,) both.
+
+    A contact that never was has duration 0.
+    """
+    groups = measures.merged(dt * measures.closed_steps(force[1:]))
+    values = {
+        "impulse": float(np.sum(force[1:])) * dt,
+        "filtered_peak": float(np.max(averaged(force[1:], dt, filter_width, MOVING_AVERAGE))),
         "contact_duration": float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0,
-        "seat_displacement": float(np.max(np.abs(result.target_displacement))),
+        "seat_displacement": float(np.max(np.abs(displacement))),
     }
+    return values if stress is None else {**values, "stress": stress}
 
 
 @dataclass(frozen=True)

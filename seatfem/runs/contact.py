@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import impact
 from impact.closed_form import DelayRod
 from impact.damped_rods import DampedFixedRod
 from impact.engines import Engine
-from impact.greens import GreensFunction
+from impact.greens import Array, GreensFunction
 from impact.modal import ModalGreens
 from impact.poles import PoleGreens
 from impact.progress import Progress, silent
+from impact.replay import port_displacement
 from impact.result import ImpactResult
+from impact.stress import PeakStress, peak_bending_stress
+from seatfem.runs.budget import Values, values_of
 from seatfem.scene import Cantilever, Scene
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
@@ -41,6 +46,17 @@ def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
     return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
 
 
+def peak_stress(
+    scene: Scene, striker: impact.Body, force: Array, dt: float, *, coarsely: bool = False
+) -> PeakStress | None:
+    """The reed's largest bending stress under a contact force (n + 1,); ``None`` for a rigid mass."""
+    reed = scene.reed
+    if not isinstance(reed, Cantilever):
+        return None
+    beam = impact.Cantilever(reed.material.young, reed.material.density, reed.length, reed.width, reed.thickness)
+    return peak_bending_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
+
+
 def run_contact(
     scene: Scene,
     striker: impact.Body,
@@ -53,6 +69,19 @@ def run_contact(
     """One run: rigid unilateral contact (Signorini) between striker and seat."""
     problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
     return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+
+
+def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
+    """The measures of the same run alone, a fraction of its cost: no energies, and the stress looked for coarsely."""
+    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    prepared = impact.prepare(problem, dt, scene.run.duration)
+    stepper = impact.ContactStepper(prepared)
+    stepper.advance(prepared.steps)
+    force = stepper.force[: stepper.done, 0]
+    displacement = port_displacement(prepared.bodies[1], -force)
+    force = np.concatenate([prepared.rest, force])
+    peak = peak_stress(scene, striker, force, dt, coarsely=True)
+    return values_of(force, dt, scene.run.filter_width, displacement, None if peak is None else peak.value)
 
 
 def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:

@@ -14,7 +14,7 @@ from impact.greens import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage import save_results
 from seatfem.runs.budget import KEYS, Budget
-from seatfem.runs.contact import RunError, check_length, check_step, run_contact, striker_of, time_step
+from seatfem.runs.contact import RunError, check_length, check_step, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.pictures import draw_modes, draw_run
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.summary import greens_error_keys, summarise, write_json
@@ -57,12 +57,15 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         result = run_contact(scene, striker, seat.greens, dt, progress)
     with watch("spring baseline"):
         baseline = run_contact(scene, striker, impact.spring(stiffness=stiffness), dt)
+    with watch("reed stress"):
+        stress = peak_stress(scene, striker, result.force, result.dt)
+        spring_stress = peak_stress(scene, striker, baseline.force, baseline.dt)
     with watch("error budget"):
-        left = error_budget(scene, seat, striker, result)
+        left = error_budget(scene, seat, striker, result, None if stress is None else stress.value)
     summary: dict[str, object] = {
         "title": scene.title,
-        **summarise(result, scene.run.filter_width),
-        **{f"spring_{k}": v for k, v in summarise(baseline, scene.run.filter_width).items()},
+        **summarise(result, scene.run.filter_width, stress),
+        **{f"spring_{k}": v for k, v in summarise(baseline, scene.run.filter_width, spring_stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **left.keys(),

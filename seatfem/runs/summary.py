@@ -12,10 +12,11 @@ from impact import measures
 from impact.atomic import whole_file
 from impact.greens import GreensFunction
 from impact.result import ImpactResult
+from impact.stress import PeakStress
 
 
-def summarise(result: ImpactResult, filter_width: float) -> dict[str, object]:
-    """The keys of one contact; ``None`` where there was no contact."""
+def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | None = None) -> dict[str, object]:
+    """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress."""
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
     return {
@@ -29,6 +30,9 @@ def summarise(result: ImpactResult, filter_width: float) -> dict[str, object]:
         "contact_count_raw": len(raw),
         "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
+        "peak_reed_stress_Pa": stress.value if stress else None,
+        "peak_reed_stress_at_m": stress.at if stress else None,
+        "peak_reed_stress_time_s": stress.time if stress else None,
         "energy_residual": result.energy.residual,
         "energy_by_work": ", ".join(result.energy.by_work),
         "contact_loss_J": float(result.energy.contact_loss[-1]),

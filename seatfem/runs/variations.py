@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -14,53 +14,82 @@ from impact.modal import ModalGreens, Residual
 from impact.result import ImpactResult
 from impact.sums import ScaledGreens
 from seatfem.runs.budget import Budget, Source, Values, changes, measured, total
-from seatfem.runs.contact import run_contact, striker_of
+from seatfem.runs.contact import run_for_measures, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
-from seatfem.seats.seat import COARSENING, SeatAnswer
+from seatfem.seats.seat import SeatAnswer
 
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
 FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
 
 
-def error_budget(scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult) -> Budget:
+def error_budget(
+    scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult, stress: float | None = None
+) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
+    - time_step: a step twice as long; the other runs take this step too, and are compared with that one. Where it would
+      no longer resolve the filter, they take the step of ``result``, and half of it shows the step's share.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
-    - time_step: a step twice as long, or half as long.
     - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod).
-    A closed-form seat has no error of mesh and reduction.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa].
     """
-    width, dt = scene.run.filter_width, result.dt
-    values = measured(result, width)
+    values = measured(result, scene.run.filter_width, stress)
+    doubled = 4 * result.dt <= scene.run.filter_width
+    step = 2 * result.dt if doubled else result.dt
 
-    def run(greens: GreensFunction, body: impact.Body = striker, step: float = dt) -> Values:
-        return measured(run_contact(scene, body, greens, step), width)
+    def run(greens: GreensFunction, body: impact.Body = striker, dt: float = step) -> Values:
+        return run_for_measures(scene, body, greens, dt)
 
-    nothing = dict.fromkeys(values, 0.0)
-    parts: dict[Source, Values] = {}
-    error = seat.greens.error_estimate
+    base = run(seat.greens)
+    of_step = changes(values, base) if doubled else _twice(changes(base, run(seat.greens, dt=step / 2)))
+    mesh, reduction = _of_mesh(seat, base, run), _of_reduction(scene, seat, base, run)
+    found: Mapping[Source, Values | None] = {
+        "mesh": mesh, "reduction": reduction, "time_step": of_step, "model": _of_model(scene, seat, base, run)
+    }  # fmt: skip
+    return Budget(values, {source: part for source, part in found.items() if part is not None})
+
+
+class _Run(Protocol):
+    """The measures with another seat, or another striker."""
+
+    def __call__(self, greens: GreensFunction, body: impact.Body = ...) -> Values: ...
+
+
+def _of_mesh(seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
     if seat.coarser is not None:
-        change = changes(values, run(seat.coarser))
-        parts["mesh"] = {name: value / (COARSENING - 1) for name, value in change.items()}
-    elif error.mesh is not None:
-        parts["mesh"] = changes(values, run(ScaledGreens(seat.greens, 1 + error.mesh))) if error.mesh else nothing
-    if error.reduction is not None:
-        off = 1 + error.reduction
-        parts["reduction"] = changes(values, run(ScaledGreens(seat.greens, off))) if error.reduction else nothing
-        if isinstance(scene.seat, ElasticSeat) and isinstance(seat.greens, ModalGreens) and len(seat.greens.omega) > 1:
-            narrow = run(narrowed(seat.greens, scene.seat.greens.bandwidth / NARROWER))
-            parts["reduction"] = total(parts["reduction"], changes(values, narrow))
-    parts["time_step"] = _of_step(values, dt, width, lambda step: run(seat.greens, step=step))
-    parts["model"] = (
-        changes(values, run(ScaledGreens(seat.greens, 1 + seat.level_error))) if seat.level_error else nothing
-    )
-    if isinstance(scene.reed, Cantilever):
-        fewer = striker_of(scene, max(1, round(scene.reed.n_modes / FEWER)))
-        parts["model"] = total(parts["model"], changes(values, run(seat.greens, fewer)))
-    return Budget(values, parts)
+        change = changes(base, run(seat.coarser))
+        return {name: value / (seat.refinement - 1) for name, value in change.items()}
+    return _of_g(seat, seat.greens.error_estimate.mesh, base, run)
+
+
+def _of_reduction(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
+    part, greens = _of_g(seat, seat.greens.error_estimate.reduction, base, run), seat.greens
+    if part is None or not isinstance(scene.seat, ElasticSeat) or not isinstance(greens, ModalGreens):
+        return part
+    narrow = narrowed(greens, scene.seat.greens.bandwidth / NARROWER)
+    return part if len(narrow.omega) == len(greens.omega) else total(part, changes(base, run(narrow)))
+
+
+def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
+    part = _of_g(seat, seat.level_error, base, run)
+    if part is None or not isinstance(scene.reed, Cantilever):
+        return part
+    fewer = striker_of(scene, max(1, round(scene.reed.n_modes / FEWER)))
+    return total(part, changes(base, run(seat.greens, fewer)))
+
+
+def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Values | None:
+    """What a relative error of g changes; ``None`` where it is unknown."""
+    if error is None:
+        return None
+    return changes(base, run(ScaledGreens(seat.greens, 1 + error))) if error else dict.fromkeys(base, 0.0)
+
+
+def _twice(values: Values) -> Values:
+    return {name: 2 * value for name, value in values.items()}
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
@@ -72,13 +101,3 @@ def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     finite = bool(np.all(np.isfinite(start)) and np.linalg.eigvalsh(start).min() > 0)
     rest = Residual.exponential(flexible, start) if finite else Residual.spring(flexible)
     return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
-
-
-def _of_step(values: Values, dt: float, width: float, run: Callable[[float], Values]) -> Values:
-    """The march is of first order where the force jumps: a step of 2 dt changes what is left at dt.
-
-    Where 2 dt no longer resolves the filter, dt/2 takes its place: it changes half of it.
-    """
-    if 4 * dt <= width:
-        return changes(values, run(2 * dt))
-    return {name: 2 * change for name, change in changes(values, run(dt / 2)).items()}

@@ -14,7 +14,7 @@ from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, GreensFile, Scene
-from seatfem.seats.seat import SeatAnswer, build_seat, memory
+from seatfem.seats.seat import COARSENING, SeatAnswer, build_seat, memory
 from seatfem.seats.store import Store
 
 _Storable = ModalGreens | PoleGreens | SampledGreens
@@ -34,7 +34,9 @@ def seat_of(
     if found is not None and _serves(found, key, scene):
         if found is not here:
             save_greens(found, path)
-        return SeatAnswer(found, kept_in.get(_coarser(key)), about={"seat_model": f"kept in {path.name}"}), True
+        coarser = kept_in.get(_coarser(key))
+        ratio = COARSENING if coarser is None else float(str(coarser.provenance.get("refinement", COARSENING)))
+        return SeatAnswer(found, coarser, about={"seat_model": f"kept in {path.name}"}, refinement=ratio), True
     answer = build_seat(scene, watch, progress)
     greens = answer.greens
     if isinstance(greens, _Storable):  # a closed form costs nothing to make again

@@ -36,6 +36,7 @@ from seatfem.seats.levels import Level, choose_level
 from seatfem.seats.memory_need import check_seat
 
 COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 2.0  # found by benchmarks/honesty.py: meshes of plates with narrow lands differ unevenly
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
 """Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
@@ -46,7 +47,8 @@ ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up 
 class SeatAnswer:
     """A seat's Green's function and, where finite elements made it, the mesh and modes behind it.
 
-    ``coarser``: the same on a mesh coarser by `COARSENING`. ``level_error``: relative, of the level itself.
+    ``coarser``: the same on a mesh coarser by `COARSENING`, in truth by ``refinement``. ``level_error``: relative, of
+    the level itself.
     """
 
     greens: GreensFunction
@@ -56,14 +58,15 @@ class SeatAnswer:
     modes: Modes | None = None
     about: Mapping[str, object] = field(default_factory=dict)
     level_error: float = 0.0
+    refinement: float = COARSENING
 
 
 def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, mesh_error: bool = True) -> SeatAnswer:
     """The Green's function of the scene's seat.
 
-    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by r = `COARSENING`. Their
-    difference after the Hann pulse of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it
-    down to) times `MESH_SAFETY`, is the stated mesh error of the finer one.
+    With ``mesh_error``, a seat that gmsh draws is solved once more on a mesh coarser by `COARSENING`. Their difference
+    after the Hann pulse of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to)
+    times `MESH_SAFETY`, is the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
     """
     seat = scene.seat
     match seat:
@@ -222,12 +225,27 @@ def _with_mesh_error(
     t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
     fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
-    mesh_error = MESH_SAFETY * difference / (COARSENING - 1)
-    greens = answer.greens
+    ratio = refinement_of(answer.mesh, coarse.mesh)
+    mesh_error = MESH_SAFETY * difference / (ratio - 1)
+    greens, coarser = answer.greens, coarse.greens
     assert isinstance(greens, ModalGreens | PoleGreens | SampledGreens)
     greens = replace(greens, error=ErrorEstimate(greens.error.reduction, mesh_error))
-    about = {**answer.about, "coarse_dof": coarse.about.get("seat_dof")}
-    return replace(answer, greens=greens, coarser=coarse.greens, about=about)
+    assert isinstance(coarser, ModalGreens | PoleGreens | SampledGreens)
+    coarser = replace(coarser, origin={**coarser.origin, "refinement": ratio})
+    about = {**answer.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
+    return replace(answer, greens=greens, coarser=coarser, about=about, refinement=ratio)
+
+
+def refinement_of(fine: SeatMesh | MeridianMesh | None, coarse: SeatMesh | MeridianMesh | None) -> float:
+    """Ratio of the element sizes in truth, from the numbers of elements: at most `COARSENING`, at least 1.1.
+
+    A mesh that the geometry forbids to be coarser, a thin plate or a narrow land, is hardly another one: the little
+    that it changes says little.
+    """
+    assert fine is not None
+    assert coarse is not None
+    ratio = fine.quality.elements / coarse.quality.elements
+    return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))
 
 
 def memory(scene: Scene) -> float:

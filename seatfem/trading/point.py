@@ -18,7 +18,7 @@ from typing import Any, Final, Literal
 from impact.atomic import whole_file
 from impact.engines import Engine
 from seatfem.runs.budget import measured
-from seatfem.runs.contact import check_length, check_step, run_contact, striker_of, time_step
+from seatfem.runs.contact import check_length, check_step, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import Scene
 from seatfem.seats.seat import build_seat
@@ -56,7 +56,8 @@ class Outcome:
 
     Attributes:
         state: "done"; "stopped" at the time limit; "failed" with the reason.
-        wall, processor: seconds of the computation by the clock and of all its threads, mesher included.
+        wall, processor: seconds of the computation by the clock and of all its threads, mesher included; of a stopped
+            one ``processor`` is the limit.
         memory: largest of the process [bytes].
         start: seconds from the start of the process to the beginning of the computation.
         values: measures [SI] by name.
@@ -98,7 +99,8 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     check_length(scene, step)
     with watch("contact"):
         result = run_contact(scene, striker, seat.greens, step, engine=point.engine)
-    values = measured(result, scene.run.filter_width)
+    stress = peak_stress(scene, striker, result.force, result.dt)
+    values = measured(result, scene.run.filter_width, None if stress is None else stress.value)
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),
@@ -135,9 +137,20 @@ def peak_memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if platform.system() == "Darwin" else 1024.0)
 
 
+def _limit_processor_time(seconds: float) -> None:
+    """Where the system can: it ends this process (SIGXCPU) after so many seconds, rounded up."""
+    try:
+        import resource  # absent on Windows
+    except ImportError:
+        return
+    most = math.ceil(seconds)
+    resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))
+
+
 def main(job_file: Path, answer_file: Path) -> None:
     """Read a job, carry it out, write the answer."""
     job: dict[str, Any] = json.loads(job_file.read_text(encoding="utf-8"))
+    _limit_processor_time(float(job["limit"]))
     outcome = carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - float(job["begun"]))
     with whole_file(answer_file) as temporary:
         temporary.write_text(json.dumps(asdict(outcome)), encoding="utf-8")

@@ -21,6 +21,7 @@ _QUANTITIES = (
     ("contacts", "contact_count", "", 1.0),
     ("contacts, raw", "contact_count_raw", "", 1.0),
     ("largest seat displacement", "max_seat_displacement_m", "um", 1e6),
+    ("reed stress, largest", "peak_reed_stress_Pa", "MPa", 1e-6),
     ("energy residual", "energy_residual", "", 1.0),
 )
 

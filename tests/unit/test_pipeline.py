@@ -163,6 +163,7 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
         "mesh error",
         "contact",
         "spring baseline",
+        "reed stress",
         "error budget",
         "files",
         "pictures",
