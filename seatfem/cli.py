@@ -153,7 +153,7 @@ def trade(
     quick:
         Only about a third of the points.
     limit:
-        Seconds for one point; the reference may take four times as long.
+        Processor seconds for one point; the reference may take four times as many.
     """
     _load(scene)
     from impact.drawing import PictureError

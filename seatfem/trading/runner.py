@@ -21,7 +21,8 @@ from seatfem.seats.store import VARIABLE
 from seatfem.trading.journal import append, key_of, read_journal
 from seatfem.trading.point import Outcome, Point
 
-TIME_LIMIT: Final = 60.0  # s for one point, the start of its process included
+TIME_LIMIT: Final = 60.0  # processor s for one point, the start of its process included
+PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
 _THREADS: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -53,14 +54,14 @@ def run_points(
 
 def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
     """A point that was stopped is tried again where it is given more time."""
-    return outcome.state == "stopped" and not outcome.wall >= time_limit
+    return outcome.state == "stopped" and not outcome.processor >= time_limit
 
 
 def _obstacle(point: Point, found: Mapping[str, Outcome]) -> Outcome | None:
     before = found.get(point.after)
     if before is None or before.state == "done":
         return None
-    return Outcome("stopped", f"not tried: {point.after} {before.state}", wall=before.wall)
+    return Outcome("stopped", f"not tried: {point.after} {before.state}", processor=before.processor)
 
 
 def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
@@ -68,7 +69,8 @@ def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
     with tempfile.TemporaryDirectory(prefix="seatfem-trade-") as name:
         folder = Path(name)
         job, answer, log = folder / "job.json", folder / "answer.json", folder / "log.txt"
-        job.write_text(json.dumps({"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time()}))
+        task = {"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": time_limit}
+        job.write_text(json.dumps(task), encoding="utf-8")
         command = [sys.executable, "-m", "seatfem.trading.point", str(job), str(answer)]
         with log.open("wb") as errors:
             process = subprocess.Popen(
@@ -79,11 +81,13 @@ def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
                 start_new_session=True,  # so that its mesher ends with it
             )
             try:
-                process.wait(time_limit)
+                process.wait(PATIENCE * time_limit)
             except subprocess.TimeoutExpired:
-                return Outcome("stopped", f"no end within {time_limit:g} s", wall=time_limit)
+                return Outcome("stopped", f"no end within {PATIENCE * time_limit:g} s", processor=time_limit)
             finally:
                 _end(process)
+        if process.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
+            return Outcome("stopped", f"no end within {time_limit:g} processor seconds", processor=time_limit)
         if not answer.exists():
             lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             return Outcome(

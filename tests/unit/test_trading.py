@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -194,8 +195,17 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path):
     assert failed.state == "failed"
     assert "RunError: run.time_step" in failed.reason
     assert math.isnan(failed.processor)
-    stopped = run_point(small, Point("slow", "as given", "diagonal"), 0.05)
-    assert (stopped.state, stopped.reason) == ("stopped", "no end within 0.05 s")
+    stopped = run_point(small, Point("slow", "as given", "diagonal"), 0.01)
+    assert (stopped.state, stopped.reason) == ("stopped", "no end within 0.1 s")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
+def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
+    """Ten million steps; loading the program alone takes more than the second that is allowed."""
+    steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
+    stopped = run_point(small, Point("long", "as given", "time step", steps), 1.0)
+    assert stopped.state == "stopped"
+    assert "processor" in stopped.reason or "10 s" in stopped.reason
 
 
 def test_a_process_that_dies_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
@@ -237,7 +247,7 @@ def test_no_rung_is_tried_beyond_one_that_was_stopped(small: Path, monkeypatch: 
 
     def hang(scene: Path, point: Point, limit: float) -> Outcome:
         limits.append(limit)
-        return Outcome("stopped", "no end", wall=limit) if limit < 50 else Outcome("done")
+        return Outcome("stopped", "no end", processor=limit) if limit < 50 else Outcome("done")
 
     monkeypatch.setattr(runner, "run_point", hang)
     points = [Point("coarse", "3d", "diagonal"), Point("fine", "3d", "diagonal", after="coarse")]

@@ -1,0 +1,123 @@
+"""Speed for accuracy of three scenes: docs/trade.md with its pictures, and the tables in benchmarks/results.
+
+Run: python benchmarks/trade_charts.py [folder of the journals; default: trade-charts]
+A run that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from table import RESULTS, machine
+
+from seatfem.trading.chart import draw_trade
+from seatfem.trading.ladder import RATIO
+from seatfem.trading.runner import TIME_LIMIT
+from seatfem.trading.table import summary_of, write_trade
+from seatfem.trading.trade import AS_FILED, PLANNED, REFERENCE_TIME, Trade, measure_trade
+
+ROOT: Final = Path(__file__).parents[1]
+DOCUMENT: Final = ROOT / "docs" / "trade.md"
+SCENES: Final = ("flapper_on_annular_seat", "flapper_on_valve_plate", "mass_on_bar")
+
+HEAD: Final = f"""# Speed for accuracy, measured
+
+Written by `python benchmarks/trade_charts.py`. Measured on {{machine}}. Other programs were running, which is why the
+charts show processor time.
+
+    seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
+
+runs a scene at every fidelity that applies to it and draws time against error. Each point is a scene with its keys
+stated (the table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
+
+- **The ladder.** The diagonal refines mesh and band together by {RATIO} from rung to rung, for every level of modelling
+  that describes the seat; it goes on as far as the time limit lets it ({TIME_LIMIT:g} s for a point by default). Around
+  its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, road to the Green's function,
+  reed modes, time step, history engine. The centre is what the file states; what it leaves open follows the filter's
+  band, the waves in that band and the size of the struck face. The column of material under the contact, as a spring
+  E A/h and as a rod, stands for what is used where there are no finite elements.
+- **Time** is processor time from the scene to its measures: mesher, assembly, reduction, contact; no error bars, files
+  or pictures. The start of the program is a column of its own. What takes less than a few seconds is measured twice and
+  the second counts, so that compiled code is not loaded in it. Peak memory is that of the point's process.
+- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The
+  reference is computed once more, one notch coarser in every choice; their difference over {RATIO} - 1 (order 1) is
+  the reference's own uncertainty: the shaded floor. Errors below it are drawn at its edge and count as the floor.
+- **Stopped** points (time limit, {REFERENCE_TIME:g} times as long for the reference) and failed ones are in the table,
+  with the reason.
+- **The planner's choice** (star) is what `seatfem plan` chooses if the file leaves all of it open; the diamond is the
+  file as it is, where it states some. `planner_excess` is its cost over that of the cheapest point that is at least as
+  accurate in the worst of the measures asked for; 1 is on the Pareto front.
+
+A journal (`trade.jsonl`) takes each point as it ends: the same command goes on where a stopped one was. Outcomes of
+another scene, point or version of the code are not used again.
+
+| scene | points | target | planner's error | planner's time | excess over the front | over the cheapest at target |
+|---|---|---|---|---|---|---|
+"""
+
+
+@dataclass(frozen=True)
+class Charted:
+    """A scene and its trade."""
+
+    name: str
+    trade: Trade
+
+
+def line(charted: Charted) -> str:
+    """One row of the overview."""
+    trade = charted.trade
+    found = summary_of(trade)
+    cells = (
+        f"[{trade.title}](#{charted.name})",
+        f"{len(trade.done())} of {len(trade.points)}",
+        f"{100 * trade.target:g} %",
+        f"{100 * trade.trusted_error(PLANNED):.2g} %",
+        f"{trade.cost(PLANNED):.2g} s",
+        f"{found['planner_excess']:.2f}",
+        f"{found['planner_excess_at_target']:.2f}",
+    )
+    return f"| {' | '.join(cells)} |\n"
+
+
+def section(charted: Charted) -> str:
+    """Chart, and the points of the front with the planner's."""
+    trade = charted.trade
+    parts = [f'\n<a id="{charted.name}"></a>\n\n## {trade.title}\n\n', f"`examples/{charted.name}.toml`\n\n"]
+    parts.append(f"![Time against error](images/trade_{charted.name}.png)\n\n")
+    heads = [measure.replace("_", " ") for measure in trade.measures]
+    parts.append(f"| on the front of the worst error | processor time | peak memory | {' | '.join(heads)} |\n")
+    parts.append("|---" * (3 + len(heads)) + "|\n")
+    names = [*trade.front(), *(n for n in (PLANNED, AS_FILED) if n in trade.outcomes and n not in trade.front())]
+    for name in names:
+        outcome = trade.outcomes[name]
+        errors = [f"{100 * trade.error(name, measure):.2g} %" for measure in trade.measures]
+        label = name if name in trade.front() else f"*{name}, not on it*"
+        parts.append(
+            f"| {label} | {outcome.processor:.2g} s | {outcome.memory / 1e6:.0f} MB | {' | '.join(errors)} |\n"
+        )
+    floors = ", ".join(f"{h} {100 * trade.floor[m]:.2g} %" for h, m in zip(heads, trade.measures, strict=True))
+    parts.append(
+        f"\nUncertainty of the reference: {floors}. All points: `benchmarks/results/trade_{charted.name}.csv`.\n"
+    )
+    return "".join(parts)
+
+
+def main(folder: Path) -> None:
+    """Measure, draw, write."""
+    found = []
+    for name in SCENES:
+        trade = measure_trade(ROOT / "examples" / f"{name}.toml", folder / f"{name}.jsonl")
+        write_trade(trade, RESULTS / f"trade_{name}.csv", RESULTS / f"trade_{name}.json")
+        draw_trade(trade, DOCUMENT.parent / "images" / f"trade_{name}.png")
+        found.append(Charted(name, trade))
+    words = "; ".join(f"{key} {value}" for key, value in machine().items())
+    text = HEAD.format(machine=words) + "".join(map(line, found)) + "".join(map(section, found))
+    DOCUMENT.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("trade-charts"))
