@@ -28,12 +28,13 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a key may hold: its name in words, its SI unit, and an example for error messages."""
+    """What a key may hold: its name in words, its SI unit, an example for error messages, and a sane range [SI]."""
 
     name: str
     si: str
     example: str
     suggestions: tuple[str, ...]
+    sane: tuple[float, float]
     made_of: tuple[str, ...] = ()
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
 
@@ -41,19 +42,19 @@ class Dimension:
 DIMENSIONS: Final = {
     dimension.name: dimension
     for dimension in (
-        Dimension("length", "m", "3 mm", ("mm", "um", "m", "cm", "inch")),
-        Dimension("area", "m^2", "4 mm^2", ("mm^2", "m^2", "um^2")),
-        Dimension("time", "s", "3 ms", ("ms", "us", "ns", "s")),
-        Dimension("mass", "kg", "5 g", ("g", "kg", "mg")),
-        Dimension("velocity", "m/s", "2 m/s", ("m/s", "mm/s", "mm/us")),
-        Dimension("density", "kg/m^3", "7850 kg/m^3", ("kg/m^3", "g/cm^3")),
-        Dimension("pressure", "Pa", "200 GPa", ("GPa", "MPa", "kPa", "Pa", "psi")),
-        Dimension("stiffness", "N/m", "20 N/um", ("N/m", "N/mm", "N/um", "kN/mm")),
-        Dimension("frequency", "Hz", "1 MHz", ("MHz", "kHz", "Hz", "GHz"), made_of=("hertz",)),
-        Dimension("bedding", "N/m^3", "2 GPa/mm", ("GPa/mm", "MPa/mm", "N/mm^3", "N/m^3")),
-        Dimension("area damping", "N s/m^3", "4e7 N*s/m^3", ("N*s/m^3", "N*s/mm^3", "Pa*s/m")),
-        Dimension("angle", "rad", "60 deg", ("deg", "rad"), made_of=("degree", "radian")),
-        Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), made_of=("second", "minute", "hour")),
+        Dimension("length", "m", "3 mm", ("mm", "um", "m", "cm", "inch"), (1e-9, 1e4)),
+        Dimension("area", "m^2", "4 mm^2", ("mm^2", "m^2", "um^2"), (1e-18, 1e8)),
+        Dimension("time", "s", "3 ms", ("ms", "us", "ns", "s"), (1e-15, 1e9)),
+        Dimension("mass", "kg", "5 g", ("g", "kg", "mg"), (1e-18, 1e12)),
+        Dimension("velocity", "m/s", "2 m/s", ("m/s", "mm/s", "mm/us"), (1e-12, 1e5)),
+        Dimension("density", "kg/m^3", "7850 kg/m^3", ("kg/m^3", "g/cm^3"), (1e-6, 1e9)),
+        Dimension("pressure", "Pa", "200 GPa", ("GPa", "MPa", "kPa", "Pa", "psi"), (1e-3, 1e18)),
+        Dimension("stiffness", "N/m", "20 N/um", ("N/m", "N/mm", "N/um", "kN/mm"), (1e-12, 1e21)),
+        Dimension("frequency", "Hz", "1 MHz", ("MHz", "kHz", "Hz", "GHz"), (1e-6, 1e15), made_of=("hertz",)),
+        Dimension("bedding", "N/m^3", "2 GPa/mm", ("GPa/mm", "MPa/mm", "N/mm^3", "N/m^3"), (1e-6, 1e24)),
+        Dimension("area damping", "N s/m^3", "4e7 N*s/m^3", ("N*s/m^3", "N*s/mm^3", "Pa*s/m"), (1e-6, 1e21)),
+        Dimension("angle", "rad", "60 deg", ("deg", "rad"), (1e-9, 1e3), made_of=("degree", "radian")),
+        Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), (1e-9, 1e18), made_of=("second", "minute", "hour")),
     )
 }
 

@@ -33,14 +33,24 @@ def default(written: object, description: str) -> Any:
 
 @dataclass(frozen=True)
 class ReadQuantity:
-    """Reads a string with a unit. Refuses bare numbers: nobody can know what they mean."""
+    """Reads a string with a unit. Refuses bare numbers, which nobody can know the meaning of, and insane ones.
+
+    The ranges keep every product of a few values far from overflow.
+    """
 
     dimension: str
 
     def __call__(self, value: object) -> float:
         if isinstance(value, str):
-            return parse_quantity(value, self.dimension)
+            return self._sane(parse_quantity(value, self.dimension), value)
         raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
+
+    def _sane(self, value: float, written: str) -> float:
+        wanted = DIMENSIONS[self.dimension]
+        least, most = wanted.sane
+        if value == 0.0 or least <= abs(value) <= most:
+            return value
+        raise UnitError(f"{written!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
 
 
 def read_number(value: object) -> float:

@@ -19,7 +19,7 @@ from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError, SecondOrderModel
 from seatfem.planning.before_meshing import check_before_meshing
-from seatfem.scene import Cad
+from seatfem.scene import Cad, MeshFile
 from seatfem.scene.parts import AnyMaterial, AnySupport, OrthotropicMaterial
 from seatfem.scene.seats import DrawnSeat, ElasticSeat, RevolvedSeat
 from seatfem.seats.levels import Level, sectors
@@ -57,7 +57,16 @@ def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = sil
 
 
 def matrices(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
-    """Mass, stiffness, damping and ports of the seat on its mesh."""
+    """Mass, stiffness, damping and ports of the seat on its mesh; what is wrong with a mesh file's groups names it."""
+    try:
+        return _assembled(seat, mesh, level, progress)
+    except ModelError as error:
+        if isinstance(seat, MeshFile):
+            raise ModelError(f"{seat.file}: {error}") from error
+        raise
+
+
+def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
     if isinstance(mesh, MeridianMesh):
         return assemble_axisymmetric(
             mesh,
