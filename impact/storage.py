@@ -214,6 +214,8 @@ def finite_array(group: Any, key: str) -> Array:
     found = group[key]
     if found.nbytes > _DEFLATE * found.id.get_storage_size():
         raise _Damage(f"{key} claims {found.nbytes / 1e9:.3g} GB, more than the file can hold")
+    if found.dtype.kind not in "fiu":
+        raise _Damage(f"{key} holds {found.dtype}, no real numbers")
     values = np.asarray(found[...], dtype=float)
     if bad := int(np.sum(~np.isfinite(values))):
         raise _Damage(f"{key} has {bad} values that are not finite")

@@ -137,5 +137,5 @@ def csv_number(name: Path, line: int, column: int, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()!r} is not a finite number")
+        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()[:80]!r} is not a finite number")
     return value

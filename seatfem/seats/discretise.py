@@ -13,6 +13,7 @@ from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.geometry import GeometryError
 from seatfem.materials import Material, Orthotropic
+from seatfem.mesh.gmsh_process import MeshingError
 from seatfem.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.seat_mesh import SeatMesh
@@ -50,9 +51,9 @@ def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = sil
             assert isinstance(seat, RevolvedSeat)
             return make_meridian(seat.geometry(), spec, progress)
         return make_mesh(seat.geometry(), spec, progress, sector=sectors(seat) if level == "sector" else 1)
-    except GeometryError as error:
+    except (GeometryError, MeshingError) as error:
         if isinstance(seat, Cad) and str(seat.file) not in str(error):
-            raise GeometryError(f"{seat.file}: {error}") from error
+            raise type(error)(f"{seat.file}: {error}") from error
         raise
 
 

@@ -1,0 +1,4 @@
+"""Mutated scene and kernel files through the program: no traceback, no hang, no blow-up of memory, no half of a file.
+
+`python -m tests.fuzz` carries out the cases of a seed, each under limits, and writes the table of verdicts.
+"""
