@@ -52,6 +52,7 @@ def decay_responses(rates: Array, t: Array, width: float) -> Array:
 
 
 def _rigid(t: Array, width: float) -> Array:
+    t = np.maximum(t, 0.0)
     early = t**2 / 2 - (1 - np.cos(2 * np.pi * t / width)) * (width / (2 * np.pi)) ** 2
     return np.where(t < width, early / width, t - width / 2)
 
@@ -73,7 +74,8 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
 
 
 def exponentials(poles: Complex, t: Array, width: float) -> Complex:
-    """(poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T)."""
+    """(poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
+    t = np.maximum(t, 0.0)
     out = np.empty((len(poles), len(t)), dtype=complex)
     early = t < width
     out[:, early] = _during(t[early], width, poles)

@@ -46,9 +46,16 @@ def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> 
     for name in ("impulse_response", "step_response"):
         expected = getattr(MODAL, name)(T, *ports)
         assert getattr(POLES, name)(T, *ports) == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
-    hann = MODAL.filtered(T[1:], 3e-4, *ports)
-    assert POLES.filtered(T[1:], 3e-4, *ports) == pytest.approx(hann, rel=1e-8, abs=1e-9 * np.abs(hann).max())
-    assert POLES.filtered_matrix(T[1:], 3e-4)[ports] == pytest.approx(POLES.filtered(T[1:], 3e-4, *ports), rel=1e-12)
+    hann = MODAL.filtered(T, 3e-4, *ports)
+    assert POLES.filtered(T, 3e-4, *ports) == pytest.approx(hann, rel=1e-8, abs=1e-9 * np.abs(hann).max())
+    assert POLES.filtered_matrix(T, 3e-4)[ports] == pytest.approx(POLES.filtered(T, 3e-4, *ports), rel=1e-12)
+
+
+@pytest.mark.parametrize("greens", [MODAL, POLES])
+def test_nothing_answers_before_the_pulse(greens: impact.GreensFunction) -> None:
+    early = np.array([-1.0, -3e-4, -1e-9, 0.0])
+    assert np.all(greens.filtered_matrix(early, 3e-4) == 0.0)
+    assert greens.filtered(1.5e-4, 3e-4) > 0.0
 
 
 def test_static_and_initial_values() -> None:
