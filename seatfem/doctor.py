@@ -21,7 +21,7 @@ from seatfem.system import (
     select_offscreen_window,
 )
 
-__all__ = ["LIBRARIES", "PROBE_TIMEOUT", "Check", "doctor_report", "picture_library_gap"]
+__all__ = ["LIBRARIES", "PROBE_TIMEOUT", "UNIVERSAL_FILES", "Check", "doctor_report", "picture_library_gap"]
 
 LIBRARIES: Final = (
     "numpy",
@@ -38,6 +38,9 @@ LIBRARIES: Final = (
     "rich",
 )
 """Distributions that are always needed."""
+
+UNIVERSAL_FILES: Final = ("pyuff",)
+"""Distributions that only universal files (UFF 55, 58) need."""
 
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -76,7 +79,8 @@ def doctor_report() -> tuple[Check, ...]:
         quick = (
             _python(),
             *(_library(name) for name in LIBRARIES),
-            *map(_picture_library, PICTURE_PACKAGES),
+            *(_optional(name, "pictures") for name in PICTURE_PACKAGES),
+            *(_optional(name, "uff") for name in UNIVERSAL_FILES),
             _threads(),
         )
         return (*quick, *(future.result() for future in tried))
@@ -93,11 +97,9 @@ def _library(name: str) -> Check:
     return Check(name, version is not None, version or "not installed", f"pip install {name}")
 
 
-def _picture_library(name: str) -> Check:
+def _optional(name: str, extra: str) -> Check:
     version = _version(name)
-    return Check(
-        name, version is not None, version or "not installed", "pip install 'seatfem[pictures]'", required=False
-    )
+    return Check(name, version is not None, version or "not installed", f"pip install 'seatfem[{extra}]'", False)
 
 
 def _version(name: str) -> str | None:

@@ -30,6 +30,15 @@ def test_the_libraries_are_those_of_the_package() -> None:
 
     assert set(doctor.LIBRARIES) == names(project["dependencies"]) - {"pypardiso"}
     assert set(system.PICTURE_PACKAGES) == names(project["optional-dependencies"]["pictures"])
+    assert set(doctor.UNIVERSAL_FILES) == names(project["optional-dependencies"]["uff"])
+
+
+def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = doctor._version
+    monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
+    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "pyuff" else known(name))
+    (found,) = (check for check in doctor_report() if check.name == "pyuff")
+    assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[uff]'")
 
 
 def test_the_system_packages_are_those_that_ci_installs() -> None:
