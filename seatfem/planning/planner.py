@@ -80,7 +80,9 @@ def _look(scene: Scene, progress: Progress) -> Seen:
     progress("planning", 0.1)
     window = first_look(scene, surrogate.greens)
     finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
-    sensitivity = Sensitivity(Bench(scene, surrogate.greens, window), scene.accuracy.measures, finest)
+    sensitivity = Sensitivity(
+        Bench(scene, surrogate.greens, window), scene.accuracy.measures, finest, exact=surrogate.exact
+    )
     return Seen(scene, surrogate, sensitivity)
 
 

@@ -29,6 +29,8 @@ FEWEST: Final = 5  # reed modes looked at ...
 MOST: Final = 320
 LONGEST: Final = 4  # steps per filter width looked at ...
 SHORTEST: Final = 640
+STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
+MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
 OFF: Final = 0.02  # relative change of g behind its sensitivity
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
@@ -52,11 +54,13 @@ class Sensitivity:
         bench: where they run.
         measures: those that count.
         finest: relative change below which no ladder is followed further.
+        exact: whether the seat of the bench is the scene's own.
     """
 
     bench: Bench
     measures: tuple[str, ...]
     finest: float
+    exact: bool = False
 
     @property
     def step(self) -> float:
@@ -78,20 +82,27 @@ class Sensitivity:
 
     def of_modes(self, n_modes: int) -> Changes:
         """What the reed's modes between ``n_modes``/1.4 and ``n_modes`` change."""
-        few = self.bench.measures(dt=self.step, n_modes=max(1, round(n_modes / FEWER)))
-        return self._of(self.bench.measures(dt=self.step, n_modes=n_modes), few)
+        return self._between_modes(max(1, round(n_modes / FEWER)), n_modes)
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
         """Numbers of reed modes from few to many, up to where they change nothing any more."""
         rungs: list[Rung] = []
-        n, before = FEWEST, self.bench.measures(dt=self.step, n_modes=FEWEST)
+        n = FEWEST
         while n < MOST and not _settled(rungs, self.finest):
-            n = min(MOST, round(n * FEWER))
-            here = self.bench.measures(dt=self.step, n_modes=n)
-            rungs.append(Rung(n, self._of(here, before)))
-            before = here
+            few, n = n, min(MOST, round(n * FEWER))
+            rungs.append(Rung(n, self._between_modes(few, n)))
         return tuple(rungs)
+
+    def _between_modes(self, few: int, many: int) -> Changes:
+        """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
+        seats = [self.bench.seat] if self.exact else [self.bench.seat, ScaledGreens(self.bench.seat, STIFFER)]
+        found: Changes = dict.fromkeys(self.measures, 0.0)
+        for seat in seats:
+            one, other = (self.bench.measures(dt=self.step, n_modes=n, seat=seat) for n in (many, few))
+            found = _larger(found, self._of(one, other))
+        margin = 1.0 if self.exact else MARGIN
+        return {name: margin * value for name, value in found.items()}
 
     def of_step(self, dt: float) -> Changes:
         """What a step of ``dt`` changes against one of 2 ``dt``; where that is too long, ``dt``/2 against ``dt``."""

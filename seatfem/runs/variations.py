@@ -18,6 +18,7 @@ from seatfem.runs.contact import run_for_measures, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.seat import SeatAnswer
+from seatfem.seats.statics import beyond_level
 
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
 FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
@@ -33,7 +34,8 @@ def error_budget(
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
-    - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod).
+    - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod); what a
+      cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa].
     """
     values = measured(result, scene.run.filter_width, stress)
@@ -75,6 +77,8 @@ def _of_reduction(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Va
 
 def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
     part = _of_g(seat, seat.level_error, base, run)
+    if part is not None and (better := beyond_level(scene, seat.greens)) is not None:
+        part = total(part, changes(base, run(better)))
     if part is None or not isinstance(scene.reed, Cantilever):
         return part
     fewer = striker_of(scene, max(1, round(scene.reed.n_modes / FEWER)))

@@ -60,8 +60,8 @@ class DrawnSeat(ElasticSeat):
     """What all seats have that gmsh meshes."""
 
     mesh: Mesh = default({}, "how fine the finite elements are")
-    model: Literal["auto", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
-        "auto", description="how much of the seat is modelled; auto takes the cheapest that describes it"
+    model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
+        "auto", description="how much of the seat is modelled; auto: the cheapest that serves; spring: its statics only"
     )
 
     def geometry(self) -> Geometry:

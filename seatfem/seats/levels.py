@@ -40,14 +40,16 @@ def applicable(seat: DrawnSeat) -> tuple[Applicability, ...]:
 
 
 def choose_level(seat: DrawnSeat, error: float) -> Applicability:
-    """The level the scene names, or the cheapest whose own error is at most ``error``.
+    """The level the scene names, or the cheapest whose own error is at most ``error``; of a spring, whose
+    compliance finite elements give, the cheapest that leaves nothing out.
 
     Raises:
         LevelError: the named level does not apply.
     """
     found = applicable(seat)
-    if seat.model == "auto":
-        return next(level for level in found if level.applies and level.error <= error)
+    if seat.model in ("auto", "spring"):
+        limit = error if seat.model == "auto" else 0.0
+        return next(level for level in found if level.applies and level.error <= limit)
     named = next(level for level in found if level.level == seat.model)
     if not named.applies:
         others = ", ".join(level.level for level in found if level.applies)

@@ -18,7 +18,6 @@ from impact.sampled import SampledGreens
 from impact.storage import load_greens
 from seatfem import scene as scenes
 from seatfem.formats.mesh_files import read_mesh
-from seatfem.materials import Material
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.mesh.spec import MeshSpec
@@ -32,14 +31,17 @@ from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solid, solids, supports_of
 from seatfem.seats.imported_seats import from_matrices, from_modes, from_response
-from seatfem.seats.levels import Level, choose_level
+from seatfem.seats.levels import Level, choose_level, clamp_error
 from seatfem.seats.memory_need import check_seat
+from seatfem.seats.rods import rod_of
+from seatfem.seats.statics import static_greens, without_waves
 
 COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 2.0  # found by benchmarks/honesty.py: meshes of plates with narrow lands differ unevenly
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
 """Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
+SPRING: Final = "static compliance of the finite elements, a spring"
 ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up by itself
 
 
@@ -123,7 +125,7 @@ def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Pr
     about: dict[str, object] = {"seat_level": level.level, "seat_level_reason": level.reason}
     if level.level == "rod":
         assert isinstance(seat, scenes.BarSeat)
-        return SeatAnswer(_rod_of(seat), about={**about, "seat_model": NAMES["rod"]}, level_error=level.error)
+        return SeatAnswer(rod_of(seat), about={**about, "seat_model": NAMES["rod"]}, level_error=clamp_error(seat))
     spec = mesh_spec(seat, level.level)
     with watch("mesh"):
         mesh = draw(seat, spec, level.level, progress)
@@ -135,18 +137,6 @@ def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Pr
         return _with_mesh_error(scene, seat, spec, level.level, answer, progress)
 
 
-def _rod_of(seat: scenes.BarSeat) -> GreensFunction:
-    material = solid(seat.material)
-    assert isinstance(material, Material)
-    return impact.fixed_rod(
-        young=material.young,
-        density=material.density,
-        area=seat.width * seat.height,
-        length=seat.length,
-        damping_ratio=seat.damping_ratio,
-    )
-
-
 def _solved(
     scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, watch: Stopwatch, progress: Progress
 ) -> SeatAnswer:
@@ -155,6 +145,11 @@ def _solved(
     check_seat(seat, mesh, level)
     with watch("assembly"):
         model = matrices(seat, mesh, level, progress)
+    about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
+    if _is_spring(seat):
+        with watch("reduction"):
+            spring = static_greens(model, seat.damping_ratio)
+        return SeatAnswer(_from_mesh(spring, mesh), None, mesh, model, about={**about, "seat_model": SPRING})
     with watch("reduction"):
         reduction = reduce_model(
             model,
@@ -165,7 +160,6 @@ def _solved(
             method=seat.greens.method,
             progress=progress,
         )
-    about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
     return SeatAnswer(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
 
 
@@ -190,7 +184,13 @@ def _around(
             progress=progress,
         )
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
+    if _is_spring(seat):
+        greens, about = without_waves(greens), {**about, "seat_model": SPRING}
     return SeatAnswer(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _is_spring(seat: ElasticSeat) -> bool:
+    return isinstance(seat, DrawnSeat) and seat.model == "spring"
 
 
 def _mesh_keys(mesh: SeatMesh | MeridianMesh) -> dict[str, object]:
