@@ -16,7 +16,8 @@ UNRESOLVED_LIMIT = 0.1  # of the impulse
 def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
     """Share of the impulse of ``force`` (n, p) [N] that contacts of fewer than `FEWEST_STEPS` steps carry.
 
-    A contact that the record's end cuts is counted where it has ended by then.
+    A contact that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
+    step's.
     """
     total = float(force.sum())
     short, shortest = 0.0, FEWEST_STEPS
@@ -74,10 +75,9 @@ def unsolved_advice(unsolved: int, steps: int) -> tuple[Advice, ...]:
 
 
 def _contacts(force: Array) -> tuple[Array, Array]:
-    """Lengths [steps] and sums of the contacts of one force (n,) that have ended."""
+    """Lengths [steps] and sums of the contacts of one force (n,)."""
     closed = np.concatenate([[False], force > 0, [False]])
     edges = np.flatnonzero(closed[1:] != closed[:-1])
     starts, stops = edges[::2], edges[1::2]
-    ended = stops < len(force)
     running = np.concatenate([[0.0], np.cumsum(force)])
-    return np.asarray(stops - starts, dtype=float)[ended], (running[stops] - running[starts])[ended]
+    return np.asarray(stops - starts, dtype=float), running[stops] - running[starts]

@@ -70,6 +70,14 @@ def test_advice_when_the_step_is_too_coarse_for_the_highest_mode() -> None:
     assert not impact.solve(mass_on(fast), dt=0.004, duration=1.0).advice
 
 
+def test_advice_on_a_contact_that_the_end_cuts() -> None:
+    """Three steps of a force that rises are off by a third; three hundred are not."""
+    rod = impact.fixed_rod(**ROD)
+    (advice,) = impact.solve(mass_on(rod), dt=0.01, duration=0.03).advice
+    assert advice.name == "share of the impulse in contacts of fewer than 10 steps"
+    assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
+
+
 def test_gap_delays_the_contact() -> None:
     result = impact.solve(mass_on(impact.fixed_rod(**ROD), gap=0.5), dt=0.01, duration=1.0)
     assert measures.contact_intervals(result)[0, 0] == pytest.approx(0.5, abs=0.0101)
