@@ -5,19 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Profile, Stopper, ValvePlate
+from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Profile, Stopper, ValvePlate
 from seatfem.geometry.profile import Edge, Point
-from seatfem.mesh.spec import MeshSpec
 from seatfem.model import Array
-from seatfem.planning.cad_extent import as_block
 from seatfem.planning.size_field import COARSEST, Distance, Samples, from_segments, inside, squares
 
+Drawn = AnnularSeat | ConicalSeat | Stopper | ValvePlate | Bar | Block
 CHORDS = 6  # of an arc
 OUTLINE = 60  # samples of a straight edge
-DEPTHS = 24  # samples through the thickness, denser towards the struck side
+DEPTHS = 12  # samples through the thickness, denser towards the struck side
 PER_ARC, ARC_GROWTH = 2, 1.0  # elements on an arc of a section, and growth of the size away from it
 
 
@@ -29,30 +29,32 @@ class Body:
     outer: Samples
 
 
-def section_of(profile: Profile, spec: MeshSpec) -> Body:
+@cache
+def section_of(profile: Profile) -> Body:
     """The half section of a solid of revolution; arcs of the outline ask for small elements beside them."""
-    points, weight, outline, lengths, distance = _sampled(profile, spec.patch_size)
+    points, weight, outline, lengths, distance = _sampled(profile)
     return Body(
-        Samples(weight, distance(points), _beside_arcs(profile, points, spec)),
-        Samples(lengths, distance(outline), _beside_arcs(profile, outline, spec)),
+        Samples(weight, distance(points), _beside_arcs(profile, points)),
+        Samples(lengths, distance(outline), _beside_arcs(profile, outline)),
     )
 
 
-def plan_of(geometry: ValvePlate | Stopper, spec: MeshSpec) -> Body:
+@cache
+def plan_of(geometry: ValvePlate | Stopper) -> Body:
     """The plan of an extruded solid."""
-    points, weight, outline, lengths, distance = _plan(geometry, spec.patch_size)
-    return Body(Samples(weight, distance(points)), Samples(lengths, distance(outline)))
+    points, weight, outline, lengths, distance = _plan(geometry)
+    inner, outer = (np.maximum(0.0, distance(places)) for places in (points, outline))
+    return Body(Samples(weight, inner), Samples(lengths, outer))
 
 
-def solid_of(geometry: Geometry, spec: MeshSpec, sectors: int = 1) -> Body:
-    """The solid or one of its equal sectors; a CAD part is taken for a block as large as its bounding box."""
+@cache
+def solid_of(geometry: Drawn, sectors: int = 1) -> Body:
+    """The solid or one of its equal sectors."""
     if isinstance(geometry, AnnularSeat | ConicalSeat | Stopper):
-        points, weight, outline, lengths, distance = _sampled(geometry.profile, spec.patch_size)
+        points, weight, outline, lengths, distance = _sampled(geometry.profile)
         around, along = 2 * math.pi * points[:, 0] / sectors, 2 * math.pi * outline[:, 0] / sectors
         inner, outer = (around * weight, distance(points)), (along * lengths, distance(outline))
         return Body(Samples(*inner), _joined([outer, (2 * weight, inner[1])] if sectors > 1 else [outer]))
-    if isinstance(geometry, CadPart):
-        return solid_of(as_block(geometry), spec)
     if isinstance(geometry, Bar):
         end, struck = geometry.width * geometry.height, np.zeros(1)
         sides = 2 * (geometry.width + geometry.height)
@@ -60,7 +62,7 @@ def solid_of(geometry: Geometry, spec: MeshSpec, sectors: int = 1) -> Body:
         return _extruded(
             (np.array([end / sectors]), struck), (np.array([sides / sectors + cuts]), struck), geometry.length
         )
-    points, weight, outline, lengths, distance = _plan(geometry, spec.patch_size)
+    points, weight, outline, lengths, distance = _plan(geometry)
     edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
     walls = tuple(np.concatenate(part) for part in zip(*edge, strict=True))
     return _extruded((weight / sectors, distance(points)), (walls[0], walls[1]), geometry.thickness)
@@ -76,7 +78,7 @@ def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array,
 
 def _extruded(plan: tuple[Array, Array], walls: tuple[Array, Array], height: float) -> Body:
     """Areas of a plan and lengths of its outline with their distances from the patch, swept down from its plane."""
-    (area, away), (length, beside) = plan, walls
+    (area, away), (length, beside) = ((weight, np.maximum(0.0, distance)) for weight, distance in (plan, walls))
     u = (np.arange(DEPTHS) + 0.5) / DEPTHS
     depth, thick = height * u**2, 2 * height * u / DEPTHS
     volume = Samples(np.outer(area, thick).ravel(), np.hypot(away[:, None], depth).ravel())
@@ -89,7 +91,7 @@ def _joined(parts: list[tuple[Array, Array]]) -> Samples:
     return Samples(weight, distance)
 
 
-def _sampled(profile: Profile, finest: float) -> tuple[Array, Array, Array, Array, Distance]:
+def _sampled(profile: Profile) -> tuple[Array, Array, Array, Array, Distance]:
     outline = np.concatenate([_along(edge, 1 if edge.centre is None else CHORDS)[0] for edge in profile.edges])
     struck = [edge for edge in profile.edges if edge.name == "contact"]
     segments = [segment for edge in struck for segment in _segments(edge)]
@@ -100,7 +102,7 @@ def _sampled(profile: Profile, finest: float) -> tuple[Array, Array, Array, Arra
     arcs = [segment for edge in profile.edges if edge.centre is not None for segment in _segments(edge)]
     low, high = outline.min(axis=0), outline.max(axis=0)
     corner, opposite = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    found, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs), finest)
+    found, areas = squares(corner, opposite, lambda p: from_segments(p, segments + arcs))
     kept = inside(found, outline)
     pieces = [_along(edge, OUTLINE, middles=True) for edge in profile.edges]
     ends, lengths = (np.concatenate(part) for part in zip(*pieces, strict=True))
@@ -126,47 +128,47 @@ def _segments(edge: Edge) -> list[tuple[Point, Point]]:
     return list(itertools.pairwise(points))
 
 
-def _beside_arcs(profile: Profile, points: Array, spec: MeshSpec) -> Array:
+def _beside_arcs(profile: Profile, points: Array) -> Array:
     cap = np.full(len(points), np.inf)
     for edge in profile.edges:
         if edge.centre is None:
             continue
         size = math.dist(edge.centre, edge.start) * abs(edge.angles[1]) / PER_ARC
-        if size < spec.size:
-            np.minimum(cap, size + ARC_GROWTH * from_segments(points, _segments(edge)), out=cap)
+        np.minimum(cap, size + ARC_GROWTH * from_segments(points, _segments(edge)), out=cap)
     return cap
 
 
-def _plan(geometry: ValvePlate | Block | Stopper, finest: float) -> tuple[Array, Array, Array, Array, Distance]:
+def _plan(geometry: ValvePlate | Block | Stopper) -> tuple[Array, Array, Array, Array, Distance]:
     """As `_sampled`, of the plan of an extruded solid."""
     if isinstance(geometry, Stopper):
-        return _round(geometry.radius, geometry.contact_radius, finest)
+        return _round(geometry.radius, geometry.contact_radius)
     if isinstance(geometry, Block):
-        return _rectangle(geometry, finest)
-    return _plate(geometry, finest)
+        return _rectangle(geometry)
+    return _plate(geometry)
 
 
-def _round(radius: float, patch: float, finest: float) -> tuple[Array, Array, Array, Array, Distance]:
+def _round(radius: float, patch: float) -> tuple[Array, Array, Array, Array, Distance]:
     def distance(points: Array) -> Array:
-        return np.asarray(np.maximum(0.0, np.hypot(points[:, 0], points[:, 1]) - patch))
+        return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
 
-    points, areas = squares((-radius, -radius), (radius, radius), distance, finest)
+    points, areas = squares((-radius, -radius), (radius, radius), distance)
     kept = np.hypot(points[:, 0], points[:, 1]) < radius
     return points[kept], areas[kept], *_circles(np.zeros((1, 2)), radius), distance
 
 
-def _rectangle(block: Block, finest: float) -> tuple[Array, Array, Array, Array, Distance]:
+def _rectangle(block: Block) -> tuple[Array, Array, Array, Array, Distance]:
     half, patch = (block.width / 2, block.depth / 2), np.array([block.patch_width, block.patch_depth]) / 2
 
     def distance(points: Array) -> Array:
-        off = np.maximum(0.0, np.abs(points) - patch)
-        return np.asarray(np.hypot(off[:, 0], off[:, 1]))
+        off = np.abs(points) - patch
+        outside = np.maximum(0.0, off)
+        return np.asarray(np.hypot(outside[:, 0], outside[:, 1]) + np.minimum(0.0, off.max(axis=1)))
 
-    points, areas = squares((-half[0], -half[1]), half, distance, finest)
+    points, areas = squares((-half[0], -half[1]), half, distance)
     return points, areas, *_sides(half), distance
 
 
-def _plate(plate: ValvePlate, finest: float) -> tuple[Array, Array, Array, Array, Distance]:
+def _plate(plate: ValvePlate) -> tuple[Array, Array, Array, Array, Distance]:
     centres = np.array(plate.centres)
     inner, outer = plate.port_radius, plate.port_radius + plate.land_width
 
@@ -174,10 +176,10 @@ def _plate(plate: ValvePlate, finest: float) -> tuple[Array, Array, Array, Array
         return np.asarray(np.min([np.hypot(*(points - centre).T) for centre in centres], axis=0))
 
     def distance(points: Array) -> Array:
-        return np.maximum(0.0, from_centres(points) - outer)
+        return from_centres(points) - outer
 
     x, y = plate.half_sides if plate.layout == "row" else (plate.outer_radius, plate.outer_radius)
-    points, areas = squares((-x, -y), (x, y), distance, finest)
+    points, areas = squares((-x, -y), (x, y), distance)
     kept = from_centres(points) > inner
     rim = _sides((x, y))
     if plate.layout == "circle":

@@ -15,7 +15,8 @@ from seatfem.mesh.hexes import LEAST_LAYERS
 from seatfem.mesh.meridian import profile_of
 from seatfem.mesh.spec import MeshSpec
 from seatfem.mesh.swept import graded
-from seatfem.planning.bodies import Body, plan_of, section_of, solid_of
+from seatfem.planning.bodies import Body, Drawn, plan_of, section_of, solid_of
+from seatfem.planning.cad_extent import as_block
 from seatfem.seats.levels import Level
 from seatfem.seats.memory_need import Counts
 
@@ -45,13 +46,18 @@ class Sizes:
     counts: Counts
 
 
-def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
+def in_numbers(geometry: Geometry) -> Drawn:
+    """The geometry; for a CAD part, of which little is known, a block as large as its bounding box."""
+    return as_block(geometry) if isinstance(geometry, CadPart) else geometry
+
+
+def predicted_sizes(geometry: Drawn, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
     """The mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
     if level in ("axisymmetric", "harmonics"):
         return _section(geometry, spec, 3 if level == "harmonics" else 2)
     if spec.shape == "hex":
         return _hexahedra(geometry, spec, sectors)
-    return _tetrahedra(solid_of(geometry, spec, sectors), spec)
+    return _tetrahedra(solid_of(geometry, sectors), spec)
 
 
 def of_nodes(nodes: float, order: int = 2) -> Sizes:
@@ -100,25 +106,25 @@ def _plane_nodes(elements: float, vertices: float, spec: MeshSpec) -> float:
     return vertices + edges + (elements if spec.shape == "hex" else 0.0)
 
 
-def _section(geometry: Geometry, spec: MeshSpec, directions: int) -> Sizes:
+def _section(geometry: Drawn, spec: MeshSpec, directions: int) -> Sizes:
     meshed = _as_meshed(spec)
-    elements, vertices, sides = _plane(section_of(profile_of(geometry), meshed), meshed)
+    elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
     nodes = _plane_nodes(elements, vertices, spec)
     entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
     return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
 
 
-def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
+def _hexahedra(geometry: Drawn, spec: MeshSpec, sectors: int) -> Sizes:
     meshed = _as_meshed(spec)
     if isinstance(geometry, Bar | Block):
         return _swept(*_grid(geometry, spec, sectors), _layers(geometry, spec), spec, closed=False)
     if isinstance(geometry, AnnularSeat | ConicalSeat):
         profile = geometry.profile
         around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
-        plane = _plane(section_of(profile, meshed), meshed)
+        plane = _plane(section_of(profile), meshed)
         return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
     assert isinstance(geometry, ValvePlate | Stopper)
-    elements, _, sides = _plane(plan_of(geometry, meshed), meshed)
+    elements, _, sides = _plane(plan_of(geometry), meshed)
     elements, sides = elements / sectors, sides / sectors
     return _swept(elements, elements + sides / 2 + 1, sides, _layers(geometry, spec), spec, closed=False)
 
@@ -161,11 +167,3 @@ def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshS
     surface = sides * layers + (0.0 if closed else 2 * plane)
     compactness = min(1.0, 6 * elements ** (2 / 3) / surface)
     return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * nodes, compactness))
-
-
-def is_rough(geometry: Geometry) -> bool:
-    """Whether the counts are a guess, as for CAD parts, of which only the bounding box is known."""
-    return isinstance(geometry, CadPart)
-
-
-__all__ = ["Sizes", "is_rough", "of_nodes", "predicted_sizes"]

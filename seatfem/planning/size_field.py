@@ -16,8 +16,9 @@ from seatfem.mesh.spec import MeshSpec
 from seatfem.model import Array
 
 COARSEST = 24  # squares along the longer side of the rectangle that is searched
-HALVINGS = 14
-PER_DISTANCE = 0.5  # side of a square over its distance from the patch
+HALVINGS = 10
+FINEST = 1 / 150  # of the longer side: distances below it are not told apart
+PER_DISTANCE = 0.8  # side of a square over its distance from the patch
 Distance = Callable[[Array], Array]
 
 
@@ -50,19 +51,17 @@ def size_at(distance: Array, spec: MeshSpec) -> Array:
     return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
 
 
-def squares(low: Point, high: Point, distance: Distance, finest: float) -> tuple[Array, Array]:
-    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where ``distance`` is.
-
-    ``finest``: distances below it [m] count as it.
-    """
+def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
+    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
     extent = np.subtract(high, low)
+    finest = FINEST * float(extent.max())
     counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
     steps = extent / counts
     axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     found, areas = [], []
     for level in range(HALVINGS + 1):
-        coarse = steps.max() > PER_DISTANCE * np.maximum(distance(centres), finest)
+        coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
         coarse &= level < HALVINGS
         found.append(centres[~coarse])
         areas.append(np.full(len(found[-1]), steps.prod()))

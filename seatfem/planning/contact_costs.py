@@ -1,0 +1,118 @@
+"""What the contact costs: steps, poles, and the runs behind the error bars."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from impact.damped_rods import DampedFixedRod
+from impact.greens import GreensFunction
+from seatfem.planning.machine import Machine
+from seatfem.planning.seat_costs import ALL_MODES, SeatModel
+from seatfem.runs.contact import striker_of, time_step
+from seatfem.scene import Cantilever, ElasticSeat, Rod, Scene
+from seatfem.scene.seats import BarSeat
+from seatfem.seats.discretise import solid
+
+HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
+HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
+STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
+BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
+CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
+COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
+ROD_MARCHED: Final = 20_000, 5e9  # poles of a rod, and poles times steps, up to which it is marched by poles
+ROD_MEMORY: Final = 36.7  # decay over a step beyond which a pole of a rod has none
+ARRAYS: Final = 44  # histories that live at once
+SAVED: Final = 22  # histories written to the file
+WEIGHTS: Final = 30  # poles that take as long as exact step weights
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """A march in numbers.
+
+    Attributes:
+        steps: of the run.
+        poles, reed: of seat and reed.
+        coarse_poles: of the seat at a step twice as long.
+        runs: behind the error bars.
+    """
+
+    steps: float
+    poles: float
+    reed: float
+    coarse_poles: float
+    runs: float
+
+    @property
+    def memory(self) -> float:
+        """Bytes of the histories."""
+        return 8 * ARRAYS * self.steps
+
+
+def contact_model(scene: Scene, seat: SeatModel | None) -> ContactModel:
+    """Of a filled scene; ``seat``: its finite elements, ``None`` for a closed form."""
+    reed = striker_of(scene).greens
+    rod = rod_of(scene) if seat is None else None
+    dt = scene.run.time_step or _step(scene, reed, seat, rod)
+    steps = max(1.0, scene.run.duration / dt)
+    modes = float(scene.reed.n_modes) if isinstance(scene.reed, Cantilever) else 1.0
+    if seat is not None:
+        return ContactModel(steps, seat.poles, modes, seat.poles, BUDGET_RUNS)
+    if rod is None:
+        return ContactModel(steps, 0.0, modes, 0.0, CLOSED_RUNS)
+    poles, coarse = _rod_poles(rod, dt, steps), _rod_poles(rod, 2 * dt, steps / 2)
+    return ContactModel(steps, poles, modes, coarse, CLOSED_RUNS)
+
+
+def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
+    """[s] by stage."""
+    stress = rates.stress * model.reed if model.reed > 1 else 0.0
+
+    def run(poles: float) -> float:
+        return rates.step + rates.pole * (poles + model.reed)
+
+    n = model.steps
+    return {
+        "contact": rates.compiled + n * run(model.poles),
+        "spring baseline": n * run(0.0),
+        "reed stress": (2 * rates.compiled if stress else 0.0) + 2 * n * stress,
+        "error budget": model.runs / 2 * n * (run(model.coarse_poles) + COARSE_STRESS * stress),
+        "files": SAVED * n * rates.value,
+    }
+
+
+def rod_of(scene: Scene) -> DampedFixedRod | None:
+    """The damped rod that a closed-form seat is, if it is one."""
+    seat = scene.seat
+    if not isinstance(seat, Rod | BarSeat) or seat.damping_ratio <= 0:
+        return None
+    if isinstance(seat, BarSeat):
+        material, area = solid(seat.material), seat.width * seat.height
+        young = getattr(material, "young", 0.0)
+        density = material.density
+    else:
+        young, density, area = seat.young, seat.density, seat.cross_section
+    speed = math.sqrt(float(young) / density)
+    return DampedFixedRod(density * speed * area, seat.length / speed, seat.damping_ratio)
+
+
+def _step(scene: Scene, reed: GreensFunction, seat: SeatModel | None, rod: GreensFunction | None) -> float:
+    dt = time_step(scene, reed, reed if rod is None else rod)
+    if seat is None or not isinstance(scene.seat, ElasticSeat):
+        return dt
+    stricter = STRICTER if seat.runs > 1 else 1.0
+    over = HIGHEST * math.sqrt(stricter / scene.seat.greens.tolerance)
+    if seat.sizes.counts.dof <= ALL_MODES:
+        over = HIGHEST_OF_ALL
+    return min(dt, 1 / (4 * 2 * math.pi * over * scene.seat.greens.bandwidth))
+
+
+def _rod_poles(rod: DampedFixedRod, dt: float, steps: float) -> float:
+    """Poles that outlive a step, where they are marched; as `DampedFixedRod.step_kernel` chooses."""
+    z = rod.damping_ratio
+    slow = z if z < 1 else 1 / (z + math.sqrt(z * z - 1))
+    count = ROD_MEMORY / (slow * rod.omega_1 * dt) / 2 + 1
+    return count if count <= ROD_MARCHED[0] and count * steps <= ROD_MARCHED[1] else WEIGHTS * math.log2(steps + 2)
