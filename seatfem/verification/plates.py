@@ -30,10 +30,25 @@ _WIDE = {1: 6, 2: 8, 4: 12, 8: 16}  # elements from the middle to the edge rows,
 _FV32 = (44.6172, 130.01, 162.689, 245.9865, 379.7177, 391.4048)
 # outer edge, inner edge, radius of the hole: lambda^2 of the lowest modes with n = 0, 1, 2, 3 nodal diameters
 _ROUND: dict[tuple[str, str, float], tuple[tuple[float, ...], ...]] = {
-    ("C", "", 0.0): ((10.215826, 39.771148), (21.260398, 60.828672), (34.877035, 84.58265), (51.030035, 111.021412)),
-    ("S", "", 0.0): ((4.935149, 29.720005), (13.898165, 48.478928), (25.613297, 70.117038), (39.957314, 94.548978)),
+    ("C", "", 0.0): (
+        (10.215826, 39.771148, 89.104144),
+        (21.260398, 60.828672, 120.079237),
+        (34.877035, 84.58265, 153.815085),
+        (51.030035, 111.021412, 190.30378),
+    ),
+    ("S", "", 0.0): (
+        (4.935149, 29.720005, 74.156055),
+        (13.898165, 48.478928, 102.773346),
+        (25.613297, 70.117038, 134.297824),
+        (39.957314, 94.548978, 168.674917),
+    ),
     ("F", "F", 0.5): ((9.313481, 92.307936), (17.198225, 96.265991), (4.271114, 31.114801), (11.42544, 47.462186)),
-    ("C", "C", 0.5): ((89.250751,), (90.230269,), (93.3212,), (98.927991,)),
+    ("C", "C", 0.5): (
+        (89.250751, 246.342764),
+        (90.230269, 247.739589),
+        (93.3212, 251.972639),
+        (98.927991, 259.162907),
+    ),
     ("S", "F", 0.5): ((5.076871, 65.841772), (11.607321, 69.89052), (22.356569, 81.100353), (35.635714, 97.64851)),
 }
 _EDGES = {"C": "clamped", "S": "simply supported", "F": "free"}
@@ -100,7 +115,7 @@ def _membrane() -> tuple[Case, ...]:
 def _round(outer: str, inner: str, hole: float, harmonic: int) -> tuple[Case, ...]:
     """lambda^2 = w a^2 (rho h/D)^(1/2), a = E = rho = 1: the limit for h to 0, elements about as wide as thick."""
     exact = _ROUND[outer, inner, hole][harmonic]
-    thickest = 0.04 if outer == inner == "C" else 0.08  # the narrow ring is stiff: shear and edges count more
+    thickest = 0.02 if outer == inner == "C" else 0.04  # the narrow ring is stiff: shear and edges count more
 
     def solve(n: int, young: float) -> Sequence[float]:
         h = thickest / n

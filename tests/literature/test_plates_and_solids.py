@@ -52,7 +52,7 @@ def determinant(outer: str, inner: str, hole: float, n: int, k: float) -> float:
 
 @pytest.mark.parametrize("name", ROUND)
 def test_round_plates_have_the_roots_of_the_bessel_determinant(name: str) -> None:
-    grid = np.arange(1.5, 16.0, 0.05)
+    grid = np.arange(1.5, 16.5, 0.05)
     for n in range(4):
         signs = [determinant(*ROUND[name], n, k) for k in grid]
         roots = [
