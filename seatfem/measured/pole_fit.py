@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from impact.greens import Array, ErrorEstimate, GreensFunction
 from impact.modal import ModalGreens, Residual
@@ -15,6 +14,7 @@ from impact.pole_passivity import pole_passivity
 from impact.poles import PoleGreens
 from impact.pulse import hann
 from impact.sampled import SampledGreens
+from seatfem.measured.amplitudes import Complex, FitData, free_residues, modal_fit, response_of
 from seatfem.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
@@ -22,10 +22,9 @@ from seatfem.measured.frf import (
     moves_away,
     of_impulse_response,
 )
-from seatfem.measured.passive_residues import Residues, made_passive, signed_terms
-from seatfem.measured.vector_fitting import Poles, basis, fitted_poles, starting_poles
+from seatfem.measured.passive_residues import made_passive
+from seatfem.measured.vector_fitting import Poles, fitted_poles, starting_poles
 
-Complex = NDArray[np.complex128]
 Form = Literal["auto", "modal", "complex"]
 NOT_CAUSAL = 0.5  # causality defect from which a response is refused
 _FLOOR = 1e-3  # of the largest response: lines below count no more than it
@@ -34,29 +33,6 @@ _GAIN = 0.9  # so many rounds of more poles must lower the misfit to this part
 _PATIENCE = 3
 _LEAN = 0.01  # of a mode's amplitude matrix: what noise adds to its rank one
 _ENOUGH = 1.25  # real modes are preferred while their misfit is below this multiple of the complex poles'
-
-
-@dataclass(frozen=True)
-class _Data:
-    """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
-
-    s: Complex
-    g: Complex
-    weights: Array
-    free: bool
-    port_names: tuple[str, ...]
-
-    @property
-    def extra(self) -> Complex:
-        return np.stack([np.ones_like(self.s), *([1 / self.s**2] if self.free else [])], axis=1)
-
-    @property
-    def scale(self) -> float:
-        return float(np.linalg.norm(self.weights[:, None, None] * self.g))
-
-    def misfit(self, model: Complex) -> float:
-        """Weighted, relative."""
-        return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
 
 
 def fit_poles(
@@ -99,10 +75,10 @@ def fit_poles(
     data = _data(response, free)
     poles = _poles(data, tolerance, most_pairs)
     candidates: list[tuple[float, ModalGreens | PoleGreens]] = []
-    freely = _free_residues(data, poles)
-    best = data.misfit(_response(freely, data.s))
+    freely = free_residues(data, poles)
+    best = data.misfit(response_of(freely, data.s))
     if form != "complex":
-        whole, lean = (_modal(data, poles, smallest) for smallest in (1e-9, _LEAN))
+        whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
         misfits = [data.misfit(transfer(modal, data.s)) for modal in (whole, lean)]
         candidates.append((misfits[1], lean) if misfits[1] <= 1.05 * misfits[0] else (misfits[0], whole))
     if form == "complex" or (form == "auto" and candidates[0][0] > max(_ENOUGH * best, tolerance)):
@@ -112,7 +88,7 @@ def fit_poles(
                 'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
             )
         if passive is not None:
-            candidates.append((data.misfit(_response(passive, data.s)), passive.greens(data.port_names)))
+            candidates.append((data.misfit(response_of(passive, data.s)), passive.greens(data.port_names)))
     misfit, chosen = min(candidates, key=lambda candidate: candidate[0])
     if misfit > 0.5:
         raise FrequencyResponseError(
@@ -157,15 +133,15 @@ def transfer(greens: ModalGreens | PoleGreens, s: Complex) -> Complex:
     return np.asarray(out + rigid + greens.compliance, dtype=complex)
 
 
-def _data(response: FrequencyResponse, free: bool | None) -> _Data:
+def _data(response: FrequencyResponse, free: bool | None) -> FitData:
     g = response.receptance
     size = np.linalg.norm(g, axis=(1, 2))
     free = moves_away(response) if free is None else free
     weights = 1 / np.sqrt(np.maximum(size, max(_FLOOR * size.max(), _ABOVE_NOISE * _noise(g))))
-    return _Data(response.lines, g, np.asarray(weights), free, response.port_names)
+    return FitData(response.lines, g, np.asarray(weights), free, response.port_names)
 
 
-def _poles(data: _Data, tolerance: float, most: int) -> Poles:
+def _poles(data: FitData, tolerance: float, most: int) -> Poles:
     """The fewest poles that reach the tolerance, or beyond which more are in vain."""
     p = len(data.port_names)
     elements = [(i, j) for i in range(p) for j in range(i, p)]
@@ -177,7 +153,7 @@ def _poles(data: _Data, tolerance: float, most: int) -> Poles:
     found: list[tuple[float, Poles]] = []
     while True:
         poles = fitted_poles(data.s, responses, weights, data.extra, poles)
-        apart = data.weights * np.linalg.norm(_response(_free_residues(data, poles), data.s) - data.g, axis=(1, 2))
+        apart = data.weights * np.linalg.norm(response_of(free_residues(data, poles), data.s) - data.g, axis=(1, 2))
         found.append((float(np.linalg.norm(apart) / data.scale), poles))
         vain = len(found) > _PATIENCE and found[-1][0] > _GAIN * found[-1 - _PATIENCE][0]
         if found[-1][0] <= enough or vain or len(poles.pairs) >= most:
@@ -199,7 +175,7 @@ def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.i
     return np.asarray(find_peaks(values, prominence=prominence)[0], dtype=np.int64)
 
 
-def _peaks(data: _Data, most: int) -> tuple[int, Array]:
+def _peaks(data: FitData, most: int) -> tuple[int, Array]:
     """How many pole pairs to begin with, and the resonances that stand out of the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
     peaks = _local_peaks(np.log(size * data.s.imag), prominence=0.5)
@@ -216,100 +192,8 @@ def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
     return Poles(pairs[np.argsort(pairs.imag)], poles.rates)
 
 
-def _free_residues(data: _Data, poles: Poles) -> Residues:
-    """Least squares without regard to passivity, but c and the rigid-body term positive semidefinite."""
-    phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
-    beside = np.zeros((extra.shape[1], p, p))
-    both = np.concatenate([phi, extra], axis=1)
-    found = _least_squares(both, data.g, data.weights)
-    beside[:] = [_positive(matrix) for matrix in found[phi.shape[1] :]]
-    if np.any(beside != found[phi.shape[1] :]):
-        found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
-    k = 2 * len(poles.pairs)
-    rigid = beside[1] if data.free else np.zeros((p, p))
-    return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
-
-
-def _least_squares(columns: Complex, g: Complex, weights: Array) -> Array:
-    """(m, p, p) real amplitudes of complex columns."""
-    a = columns * weights[:, None]
-    b = (g * weights[:, None, None]).reshape(len(g), -1)
-    a, b = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
-    scale = np.linalg.norm(a, axis=0)
-    x = np.linalg.lstsq(a / scale, b, rcond=1e-13)[0] / scale[:, None]
-    return np.asarray(x.reshape(-1, *g.shape[1:]))
-
-
-def _response(residues: Residues, s: Complex) -> Complex:
-    r, real = residues.pairs, residues.real
-    amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
-    rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
-    return np.asarray(np.einsum("nk,kij->nij", basis(s, residues.poles), amplitudes) + rest, dtype=complex)
-
-
-def _modal(data: _Data, poles: Poles, smallest: float) -> ModalGreens:
-    """Positive amplitudes of oscillators, relaxations, compliance and rigid body."""
-    omega, p = np.abs(poles.pairs), len(data.port_names)
-    zeta = -poles.pairs.real / omega
-    s = data.s[:, None]
-    columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
-    found = _positive_least_squares(columns, data.g, data.weights)
-    k, r = len(omega), len(poles.rates)
-    modes = [
-        (w, z, shape) for w, z, a in zip(omega, zeta, found, strict=False) for _, shape in signed_terms(a, smallest)
-    ]
-    if data.free:
-        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(found[-1])] + modes
-    decays = [(rate, shape) for rate, a in zip(poles.rates, found[k:], strict=False) for _, shape in signed_terms(a)]
-    residual = Residual(
-        np.array([shape for _, shape in decays]).reshape(-1, p), np.array([rate for rate, _ in decays]), found[k + r]
-    )
-    shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
-    w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])
-    return ModalGreens(w, z, shapes, residual, data.port_names)
-
-
-def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterations: int = 3000) -> Array:
-    """(m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
-
-    Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
-    (2009) 183.
-    """
-    a = columns * weights[:, None]
-    b = (g * weights[:, None, None]).reshape(len(g), -1)
-    real, goal = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
-    scale = np.linalg.norm(real, axis=0)
-    real = real / scale
-    if goal.shape[1] == 1:
-        return np.asarray(nnls(real, goal[:, 0])[0] / scale)[:, None, None]
-    gram, right = real.T @ real, (real.T @ goal).reshape(-1, *g.shape[1:])
-    step = 1 / float(np.linalg.eigvalsh(gram)[-1])
-    x = y = _positive(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
-    inertia = 1.0
-    for _ in range(iterations):
-        new = _positive(y - step * (np.tensordot(gram, y, axes=1) - right))
-        if np.sum((y - new) * (new - x)) > 0:
-            inertia = 1.0
-        following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
-        y = new + (inertia - 1) / following * (new - x)
-        moved, x, inertia = float(np.abs(new - x).max()), new, following
-        if moved < 1e-10 * float(np.abs(x).max()):
-            break
-    return np.asarray(x / scale[:, None, None])
-
-
-def _positive(matrices: Array) -> Array:
-    """The positive semidefinite part of (..., p, p)."""
-    if matrices.shape[-1] == 1:
-        return np.maximum(matrices, 0.0)
-    values, vectors = np.linalg.eigh(matrices)
-    if np.all(values >= 0):
-        return matrices
-    return np.asarray(np.einsum("...ia,...a,...ja->...ij", vectors, np.maximum(values, 0.0), vectors))
-
-
 def _reported(
-    greens: ModalGreens | PoleGreens, data: _Data, response: FrequencyResponse, misfit: float, defect: float | None
+    greens: ModalGreens | PoleGreens, data: FitData, response: FrequencyResponse, misfit: float, defect: float | None
 ) -> ModalGreens | PoleGreens:
     apart = np.abs(transfer(greens, data.s) - data.g)
     passivity = pole_passivity(greens) if isinstance(greens, PoleGreens) else None
@@ -328,7 +212,7 @@ def _reported(
     return replace(greens, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
 
 
-def _pulse_error(greens: ModalGreens | PoleGreens, data: _Data, response: FrequencyResponse) -> float:
+def _pulse_error(greens: ModalGreens | PoleGreens, data: FitData, response: FrequencyResponse) -> float:
     """Largest |(1/pi) Re integral of dG P exp(i w t) dw|, t over one period of the lines, and what oscillations beyond
     the band, whose frequencies nobody measured, leave after the pulse; over the largest filtered g."""
     f, w = response.frequency, data.s.imag
