@@ -26,9 +26,11 @@ from seatfem.trading.settings import Settings, written
 RATIO: Final = 1.6  # between neighbouring rungs
 BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
 DEPTH: Final = 3  # rungs of the diagonal below the centre
+ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
 TOLERANCES: Final = (0.1, 0.03, 0.003)  # beside the centre's
 REED_MODES: Final = (5, 10, 20, 80)
 STEPS_PER_FILTER: Final = (2, 8, 32, 128)
+SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
 ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
 REFERENCE_MODES: Final = 128
@@ -79,11 +81,12 @@ def centre_of(scene: Scene) -> Centre:
 
 
 def _sizes(seat: DrawnSeat, level: Level, bandwidth: float) -> tuple[float, float]:
-    """Bulk and contact: half a column's height, half the width of the patch, and what the slowest wave needs."""
+    """Bulk and contact: `ACROSS` the column's height and the patch's width, and what the slowest wave needs."""
     slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
     wave, column = slowest / (PER_WAVELENGTH[level] * bandwidth), column_of(seat)
-    size = seat.mesh.size or (wave if column is None else min(wave, column.height / 2))
-    contact = seat.mesh.contact_size or (0.4 * size if column is None else min(size, column.width / 2))
+    across = ACROSS[level in SOLID]
+    size = seat.mesh.size or (wave if column is None else min(wave, column.height / across))
+    contact = seat.mesh.contact_size or (0.4 * size if column is None else min(size, column.width / across))
     return size, min(contact, size)
 
 
@@ -145,7 +148,7 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
 
 def solid_level(centre: Centre) -> bool:
     """Whether the centre's meshes are three-dimensional."""
-    return centre.level in ("sector", "3d")
+    return centre.level in SOLID
 
 
 def finer_rung(scene: Scene, fineness: int) -> Point:

@@ -121,8 +121,8 @@ def test_the_centre_is_what_the_file_states_and_else_what_the_filter_sees():
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
     open_ = centre_of(scene)
     assert open_.bandwidth == pytest.approx(0.5 / scene.run.filter_width)
-    assert open_.size == pytest.approx(1.5e-3)  # half the plate: shorter than a third of the shear wave, 4.2 mm
-    assert open_.contact_size == pytest.approx(0.5e-3)  # half the land
+    assert open_.size == pytest.approx(3e-3)  # the plate's thickness: less than a third of the shear wave, 4.1 mm
+    assert open_.contact_size == pytest.approx(1e-3)  # the land
 
 
 def test_the_column_of_the_annular_seat():
