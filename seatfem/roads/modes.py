@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from impact.greens import ErrorEstimate
 from impact.modal import ModalGreens, Residual
@@ -16,9 +16,13 @@ from seatfem.model import Array, ModelError, SecondOrderModel
 from seatfem.roads.checks import passivity
 from seatfem.roads.damping import Damping, truncate
 from seatfem.roads.factorization import Backend, Factorization, factorize
+from seatfem.roads.mode_shift import lower_shift, null_limit
 from seatfem.roads.rigid import default_shift, rigid_shapes
 
 _DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
+_STARTS = 6
+_COUNTED = 1e-3  # residual of a first solve up to which pivots are counted
+_RESTARTS = 12  # of Lanczos, before a lower shift is tried; bodies whose shift suits them take 2 to 5
 
 
 class ConvergenceError(ArithmeticError):
@@ -66,7 +70,8 @@ def solve_modes(
 
     Args:
         n: number of modes; all of them if the model has fewer.
-        shift_hz: s/(2 pi); default: near the lowest elastic frequency, from the size of the model.
+        shift_hz: s/(2 pi); default: near the lowest elastic frequency, from the size of the model, and lowered where
+            Lanczos does not get there, as for thin bodies: their 1/(w^2 + s^2) all crowd together.
         check: count the eigenvalues below the last gap by the inertia of a second factorization.
         progress: called with ("modes", fraction).
 
@@ -78,18 +83,25 @@ def solve_modes(
     shift = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
     if model.size <= max(_DENSE, n + 2):
         return _dense_modes(model, min(n, model.size), shift)
-    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    progress("modes", 0.3)
-    wanted, seed = min(n + 4, model.size - 1), 0
-    for attempt in range(3):
-        values, shapes = _lanczos(model, factor, shift, wanted, seed=seed + attempt)
-        progress("modes", 0.8)
-        missing = _missing(model, values, n, shift, backend) if check else 0
-        if missing == 0:
-            progress("modes", 1.0)
-            return _modes(model, values[:n], shapes[:, :n], shift, check, f"arpack, {factor.backend}")
-        wanted = min(wanted + max(missing, 0) + 4, model.size - 1)
-    raise ConvergenceError(f"{missing} modes below the {n}th are still missing after 3 starts: give another shift_hz")
+    wanted, missing, name = min(n + 4, model.size - 1), n, "K + s^2 M"
+    factor = factorize(model.K + shift**2 * model.M, backend=backend, name=name)
+    for seed in range(_STARTS):
+        progress("modes", 0.3)
+        lower = lower_shift(model, shift) if shift_hz is None else shift
+        found = _lanczos(model, factor, shift, wanted, seed, _RESTARTS if lower < shift else None)
+        if found is not None:
+            values, shapes = found
+            missing = _missing(model, values, n, shift, backend) if check else 0
+            if missing == 0:
+                progress("modes", 1.0)
+                return _modes(model, values[:n], shapes[:, :n], shift, check, f"arpack, {factor.backend}")
+            wanted = min(wanted + max(missing, 0) + 4, model.size - 1)
+        if lower < shift:
+            shift = lower
+            factor = factorize(model.K + shift**2 * model.M, backend=backend, name=name)
+    raise ConvergenceError(
+        f"{missing} modes below the {n}th are still missing after {_STARTS} starts: give another shift_hz"
+    )
 
 
 def modal_greens(
@@ -202,15 +214,24 @@ def _missing(model: SecondOrderModel, values: Array, n: int, shift: float, backe
     gaps = np.diff(values[n - 1 :]) / (values[n:] + shift**2)
     last = n - 1 + int(np.argmax(gaps))
     middle = (values[last] + values[last + 1]) / 2
-    count = factorize(model.K - middle * model.M, definite=False, backend=backend, name="K - w^2 M").negative_pivots
+    shifted = model.K - middle * model.M
+    count = factorize(
+        shifted, definite=False, backend=backend, tolerance=_COUNTED, name="K - w^2 M"
+    ).negative_pivots  # of a matrix within round-off of K - w^2 M, however hard it is to solve with
     return 0 if count is None else count - (last + 1)
 
 
-def _lanczos(model: SecondOrderModel, factor: Factorization, shift: float, n: int, *, seed: int) -> tuple[Array, Array]:
+def _lanczos(
+    model: SecondOrderModel, factor: Factorization, shift: float, n: int, seed: int, restarts: int | None
+) -> tuple[Array, Array] | None:
+    """``n`` eigenvalues, lowest first, and their vectors; ``None`` where ``restarts`` do not bring them."""
     size = model.size
     inverse = LinearOperator((size, size), matvec=lambda x: factor.solve(np.ravel(x)), dtype=np.float64)
     start = np.random.default_rng(seed).standard_normal(size)
-    values, shapes = eigsh(model.K, n, model.M, sigma=-(shift**2), OPinv=inverse, v0=start)
+    try:
+        values, shapes = eigsh(model.K, n, model.M, sigma=-(shift**2), OPinv=inverse, v0=start, maxiter=restarts)
+    except ArpackNoConvergence:
+        return None
     order = np.argsort(values)
     return np.asarray(values[order]), np.asarray(shapes[:, order])
 
@@ -221,9 +242,10 @@ def _dense_modes(model: SecondOrderModel, n: int, shift: float) -> Modes:
 
 
 def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
-    if values[0] < -1e-6 * shift**2:
+    limit = null_limit(model)
+    if values[0] < -limit:
         raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
-    zero = values < 1e-6 * shift**2
+    zero = values < limit
     rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
     if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
         shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)

@@ -1,0 +1,32 @@
+"""How far an eigenvalue problem may be shifted, and which eigenvalues round-off cannot tell from zero."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from seatfem.model import SecondOrderModel
+
+_ZERO: Final = 10.0  # of eps max(K_ii/M_ii); free discs, h/a = 0.1 to 0.01, leave up to 0.02 in their rigid modes
+_LOWEST: Final = 1e7  # of the same: the first solve with K + s^2 M then leaves a residual below 1e-9
+_LOWER: Final = 10.0  # from one shift s to the next
+
+
+def null_limit(model: SecondOrderModel) -> float:
+    """w^2 [1/s^2] below which an eigenvalue is zero but for round-off, eps max(K_ii/M_ii) times 10.
+
+    A thin body, its thickness h far below its radius a, has bending modes with w^2 of the order (h/a)^4 of the
+    largest K_ii/M_ii: the limit must follow round-off, not the size of the elements.
+    """
+    return _ZERO * _round_off(model)
+
+
+def lower_shift(model: SecondOrderModel, shift: float) -> float:
+    """A shift [rad/s] ten times lower than ``shift``, or as low as round-off allows; the same where it is that low."""
+    return min(shift, max(shift / _LOWER, float(np.sqrt(_LOWEST * _round_off(model)))))
+
+
+def _round_off(model: SecondOrderModel) -> float:
+    """[1/s^2] of eigenvalues."""
+    return float(np.finfo(float).eps * np.max(model.K.diagonal() / model.M.diagonal()))

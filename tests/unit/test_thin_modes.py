@@ -1,0 +1,92 @@
+"""Modes of very thin bodies: bending far below the frequencies that the size of the elements suggests."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import skfem
+
+from seatfem.elements.assembly import assemble
+from seatfem.materials import Material
+from seatfem.model import ModelError
+from seatfem.roads.mode_shift import lower_shift, null_limit
+from seatfem.roads.modes import solve_modes
+from seatfem.roads.rigid import default_shift
+
+STEEL = Material(200e9, 0.3, 7850.0)
+RADIUS = 10e-3
+TWO_DIAMETERS, ONE_CIRCLE = 5.358, 9.003  # lambda^2 of the free disc, nu = 0.3 (Itao & Crandall, J. Appl. Mech. 1979)
+
+
+def free_disc(ratio, n):
+    """A disc, thickness ``ratio`` times its radius, of one layer of hexahedra, 2 n across."""
+    x = np.linspace(-1, 1, 2 * n + 1)
+    square = skfem.MeshHex.init_tensor(x, x, np.array([0.0, ratio * RADIUS]))
+    x, y, z = square.p
+    round_ = np.stack([RADIUS * x * np.sqrt(1 - y**2 / 2), RADIUS * y * np.sqrt(1 - x**2 / 2), z])
+    return assemble(skfem.MeshHex(round_, square.t), STEEL, fixed=(), ports={}, order=2)
+
+
+def unit(ratio):
+    """w / lambda^2 of Kirchhoff's plate [rad/s]."""
+    return ratio / RADIUS * math.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density))
+
+
+@pytest.fixture(scope="module")
+def thin():
+    return free_disc(0.005, 3)
+
+
+@pytest.fixture(scope="module")
+def modes(thin):
+    return solve_modes(thin, 9)
+
+
+def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(modes):
+    assert modes.complete
+    assert np.all(modes.frequencies_hz[:6] == 0.0)
+    # six straight elements across: the dodecagon's area is 4.5 % small, so the frequencies lie up to that much above
+    excess = modes.omega[6:] / unit(0.005) / np.array([TWO_DIAMETERS, TWO_DIAMETERS, ONE_CIRCLE]) - 1
+    assert np.all((excess > 0) & (excess < 0.045))
+
+
+def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, modes):
+    """Matrices from elsewhere: the rigid shapes are not known."""
+    unknown = solve_modes(replace(thin, dofs=None), 9)
+    assert np.all(unknown.frequencies_hz[:6] == 0.0)
+    assert unknown.frequencies_hz[6:] == pytest.approx(modes.frequencies_hz[6:], rel=1e-4)
+
+
+def test_a_low_shift_gives_the_same(thin, modes):
+    low = solve_modes(thin, 9, shift_hz=unit(0.005) * 30 / (2 * math.pi))
+    assert modes.frequencies_hz == pytest.approx(low.frequencies_hz, rel=1e-4)
+
+
+def test_dense_solutions_use_the_same_limit():
+    disc = free_disc(0.005, 1)
+    assert disc.size <= 600
+    frequencies = solve_modes(replace(disc, dofs=None), 8).frequencies_hz
+    assert np.all(frequencies[:6] == 0.0)
+    assert frequencies[6] > 0.5 * TWO_DIAMETERS * unit(0.005) / (2 * math.pi)
+
+
+def test_the_limit_lies_between_round_off_and_bending(thin):
+    bending = (TWO_DIAMETERS * unit(0.005)) ** 2
+    assert null_limit(thin) < 1e-3 * bending
+    assert null_limit(thin) < 1e-6 * default_shift(thin) ** 2  # which alone would take bending for rigid
+
+
+def test_shifts_fall_by_ten_down_to_what_round_off_allows(thin):
+    first = default_shift(thin)
+    assert lower_shift(thin, first) == pytest.approx(first / 10)
+    lowest = math.sqrt(1e6 * null_limit(thin))
+    assert lower_shift(thin, 2 * lowest) == pytest.approx(lowest)
+    assert lower_shift(thin, lowest / 2) == lowest / 2
+
+
+def test_indefinite_stiffness_is_refused(thin):
+    disc = free_disc(0.1, 1)
+    bad = replace(disc, K=(disc.K - 1e-2 * (TWO_DIAMETERS * unit(0.1)) ** 2 * disc.M).tocsr())
+    with pytest.raises(ModelError, match="indefinite"):
+        solve_modes(bad, 8)
