@@ -16,10 +16,12 @@ import numpy as np
 import impact
 from impact import measures, oscillator
 from impact.body import Body, ModalState
-from impact.greens import GreensFunction
+from impact.greens import Array, GreensFunction
 from impact.modal import ModalGreens
-from impact.result import ImpactResult
-from seatfem.runs.budget import Values, measured
+from impact.replay import port_displacement
+from impact.spectrum import MOVING_AVERAGE, averaged
+from impact.stepper import Prepared
+from seatfem.runs.budget import Values, values_of
 from seatfem.runs.contact import peak_stress, striker_of
 from seatfem.scene import Cantilever, Scene
 
@@ -52,19 +54,17 @@ class Window:
 def first_look(scene: Scene, seat: GreensFunction) -> Window:
     """Where the contact is that matters: a coarse run with few modes over the whole duration."""
     few = striker_of(scene, min(FEW, _modes_of(scene)))
-    dt = max(scene.run.duration / LOOK, scene.run.filter_width / 10)
-    dt = min(dt, scene.run.filter_width / 2, scene.run.duration / 200)
+    width = scene.run.filter_width
+    dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     duration = min(scene.run.duration, 5 * LOOK * dt)
-    result = _solved(scene, few, seat, dt, duration)
-    groups = measures.contact_groups(result)
+    force = _force(_prepared(scene, few, seat, dt, duration))
+    groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, scene.run.duration, 0)
-    filtered = measures.filtered_force(result, scene.run.filter_width)
-    peak = float(result.time[int(np.argmax(filtered))])
-    carrying = int(np.searchsorted(groups[:, 0], peak + scene.run.filter_width, side="right")) - 1
-    end = float(groups[max(carrying, 0), 1])
-    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * scene.run.filter_width))
-    stop = min(scene.run.duration, end + max(BEFORE, 2 * scene.run.filter_width))
+    peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
+    carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
+    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
+    stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, stop - start, len(groups))
 
 
@@ -86,11 +86,16 @@ class Bench:
 
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
         """The measures in the window [SI]."""
+        width = self.scene.run.filter_width
         start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
         striker = advanced(striker_of(self.scene, n_modes), start)
-        result = _solved(self.scene, striker, self.seat if seat is None else seat, dt, self.window.duration)
-        stress = peak_stress(self.scene, striker, result.force, result.dt, coarsely=True)
-        return measured(result, self.scene.run.filter_width, None if stress is None else stress.value)
+        prepared = _prepared(self.scene, striker, self.seat if seat is None else seat, dt, self.window.duration)
+        force = _force(prepared)
+        displacement = port_displacement(prepared.bodies[1], -force)
+        force = np.concatenate([prepared.rest, force])
+        asked = "stress" in self.scene.accuracy.measures
+        stress = peak_stress(self.scene, striker, force, dt, coarsely=True) if asked else None
+        return values_of(force, dt, width, displacement, None if stress is None else stress.value)
 
 
 def advanced(body: Body, time: float) -> Body:
@@ -116,6 +121,13 @@ def _modes_of(scene: Scene) -> int:
     return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
 
 
-def _solved(scene: Scene, striker: Body, seat: GreensFunction, dt: float, duration: float) -> ImpactResult:
+def _prepared(scene: Scene, striker: Body, seat: GreensFunction, dt: float, duration: float) -> Prepared:
     problem = impact.ContactProblem(striker, Body(seat), gap=scene.contact.gap, law=impact.Signorini())
-    return impact.solve(problem, dt=dt, duration=duration)
+    return impact.prepare(problem, dt, duration)
+
+
+def _force(prepared: Prepared) -> Array:
+    """(n,) contact force of each step [N]."""
+    stepper = impact.ContactStepper(prepared)
+    stepper.advance(prepared.steps)
+    return stepper.force[: stepper.done, 0]

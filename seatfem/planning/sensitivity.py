@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
@@ -61,6 +61,7 @@ class Sensitivity:
     measures: tuple[str, ...]
     finest: float
     exact: bool = False
+    _runs: dict[tuple[int, float], Values] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def step(self) -> float:
@@ -96,13 +97,19 @@ class Sensitivity:
 
     def _between_modes(self, few: int, many: int) -> Changes:
         """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
-        seats = [self.bench.seat] if self.exact else [self.bench.seat, ScaledGreens(self.bench.seat, STIFFER)]
+        seats = [1.0] if self.exact else [1.0, STIFFER]
         found: Changes = dict.fromkeys(self.measures, 0.0)
-        for seat in seats:
-            one, other = (self.bench.measures(dt=self.step, n_modes=n, seat=seat) for n in (many, few))
+        for factor in seats:
+            one, other = (self._with_modes(n, factor) for n in (many, few))
             found = _larger(found, self._of(one, other))
         margin = 1.0 if self.exact else MARGIN
         return {name: margin * value for name, value in found.items()}
+
+    def _with_modes(self, n_modes: int, factor: float) -> Values:
+        if (n_modes, factor) not in self._runs:
+            seat = self.bench.seat if factor == 1.0 else ScaledGreens(self.bench.seat, factor)
+            self._runs[n_modes, factor] = self.bench.measures(dt=self.step, n_modes=n_modes, seat=seat)
+        return self._runs[n_modes, factor]
 
     def of_step(self, dt: float) -> Changes:
         """What a step of ``dt`` changes against one of 2 ``dt``; where that is too long, ``dt``/2 against ``dt``."""
