@@ -1,0 +1,374 @@
+"""Plans: what the file states is obeyed, what it leaves open is chosen for the accuracy asked for."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impact.modal import ModalGreens, Residual
+from seatfem.cli import BAD_INPUT, DONE, run_command
+from seatfem.planning.filling import filled, is_given, replaced
+from seatfem.planning.ladders import Ladder, climb, errors
+from seatfem.planning.mesh_size import Sizes, mesh_error, sizes_for
+from seatfem.planning.patch import patch_of
+from seatfem.planning.plan import Plan
+from seatfem.planning.planner import plan_scene, refine
+from seatfem.planning.prerun import Bench, advanced, first_look
+from seatfem.planning.surrogate import surrogate_of
+from seatfem.runs.budget import SAFETY
+from seatfem.runs.contact import RunError, striker_of
+from seatfem.scene import Annular, DrawnSeat, Scene
+from seatfem.seats.levels import LevelError
+from seatfem.seats.store import Store
+
+STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
+ANNULAR = f"""
+[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+damping_ratio = 0.05
+{STEEL}
+"""
+BAR = f"""
+[seat]
+kind = "bar"
+length = "40 mm"
+width = "4 mm"
+height = "4 mm"
+damping_ratio = 0.02
+{STEEL}
+"""
+PLATE = f"""
+[seat]
+kind = "plate"
+ports = 4
+port_radius = "3 mm"
+pitch = "10 mm"
+margin = "5 mm"
+thickness = "3 mm"
+land_width = "1 mm"
+clamp_width = "2 mm"
+damping_ratio = 0.02
+{STEEL}
+"""
+SPRING = """
+[seat]
+kind = "spring"
+stiffness = "27.8 N/um"
+"""
+REED = """
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+damping_ratio = 0.03
+release = { tip_deflection = "1 mm" }
+[run]
+duration = "1 ms"
+"""
+MASS = """
+[reed]
+kind = "rigid_mass"
+mass = "5 g"
+velocity = "-1 m/s"
+[run]
+duration = "0.1 ms"
+filter_width = "4 us"
+"""
+
+
+def scene_of(*parts: str, **changes: object) -> Scene:
+    """Tables put together; ``changes``: dotted keys with _ for the dot between table and key."""
+    data: dict[str, Any] = tomllib.loads("\n".join(parts))
+    for dotted, value in changes.items():
+        *tables, key = dotted.split("__")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[key] = value
+    return Scene.model_validate(data)
+
+
+@pytest.fixture(autouse=True)
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
+
+
+def drawn(plan: Plan) -> DrawnSeat:
+    assert isinstance(plan.scene.seat, DrawnSeat)
+    return plan.scene.seat
+
+
+class TestKeys:
+    def test_what_the_file_states_is_obeyed(self) -> None:
+        given = {
+            "seat__model": "3d",
+            "seat__mesh": {"size": "1.7 mm", "contact_size": "0.37 mm", "order": 1},
+            "seat__greens": {"bandwidth": "321 kHz", "tolerance": "3.3 %", "method": "krylov"},
+            "reed__n_modes": 23,
+            "run__time_step": "77 ns",
+        }
+        scene = scene_of(ANNULAR, REED, **given)
+        plan = plan_scene(scene)
+        assert plan.scene == scene
+        assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
+
+    def test_what_it_leaves_open_is_filled_with_a_reason(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED, run__time_step="77 ns"))
+        seat = drawn(plan)
+        assert seat.model != "auto"
+        assert seat.mesh.size is not None
+        assert seat.mesh.contact_size is not None
+        assert plan.scene.run.time_step == pytest.approx(77e-9)
+        for key in ("seat.mesh.size", "seat.greens.bandwidth", "reed.n_modes"):
+            choice = plan.choice(key)
+            assert not choice.given
+            assert any(character.isdigit() for character in choice.reason)
+        assert plan.choice("run.time_step").given
+
+    def test_a_filled_scene_is_a_plan_of_itself(self) -> None:
+        filled_once = plan_scene(scene_of(ANNULAR, REED)).scene
+        assert plan_scene(filled_once).scene == filled_once
+
+    def test_auto_and_absent_values_are_open(self) -> None:
+        scene = scene_of(ANNULAR, REED, seat__model="auto")
+        assert not is_given(scene, "seat.model")
+        assert not is_given(scene, "run.time_step")
+        assert filled(scene, {"seat.model": "3d", "reed.n_modes": 7}).reed.n_modes == 7  # type: ignore[union-attr]
+        assert is_given(replaced(scene, {"seat.model": "3d"}), "seat.model")
+
+
+class TestTargets:
+    @pytest.mark.parametrize("parts", [(ANNULAR, REED), (SPRING, REED), (BAR, MASS)])
+    def test_a_tighter_target_is_never_coarser(self, parts: tuple[str, ...]) -> None:
+        plans = [plan_scene(scene_of(*parts, accuracy__target=target)) for target in ("5 %", "1 %", "0.3 %")]
+        for loose, tight in itertools.pairwise(plans):
+            one, other = loose.scene, tight.scene
+            assert one.run.time_step is not None
+            assert other.run.time_step is not None
+            assert other.run.time_step <= one.run.time_step
+            assert getattr(other.reed, "n_modes", 0) >= getattr(one.reed, "n_modes", 0)
+            assert max(tight.error.values()) <= max(loose.error.values())
+
+    def test_the_prediction_meets_the_target(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED, accuracy__target="1 %"))
+        assert plan.meets_target
+        for measure, error in plan.error.items():
+            assert error == pytest.approx(SAFETY * sum(share[measure] for share in plan.shares.values()))
+            assert 0 <= error <= 0.01
+
+    def test_an_impulse_needs_less_of_the_seat_than_a_peak(self) -> None:
+        impulse, peak, displacement = (
+            plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": [measure]}))
+            for measure in ("impulse", "filtered_peak", "seat_displacement")
+        )
+        assert impulse.level == "spring"
+        assert peak.level == displacement.level == "axisymmetric"
+        assert drawn(impulse).mesh.size >= drawn(peak).mesh.size  # type: ignore[operator]
+        assert drawn(displacement).greens.bandwidth > drawn(impulse).greens.bandwidth
+        assert drawn(displacement).greens.tolerance < drawn(peak).greens.tolerance
+        assert impulse.cost.seconds <= peak.cost.seconds
+
+    def test_a_long_bar_is_a_rod_for_slow_measures_and_a_solid_for_fast_ones(self) -> None:
+        slow = plan_scene(scene_of(BAR, MASS, accuracy={"target": "5 %", "measures": ["impulse"]}))
+        fast = plan_scene(scene_of(BAR, MASS, accuracy={"target": "2 %", "measures": ["filtered_peak"]}))
+        assert slow.level == "rod"
+        assert fast.level == "sector"
+
+    def test_alternatives_cost_and_err_otherwise(self) -> None:
+        plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["filtered_peak"]}))
+        assert plan.alternatives
+        for other in plan.alternatives:
+            assert other.error != plan.error
+            assert other.cost.seconds > 0
+
+    def test_what_is_out_of_reach_is_said(self) -> None:
+        plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "0.1 %", "measures": ["seat_displacement"]}))
+        assert not plan.meets_target
+        assert any("will be missed" in note for note in plan.notes)
+        assert any("seat.mesh.size" in note for note in plan.notes)
+
+    def test_no_contact_is_said(self) -> None:
+        plan = plan_scene(scene_of(SPRING, REED, run__duration="0.1 ms"))
+        assert any("no contact" in note for note in plan.notes)
+
+
+class TestRefining:
+    def test_each_source_has_a_key_that_is_made_finer(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED))
+        finer = {source: refine(plan, source, 2.0) for source in ("mesh", "reduction", "time_step", "model")}
+        old = plan.scene
+        for source, new in finer.items():
+            assert new is not None
+            assert max(new.error.values()) < max(plan.error.values()), source
+        mesh, reduction, step, model = (found.scene for found in finer.values() if found is not None)
+        assert mesh.seat.mesh.size == pytest.approx(old.seat.mesh.size / 2, rel=0.06)  # type: ignore[union-attr]
+        assert reduction.seat.greens.bandwidth > 1.5 * old.seat.greens.bandwidth  # type: ignore[union-attr]
+        assert step.run.time_step == pytest.approx(old.run.time_step / 2)  # type: ignore[operator]
+        assert model.reed.n_modes >= 1.4 * old.reed.n_modes  # type: ignore[union-attr]
+
+    def test_a_given_key_is_not_refined(self) -> None:
+        plan = plan_scene(scene_of(SPRING, REED, run__time_step="50 ns", reed__n_modes=20))
+        for source in ("mesh", "reduction", "time_step", "model", "nothing known"):
+            assert refine(plan, source) is None
+
+
+class TestSeatsAtHand:
+    def test_different_contacts_share_a_seat(self) -> None:
+        one = plan_scene(scene_of(ANNULAR, REED))
+        other = plan_scene(
+            scene_of(ANNULAR, REED, reed__release={"tip_deflection": "0.83 mm"}, reed__damping_ratio=0.02)
+        )
+        assert one.scene.seat_key() == other.scene.seat_key()
+        assert one.scene != other.scene
+
+    @pytest.mark.parametrize("target", ["1 %", "5 %"])
+    def test_a_seat_at_least_as_fine_is_used(self, target: str, tmp_path: Path) -> None:
+        store = Store(tmp_path / "kept")
+        fine = plan_scene(scene_of(ANNULAR, REED, accuracy__target="1 %"), store=store)
+        assert not fine.kept
+        self.keep(fine, store)
+        again = plan_scene(scene_of(ANNULAR, REED, accuracy__target=target), store=store)
+        assert again.kept
+        assert again.scene.seat_key() == fine.scene.seat_key()
+        assert again.cost.seconds < fine.cost.seconds
+        assert "store" in again.choice("seat").reason
+
+    def test_a_seat_that_is_too_coarse_or_too_short_is_not(self, tmp_path: Path) -> None:
+        store = Store(tmp_path / "kept")
+        self.keep(plan_scene(scene_of(ANNULAR, REED, accuracy__target="5 %"), store=store), store)
+        tight = {"target": "1 %", "measures": ["seat_displacement"]}
+        assert not plan_scene(scene_of(ANNULAR, REED, accuracy=tight), store=store).kept
+        longer = scene_of(ANNULAR, REED, accuracy__target="5 %", run__duration="2 ms", seat__damping_ratio=0.0)
+        self.keep(plan_scene(scene_of(ANNULAR, REED, accuracy__target="5 %", seat__damping_ratio=0.0)), store)
+        assert not plan_scene(longer, store=store).kept
+
+    @staticmethod
+    def keep(plan: Plan, store: Store) -> None:
+        key = plan.scene.seat_key()
+        origin = {"seat_key": key, "valid_for_s": plan.scene.run.duration}
+        none = np.zeros(0)
+        store.put(key, ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin=origin))
+
+
+class TestPreRuns:
+    def test_free_flight_is_exact(self) -> None:
+        """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
+        scene = scene_of(ANNULAR, REED)
+        seat = surrogate_of(scene).greens
+        window = first_look(scene, seat)
+        assert window.start > 0.5e-3
+        dt = 20e-9
+        inside = Bench(scene, seat, window).measures(dt=dt, n_modes=30)
+        whole = Bench(scene, seat, replace(window, start=0.0, duration=window.start + window.duration))
+        for name, value in whole.measures(dt=dt, n_modes=30).items():
+            assert inside[name] == pytest.approx(value, rel=1e-6), name
+
+    def test_a_body_is_advanced_like_its_free_motion(self) -> None:
+        body = striker_of(scene_of(SPRING, REED), 3)
+        later = advanced(advanced(body, 1e-4), 2e-4)
+        at_once = advanced(body, 3e-4)
+        assert later.state is not None
+        assert at_once.state is not None
+        assert later.state.displacement == pytest.approx(at_once.state.displacement, rel=1e-9)
+
+    def test_the_surrogate_starts_and_rests_as_told(self) -> None:
+        scene = scene_of(ANNULAR, REED)
+        patch = patch_of(scene.seat)  # type: ignore[arg-type]
+        assert patch is not None
+        area = np.pi * (4.9e-3**2 - 4.1e-3**2)  # of the lip's flat top
+        c_p = np.sqrt(200e9 * 0.7 / (1.3 * 0.4 * 7850))
+        greens = surrogate_of(scene).greens
+        assert greens.initial_value()[0, 0] == pytest.approx(1 / (7850 * c_p * area), rel=1e-9)
+        assert greens.static_compliance()[0, 0] == pytest.approx(patch.compliance, rel=1e-9)
+        assert patch.width == pytest.approx(0.8e-3)
+
+    def test_an_arc_is_a_part_of_the_ring(self) -> None:
+        ring, arc = (patch_of(scene_of(ANNULAR, REED, **more).seat) for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
+        assert ring is not None
+        assert arc is not None
+        assert ring.area == pytest.approx(6 * arc.area)
+
+
+class TestLadders:
+    def test_a_small_change_may_be_an_accident(self) -> None:
+        ladder = Ladder.steady("k", "model", (1.0, 2.0, 3.0), ({"a": 1e-9}, {"a": 0.1}, {"a": 0.01}))
+        assert ladder.coarsest(0.05) == 2
+
+    def test_the_sum_is_used_up_but_not_overdrawn(self) -> None:
+        def ladder(key: str, source: Any) -> Ladder:
+            return Ladder(key, source, (1.0, 2.0, 3.0, 4.0), tuple({"a": 0.04 / 2**k} for k in range(4)))
+
+        both = (ladder("x", "time_step"), ladder("y", "model"))
+        for target in (0.13, 0.05, 0.02):
+            position = climb(both, target, {})
+            assert max(errors(both, position, {}).values()) <= target
+            for key in ("x", "y"):
+                if position[key] > 0:
+                    assert max(errors(both, {**position, key: position[key] - 1}, {}).values()) > target
+
+    def test_a_source_that_cannot_be_helped_leaves_less_to_the_others(self) -> None:
+        steps = Ladder("x", "time_step", (1.0, 2.0, 3.0), ({"a": 0.01}, {"a": 0.005}, {"a": 0.0025}))
+        assert climb((steps,), 0.02, {})["x"] < climb((steps,), 0.02, {"model": {"a": 0.009}})["x"]
+
+
+class TestMeshSizes:
+    def test_sizes_keep_what_they_promise(self) -> None:
+        seat = scene_of(ANNULAR, REED).seat
+        assert isinstance(seat, Annular)
+        patch = patch_of(seat)
+        assert patch is not None
+        before = Sizes(np.inf, np.inf)
+        for error in (0.2, 0.05, 0.01, 0.002):
+            sizes = sizes_for(patch, 500e3, error)
+            assert mesh_error(patch, 500e3, sizes) <= error
+            assert sizes.size <= before.size
+            assert sizes.contact_size <= min(before.contact_size, patch.width / 2)
+            before = sizes
+        wide = sizes_for(patch, 5e6, 0.05)
+        assert wide.size < sizes_for(patch, 500e3, 0.05).size
+
+
+class TestErrors:
+    def test_a_level_that_does_not_apply(self) -> None:
+        with pytest.raises(LevelError, match=r"seat\.model = 'axisymmetric' does not apply"):
+            plan_scene(scene_of(PLATE, REED, seat__model="axisymmetric"))
+
+    def test_a_step_that_cannot_resolve_the_filter(self) -> None:
+        with pytest.raises(RunError, match=r"run\.time_step"):
+            plan_scene(scene_of(SPRING, REED, run__time_step="0.9 us"))
+
+
+class TestCommand:
+    def test_plan_prints_choices_cost_and_error(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        file = tmp_path / "scene.toml"
+        file.write_text(ANNULAR + REED)
+        assert run_command(["plan", str(file)]) == DONE
+        told = capsys.readouterr().out
+        for word in (
+            "seat.greens.bandwidth",
+            "chosen",
+            "this plan",
+            "predicted time",
+            "predicted error",
+            "filtered_peak",
+        ):
+            assert word in told
+        assert list(tmp_path.glob("*-result")) == []
+
+    def test_bad_input(self, tmp_path: Path) -> None:
+        file = tmp_path / "scene.toml"
+        file.write_text(PLATE + REED.replace("[run]", "[run]\ntime_step = '0.9 us'"))
+        assert run_command(["plan", str(file)]) == BAD_INPUT
+
+
+def test_scenes_without_finite_elements_have_plans_too() -> None:
+    plan = plan_scene(scene_of(SPRING, REED))
+    assert plan.level == "closed form"
+    assert {choice.key for choice in plan.choices if not choice.given} >= {"run.time_step", "reed.n_modes"}
