@@ -255,8 +255,16 @@ def verify(
 
 
 @app.command
-def doctor(*, common: Common = COMMON) -> int:
-    """Report what is installed, what is missing, and the exact command that mends it."""
+def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+    """Report what is installed, what is missing, and the exact command that mends it.
+
+    Parameters
+    ----------
+    calibrate:
+        Instead measure how fast this computer is, in about half a minute, for the predicted times of plans.
+    """
+    if calibrate:
+        return _calibrate(common)
     from seatfem.doctor import doctor_report
     from seatfem.views.tables import doctor_table
 
@@ -267,6 +275,23 @@ def doctor(*, common: Common = COMMON) -> int:
     for gap in gaps:
         Console(stderr=True, soft_wrap=True, highlight=False).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
+
+
+def _calibrate(common: Common) -> int:
+    from seatfem.planning.calibration import calibrate
+    from seatfem.planning.machine import calibration_file
+    from seatfem.system import require_gmsh_libraries
+    from seatfem.views.tables import rates_table
+
+    require_gmsh_libraries()
+    with _progress(common) as progress:
+        machine = calibrate(progress)
+    path = calibration_file()
+    machine.save(path)
+    if not common.quiet:
+        _console().print(rates_table(machine.rates(), type(machine)().rates()))
+        Console(soft_wrap=True, highlight=False, markup=False).print(f"wrote {path}")
+    return DONE
 
 
 def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) -> int:

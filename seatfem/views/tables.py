@@ -61,6 +61,14 @@ def doctor_table(checks: Sequence[Check]) -> Table:
     return table
 
 
+def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> Table:
+    """Seconds for a unit of each kind of work on this computer, and over the default ones."""
+    table = Table("work", "here (s)", "over default")
+    for name, seconds in measured.items():
+        table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")
+    return table
+
+
 def _number(value: object, scale: float) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return "-"
