@@ -17,7 +17,7 @@ from seatfem.trading.chart import draw_trade
 from seatfem.trading.ladder import RATIO
 from seatfem.trading.runner import TIME_LIMIT
 from seatfem.trading.table import summary_of, write_trade
-from seatfem.trading.trade import AS_FILED, PLANNED, REFERENCE_TIME, Trade, measure_trade
+from seatfem.trading.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
 
 ROOT: Final = Path(__file__).parents[1]
 DOCUMENT: Final = ROOT / "docs" / "trade.md"
@@ -34,19 +34,19 @@ runs a scene at every fidelity that applies to it and draws time against error. 
 stated (the table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
 
 - **The ladder.** The diagonal refines mesh and band together by {RATIO} from rung to rung, for every level of modelling
-  that describes the seat; it goes on as far as the time limit lets it ({TIME_LIMIT:g} s for a point by default). Around
-  its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, road to the Green's function,
-  reed modes, time step, history engine. The centre is what the file states; what it leaves open follows the filter's
-  band, the waves in that band and the size of the struck face. The column of material under the contact, as a spring
-  E A/h and as a rod, stands for what is used where there are no finite elements.
+  that describes the seat; it goes on as far as the time limit lets it ({TIME_LIMIT:g} processor seconds for a point by
+  default). Around its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, road to the
+  Green's function, reed modes, time step, history engine. The centre is what the file states; what it leaves open
+  follows the filter's band, the waves in that band and the size of the struck face. The column of material under the
+  contact, as a spring E A/h and as a rod, stands for what is used where there are no finite elements.
 - **Time** is processor time from the scene to its measures: mesher, assembly, reduction, contact; no error bars, files
   or pictures. The start of the program is a column of its own. What takes less than a few seconds is measured twice and
   the second counts, so that compiled code is not loaded in it. Peak memory is that of the point's process.
 - **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The
   reference is computed once more, one notch coarser in every choice; their difference over {RATIO} - 1 (order 1) is
   the reference's own uncertainty: the shaded floor. Errors below it are drawn at its edge and count as the floor.
-- **Stopped** points (time limit, {REFERENCE_TIME:g} times as long for the reference) and failed ones are in the table,
-  with the reason.
+- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones are
+  in the table with the reason.
 - **The planner's choice** (star) is what `seatfem plan` chooses if the file leaves all of it open; the diamond is the
   file as it is, where it states some. `planner_excess` is its cost over that of the cheapest point that is at least as
   accurate in the worst of the measures asked for; 1 is on the Pareto front.

@@ -139,7 +139,7 @@ def trade(
     *,
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
-    limit: float = 60.0,
+    limit: float = 20.0,
     common: Common = COMMON,
 ) -> int:
     """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
@@ -153,7 +153,7 @@ def trade(
     quick:
         Only about a third of the points.
     limit:
-        Processor seconds for one point; the reference may take four times as many.
+        Processor seconds for one point; the reference and the planner's choice may take four times as many.
     """
     _load(scene)
     from impact.drawing import PictureError
@@ -331,7 +331,7 @@ def _run(path: Path, folder: Path, common: Common) -> int:
         if "regime" in outcome.summary:
             console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
     _tell(outcome, common)
-    return DONE
+    return DONE if outcome.met else FAILED
 
 
 def _console() -> Console:

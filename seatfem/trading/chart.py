@@ -58,7 +58,7 @@ def draw_trade(trade: Trade, path: Path) -> None:
     columns = min(count, PER_ROW)
     rows = math.ceil(count / PER_ROW)
     with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
-        figure.suptitle(f"{trade.title}: speed for accuracy")
+        figure.suptitle(f"{trade.title}: speed for accuracy{_absent(trade)}")
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True).flat
         for axes, measure in zip(panels, trade.measures, strict=False):
             _panel(axes, trade, measure)
@@ -119,6 +119,14 @@ def _front(axes: Axes, trade: Trade, measure: str) -> None:
 def _marked(trade: Trade) -> list[tuple[str, str, float]]:
     marks = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
     return [m for m in marks if m[0] in trade.outcomes and trade.outcomes[m[0]].state == "done"]
+
+
+def _absent(trade: Trade) -> str:
+    """A second line where the planner's choice did not end."""
+    outcome = trade.outcomes.get(PLANNED)
+    if outcome is None or outcome.state == "done":
+        return ""
+    return f"\n({PLANNED}: {outcome.state}, {outcome.reason[:80]})"
 
 
 def _legend(trade: Trade) -> Sequence[Any]:

@@ -21,7 +21,7 @@ from seatfem.seats.store import VARIABLE
 from seatfem.trading.journal import append, key_of, read_journal
 from seatfem.trading.point import Outcome, Point
 
-TIME_LIMIT: Final = 60.0  # processor s for one point, the start of its process included
+TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
 PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
 _THREADS: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 

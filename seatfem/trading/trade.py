@@ -22,7 +22,7 @@ from seatfem.trading.settings import ALL_OPEN, scene_with, stated_choices
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
-REFERENCE_TIME: Final = 4.0  # time limits that the reference may take
+LONGER: Final = 4.0  # time limits that the reference and the planner's choice may take
 FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
 GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
 
@@ -120,16 +120,17 @@ def measure_trade(
     begun = time.perf_counter()
     planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun
-    points = (*ladder(scene, quick=quick), *planned)
-    _warm_up(path, points, journal, time_limit)
-    found = run_points(path, points, journal, time_limit=time_limit, progress=progress)
+    rungs = ladder(scene, quick=quick)
+    _warm_up(path, rungs, journal, time_limit)
+    found = run_points(path, rungs, journal, time_limit=time_limit, progress=progress)
+    found = run_points(path, planned, journal, time_limit=LONGER * time_limit, known=found)
     finer, found = _finer(path, scene, journal, found, time_limit, 1 if quick else FINEST)
     exact, back, found = _reference(path, scene, journal, found, len(finer), time_limit, progress)
     values, others = found[exact].values, found[back].values
     floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
     measures = tuple(scene.accuracy.measures)
     title = scene.title or path.stem
-    return Trade(title, measures, scene.accuracy.target, (*points, *finer), found, exact, floor, planning)
+    return Trade(title, measures, scene.accuracy.target, (*rungs, *finer, *planned), found, exact, floor, planning)
 
 
 def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
@@ -152,7 +153,7 @@ def _warm_up(path: Path, points: Sequence[Point], journal: Path, time_limit: flo
         return
     coarsest = {p.family: p for p in reversed(points) if p.varied == "diagonal"}
     for point in coarsest.values():
-        run_point(path, point, REFERENCE_TIME * time_limit)
+        run_point(path, point, LONGER * time_limit)
 
 
 def _finer(
@@ -190,7 +191,7 @@ def _reference(
     All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
     allowed.
     """
-    allowed = REFERENCE_TIME * time_limit
+    allowed = LONGER * time_limit
     notches = [n for n in (3.0, 2.0, 1.0) if n == 1.0 or _seconds(scene, found, top, int(n)) <= allowed / 2]
     tried = []
     for fineness in [top + n for n in (*notches, 0.5)] if centre_of(scene).size else [float(FINEST)]:
