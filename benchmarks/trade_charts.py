@@ -45,8 +45,8 @@ stated (the table says which) and runs in a process of its own, on one thread, w
 - **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The
   reference is computed once more, one notch coarser in every choice; their difference over {RATIO} - 1 (order 1) is
   the reference's own uncertainty: the shaded floor. Errors below it are drawn at its edge and count as the floor.
-- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones are
-  in the table with the reason.
+- **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones
+  are in the table with the reason.
 - **The planner's choice** (star) is what `seatfem plan` chooses if the file leaves all of it open; the diamond is the
   file as it is, where it states some. `planner_excess` is its cost over that of the cheapest point that is at least as
   accurate in the worst of the measures asked for; 1 is on the Pareto front.
