@@ -243,7 +243,7 @@ def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> 
     if centre.n_modes is not None:
         settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
     settings["run.time_step"] = None
-    steps = round(2 * max(STEPS_PER_FILTER) / RATIO**back)
+    steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
     name = "reference, one notch back" if coarser else "reference"
     return Point(f"{name} ({fineness:g})", str(centre.level or "as given"), "reference", settings, least_steps=steps)
 

@@ -164,11 +164,13 @@ def test_the_reference_is_finer_than_every_rung(name: str):
 
 
 def test_settings_are_stated_and_taken_out(small: Path):
-    scene = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", {"seat.mesh.size": "2 mm", "run.time_step": "50 ns"})
-    assert (scene.seat.mesh.size, scene.run.time_step) == (2e-3, 5e-8)
+    sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
+    scene = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
+    assert (scene.seat.mesh.size, scene.seat.greens.bandwidth, scene.run.time_step) == (2e-3, 3e5, 5e-8)
     assert "size" in scene.seat.mesh.model_fields_set
-    free = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", ALL_OPEN)
+    free = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", {**sizes, **ALL_OPEN})
     assert free.seat.mesh.size is None
+    assert free.run.time_step is None
     assert "bandwidth" not in free.seat.greens.model_fields_set
     with pytest.raises(SceneError, match=r"run\.time_step"):
         scene_with(small, {"run.time_step": "1 mm"})
