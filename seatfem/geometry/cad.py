@@ -68,8 +68,8 @@ class CadPart:
     ``unit``: metres per length unit of the file. None takes the unit that a STEP file states; a BREP file states
     none, so it needs one. ``overrule``: take ``unit`` although the STEP file states another. ``contact`` and
     ``fixed`` select the faces of the two groups, each by one selector or the union of several; by default the faces
-    painted pure red and pure blue. ``groups``: more of them. ``regions``: names of solids; those without one are
-    "solid_1", "solid_2", ..., and a single one is "seat".
+    painted pure red and pure blue; with ``fixed`` = () nothing is clamped. ``groups``: more of them. ``regions``:
+    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat".
     """
 
     path: Path
@@ -97,7 +97,8 @@ class CadPart:
     @property
     def patches(self) -> Patches:
         groups = {"contact": self.contact, "fixed": self.fixed} | {group.name: group.faces for group in self.groups}
-        return {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
+        chosen = {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
+        return chosen if chosen["fixed"] else {name: faces for name, faces in chosen.items() if name != "fixed"}
 
 
 def build(part: CadPart, occ: Any) -> None:

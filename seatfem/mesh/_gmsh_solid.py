@@ -42,7 +42,7 @@ def build(
     if isinstance(geometry, CadPart):
         check_faces(gmsh.model, unit)
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
-    if shared := set(tags["contact"]) & set(tags["fixed"]):
+    if shared := set(tags["contact"]) & set(tags.get("fixed", ())):
         raise GeometryError(f"faces {sorted(shared)} are selected both as 'contact' and as 'fixed'")
     return tags, imported.regions or {"seat": [tag for _, tag in gmsh.model.getEntities(3)]}
 

@@ -77,7 +77,8 @@ def make_mesh(
         spec=asdict(spec) | {"sector": sector},
         notes=notes,
     )
-    seat = seat_mesh(arrays, provenance, cad_volume, cad)
+    required = tuple(name for name in ("contact", "fixed") if name in geometry.patches)
+    seat = seat_mesh(arrays, provenance, cad_volume, cad, required)
     _check_volume(seat, spec)
     progress(STAGE, 1.0)
     return seat

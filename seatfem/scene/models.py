@@ -10,6 +10,7 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from seatfem.formats.includes import with_included
 from seatfem.scene.fields import (
     Approach,
     DampingRatio,
@@ -134,10 +135,12 @@ class Scene(Table):
         return self
 
     def seat_key(self) -> str:
-        """A hash of everything the seat's Green's function depends on; files count by content, not by name."""
+        """A hash of everything the seat's Green's function depends on; files count by content, not by name, with all
+        that they include."""
         seat = self.seat.model_dump(mode="json")
         for key in type(self.seat).model_fields:
             if isinstance(file := getattr(self.seat, key), Path):
-                seat[key] = hashlib.sha256(file.read_bytes()).hexdigest()
+                parts = [hashlib.sha256(part.read_bytes()).hexdigest() for part in with_included(file)]
+                seat[key] = parts[0] if len(parts) == 1 else sorted(parts)
         text = json.dumps([_KEY_VERSION, seat], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Le
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, GeometryError, PlaneFace
 from seatfem.scene.fields import (
     AreaDamping,
     Bedding,
     Delay,
     Density,
     Frequency,
-    Gap,
     KeyProblem,
     Length,
     LossFactor,
@@ -106,6 +102,9 @@ class AbsorbingSupport(Table):
 
     kind: Literal["absorbing"]
     on: str = Field(description="name of the face")
+    centre: tuple[Position, Position, Position] | None = Field(
+        None, description="where the waves come from; with it the face holds the seat against slow motion too"
+    )
 
 
 class DashpotSupport(Table):
@@ -161,47 +160,3 @@ class GreensSettings(Table):
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
-
-
-class ByColour(Table):
-    """The faces painted in one colour in the CAD program."""
-
-    kind: Literal["colour"]
-    colour: tuple[_Channel, _Channel, _Channel] = Field(description="red, green, blue, each 0 to 255")
-
-    def selector(self) -> ColourFace:
-        return ColourFace((*self.colour, 255))
-
-
-class ByPlane(Table):
-    """The flat face with a given outward normal n in the plane n.x = offset."""
-
-    kind: Literal["plane"]
-    normal: tuple[float, float, float] = Field(description="outward normal of the face")
-    offset: Position = Field(description="distance of the plane from the origin, along the normal")
-    radius_min: Gap = default("0 mm", "keep faces at least this far from the axis through the origin")
-    radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
-
-    def selector(self) -> PlaneFace:
-        outer = math.inf if self.radius_max is None else self.radius_max
-        return PlaneFace(self.normal, self.offset, radius_min=self.radius_min, radius_max=outer)
-
-    @model_validator(mode="after")
-    def _can_select(self) -> Self:
-        in_scene_words(self.selector)
-        return self
-
-
-FaceSelector = Annotated[ByColour | ByPlane, Field(discriminator="kind")]
-RED_FACES = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
-BLUE_FACES = ByColour(kind="colour", colour=FIXED_COLOUR[:3])
-
-
-def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
-    """A geometry's complaint about one of its fields becomes one about the key of that name."""
-    try:
-        return build()
-    except GeometryError as error:
-        if field := re.match(r"\w+\.(\w+) = (.*)", str(error), re.DOTALL):
-            raise KeyProblem(field[1], field[2]) from error
-        raise

@@ -7,7 +7,18 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Revolved, Stopper, ValvePlate
+from seatfem.geometry import (
+    AnnularSeat,
+    Bar,
+    Block,
+    CadPart,
+    ConicalSeat,
+    Geometry,
+    Group,
+    Revolved,
+    Stopper,
+    ValvePlate,
+)
 from seatfem.scene.fields import (
     Angle,
     Area,
@@ -24,16 +35,13 @@ from seatfem.scene.fields import (
 )
 from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
 from seatfem.scene.parts import (
-    BLUE_FACES,
-    RED_FACES,
     AnyMaterial,
     AnySupport,
-    FaceSelector,
     GreensSettings,
     Mesh,
     Rayleigh,
-    in_scene_words,
 )
+from seatfem.scene.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region, in_scene_words
 
 METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 """Metres per length unit of a CAD or mesh file."""
@@ -241,14 +249,18 @@ class Cad(DrawnSeat):
         None, description="length unit of the file; a STEP file states its own"
     )
     contact: FaceSelector = Field(RED_FACES, description="faces that are struck; by default those painted pure red")
-    fixed: FaceSelector = Field(BLUE_FACES, description="faces that are clamped; by default those painted pure blue")
+    fixed: ClampSelector = Field(BLUE_FACES, description="faces that are clamped; by default those painted pure blue")
+    groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
+    regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
 
     def geometry(self) -> CadPart:
         return CadPart(
             path=self.file,
             unit=None if self.unit is None else METRES[self.unit],
-            contact=self.contact.selector(),
-            fixed=self.fixed.selector(),
+            contact=self.contact.selectors(),
+            fixed=self.fixed.selectors(),
+            groups=tuple(Group(name, faces.selectors()) for name, faces in self.groups.items()),
+            regions=tuple(region.named(name) for name, region in self.regions.items()),
         )
 
 
@@ -259,7 +271,11 @@ class MeshFile(ElasticSeat):
     file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
     unit: Literal["m", "mm", "um", "inch"] = Field("m", description="length unit of the file")
     contact: str = Field("contact", description="name of the surface group that is struck")
-    fixed: str = Field("fixed", description="name of the surface group that is clamped")
+    fixed: str = Field("fixed", description="name of the surface group that is clamped; empty for a free body")
+    merge: Gap | None = Field(
+        None, description="nodes nearer than this become one; 0 mm keeps all; absent: coincident nodes are an error"
+    )
+    parts: int = Field(1, strict=True, ge=1, description="number of parts that share no node")
 
 
 class Rod(Table):

@@ -82,6 +82,7 @@ def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, p
     return assemble(
         mesh,
         solids(seat, mesh),
+        fixed=("fixed",) if "fixed" in (mesh.mesh.boundaries or {}) else (),  # a free body has none
         sliding=(*sliding_faces(seat), *cuts),
         supports=supports_of(seat),
         mass="nodal" if mesh.shape == "hexahedron" else "consistent",
@@ -144,7 +145,7 @@ def _support(given: AnySupport) -> Support | None:
         case "bolted":
             return Bolted(given.on, given.normal, given.tangential)
         case "absorbing":
-            return Absorbing(given.on)
+            return Absorbing(given.on, given.centre)
         case "sliding":
             return None
 

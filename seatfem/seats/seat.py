@@ -116,7 +116,15 @@ def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
 def _from_file(scene: Scene, seat: scenes.MeshFile, watch: Stopwatch, progress: Progress) -> SeatAnswer:
     unit = scenes.METRES[seat.unit]
     with watch("mesh"):
-        mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed, unit=unit, progress=progress)
+        mesh = read_mesh(
+            seat.file,
+            contact=seat.contact,
+            fixed=seat.fixed or None,
+            unit=unit,
+            merge=seat.merge,
+            parts=seat.parts,
+            progress=progress,
+        )
     return _solved(scene, seat, mesh, "3d", watch, progress)
 
 

@@ -246,7 +246,8 @@ def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path
     seat = load(text).seat
     assert isinstance(seat, Cad)
     assert seat.file == (tmp_path / "part.step").resolve()
-    assert str(seat.geometry().contact) == "plane face with normal (0.0, 0.0, 1.0), offset 8.5 mm"
+    (contact,) = seat.geometry().patches["contact"]
+    assert str(contact) == "plane face with normal (0.0, 0.0, 1.0), offset 8.5 mm"
     bad = messages(load, changed("[0, 0, 1]", "[0, 0, 0]", text))
     assert bad == ["scene.toml:4: seat.contact.normal: (0.0, 0.0, 0.0): must not be zero"]
 
