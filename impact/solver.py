@@ -12,7 +12,7 @@ from impact.greens import Array
 from impact.measured import sampling_advice
 from impact.modal import ModalGreens
 from impact.motion import Motion
-from impact.problem import ContactProblem
+from impact.problem import ContactError, ContactProblem
 from impact.progress import Progress, silent
 from impact.resolution import contact_advice, overlap_advice, unsolved_advice
 from impact.result import Advice, ImpactResult
@@ -56,7 +56,7 @@ def solve(
 
 
 def collect(stepper: ContactStepper) -> ImpactResult:
-    """The result of the steps marched so far."""
+    """The result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
     s, n = stepper.prepared, stepper.done
     force = stepper.force[:n]
     striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
@@ -69,6 +69,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     single = len(s.rest) == 1
     whole = np.concatenate([s.rest[None], force])
     first = s.problem.contacts[0]
+    _refuse_overflow(s.dt, whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated)
     return ImpactResult(
         time=np.asarray(s.dt * np.arange(n + 1), dtype=np.float64),
         force=whole[:, 0] if single else whole,
@@ -89,6 +90,18 @@ def collect(stepper: ContactStepper) -> ImpactResult:
             *contact_advice(force, s.dt),
         ),
     )
+
+
+def _refuse_overflow(dt: float, *histories: Array) -> None:
+    """Each (n + 1,) or (n + 1, p)."""
+    for history in histories:
+        bad = ~np.isfinite(history)
+        if np.any(bad):
+            first = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0])
+            raise ContactError(
+                f"forces, motions or energies leave the range of numbers at {first * dt:.3g} s: some mass, stiffness, "
+                "shape or velocity is beyond all measure; check their units"
+            )
 
 
 def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
