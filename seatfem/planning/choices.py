@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from impact.modal import ModalGreens
 from seatfem.planning.deciding import Decision
 from seatfem.planning.filling import has_key, is_given
 from seatfem.planning.ladders import Changes
@@ -21,10 +22,9 @@ from seatfem.planning.options import (
     TOLERANCE,
 )
 from seatfem.planning.plan import Choice
+from seatfem.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
 from seatfem.runs.variations import FEWER, NARROWER
-from seatfem.scene import Scene
-
-ROAD_LIMIT: Final = 600  # unknowns up to which all modes cost nothing
+from seatfem.scene import DrawnSeat, MeshFile, Scene
 
 
 def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...]:
@@ -40,6 +40,7 @@ def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...
         found.insert(1, Choice("seat", "computed before", f"{kept}, at least as fine: costs nothing", False))
     window = decision.seen.sensitivity.bench.window
     words = f"{window.groups} contacts" if window.touches else "no contact"
+    found.append(_history(decision, scene))
     found.append(Choice("run.duration", _time(scene.run.duration), f"{words} at a first look", True))
     found.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
     return tuple(found)
@@ -48,6 +49,15 @@ def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...
 def described(key: str, value: Any) -> str:
     """A key's value with its unit."""
     return _UNITS.get(key, str)(value)
+
+
+def _history(decision: Decision, scene: Scene) -> Choice:
+    """How the past is remembered, and over how many steps."""
+    dt = scene.run.time_step
+    steps = "steps as both bodies ask for" if dt is None else f"{_count(scene.run.duration / dt)} steps"
+    if isinstance(decision.seen.surrogate.greens, ModalGreens) or decision.level != "closed form":
+        return Choice("history", "poles", f"{steps}; both bodies are sums of poles: an exact recursion", False)
+    return Choice("history", "FFT or direct sum", f"{steps}; the seat has no poles: step weights", False)
 
 
 def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:
@@ -84,7 +94,17 @@ def _tolerance(decision: Decision, scene: Scene) -> str:
 
 
 def _method(decision: Decision, scene: Scene) -> str:
-    return f"the road is taken once the mesh is known: all modes up to {ROAD_LIMIT} unknowns, else Krylov or Lanczos"
+    level, seat = decision.level, scene.seat
+    if level == "spring":
+        return "one factorization, one static solution"
+    if level not in DISCRETE or not isinstance(seat, DrawnSeat | MeshFile):
+        return "chosen once the matrices are known"
+    model = seat_model(scene, level)
+    n = model.sizes.counts.dof
+    if seat.greens.method == "auto" and n <= ALL_MODES:
+        return f"about {_count(n)} unknowns: all modes"
+    each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
+    return f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each} (Lanczos where the mass is diagonal)"
 
 
 def _size(decision: Decision, scene: Scene) -> str:
@@ -93,7 +113,7 @@ def _size(decision: Decision, scene: Scene) -> str:
         return "follows the band: the geometry is known to gmsh only"
     sizes = Sizes(_value(scene, SIZE), _value(scene, CONTACT_SIZE))
     waves = per_wavelength(patch, decision.fineness.band, sizes)
-    return f"{waves:.2g} elements per shear wavelength; the mesh changes {_most(decision.changes(SIZE))}"
+    return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(decision.changes(SIZE))}"
 
 
 def _contact_size(decision: Decision, scene: Scene) -> str:
@@ -122,6 +142,11 @@ def _asked(scene: Scene) -> str:
 
 def _told_target(scene: Scene) -> bool:
     return bool({"target", "level"} & scene.accuracy.model_fields_set)
+
+
+def _count(value: float) -> str:
+    """Two digits and the thousands apart."""
+    return f"{float(f'{value:.2g}'):,.0f}"
 
 
 def _percent(value: float) -> str:

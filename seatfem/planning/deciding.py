@@ -27,7 +27,7 @@ from seatfem.planning.sensitivity import worst
 from seatfem.runs.budget import SAFETY, Source
 from seatfem.scene import BarSeat, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
-from seatfem.seats.levels import Applicability, applicable, choose_level, clamp_error
+from seatfem.seats.levels import applicable, choose_level, clamp_error
 from seatfem.seats.rods import love_rod, rod_of
 
 OF_LEVEL: Final = 0.125  # part of the target that waves may use up which a spring leaves out
@@ -93,14 +93,14 @@ class Decision:
         return filled(scene, values)
 
 
-def decide(seen: Seen, target: float, level: PlannedLevel | None = None) -> Decision:
-    """The coarsest rungs that meet ``target``, at the cheapest level that does, or at ``level``."""
+def decide(seen: Seen, target: float, without: tuple[PlannedLevel, ...] = ()) -> Decision:
+    """The coarsest rungs that meet ``target``, at the cheapest level that does and is not among ``without``."""
     contact = run_ladders(seen)
     seat = seen.scene.seat
     if not isinstance(seat, ElasticSeat | Matrices):
         return Decision(seen, "closed form", _closed(seen), contact, climb(contact, target, {}), {}, None)
     of_seat = seat_ladders(seen)
-    found, why, fixed = _level(seen, target, level, of_seat)
+    found, why, fixed = _level(seen, target, without, of_seat)
     if found == "rod":
         return Decision(seen, found, why, contact, climb(contact, target, fixed), fixed, None)
     if found == "spring":
@@ -145,7 +145,7 @@ def _effort(decision: Decision) -> float:
 
 
 def _level(
-    seen: Seen, target: float, wanted: PlannedLevel | None, of_seat: tuple[Ladder, ...]
+    seen: Seen, target: float, without: tuple[PlannedLevel, ...], of_seat: tuple[Ladder, ...]
 ) -> tuple[PlannedLevel, str, Mapping[Source, Changes]]:
     """Level, why, and what it leaves in the measures."""
     seat = seen.scene.seat
@@ -153,22 +153,22 @@ def _level(
         return "3d", "as the file has it", {}
     limit = OF_LEVEL * target / SAFETY
     spring = {name: DOUBT * value for name, value in seen.sensitivity.spring.items()}
-    if seat.model == "spring" or wanted == "spring":
+    if seat.model == "spring":
         return "spring", f"a spring instead of waves changes the measures by {worst(spring):.1g}", {"model": spring}
-    if wanted is None and seat.model == "auto" and worst(spring) <= limit:
+    if seat.model == "auto" and "spring" not in without and worst(spring) <= limit:
         why = f"waves in the seat change the measures by {worst(spring):.1g} at most: its static compliance is enough"
         return "spring", why, {"model": spring}
     band = of_seat[0].values[of_seat[0].coarsest(limit)]
     banded = fill_seat(seen, band, seat.greens.tolerance, 0.05).seat
     assert isinstance(banded, DrawnSeat)
-    rod = _as_rod(seen, banded) if wanted in (None, "rod") and seat.model in ("auto", "rod") else None
-    if rod is not None and (worst(rod) <= RODS * target / SAFETY or "rod" in (seat.model, wanted)):
+    rod = _as_rod(seen, banded) if seat.model in ("auto", "rod") and "rod" not in without else None
+    if rod is not None and (worst(rod) <= RODS * target / SAFETY or seat.model == "rod"):
         return (
             "rod",
             f"lateral inertia and the clamped end, which a rod leaves out, change {_most(rod)}",
             {"model": rod},
         )
-    chosen = _named(banded, wanted) or choose_level(banded, 0.0)
+    chosen = choose_level(banded, 0.0)
     left = seen.per_g(chosen.error)
     fixed: Mapping[Source, Changes] = {"model": left} if chosen.error else {}
     words = f"; {_percent(chosen.error)} of g is {_percent(worst(left))} of the measures" if chosen.error else ""
@@ -190,10 +190,6 @@ def _applies(seat: DrawnSeat, level: PlannedLevel) -> bool:
 def _most(changes: Changes) -> str:
     name = max(changes, key=lambda measure: changes[measure])
     return f"{name} by {_percent(changes[name])}"
-
-
-def _named(seat: DrawnSeat, level: PlannedLevel | None) -> Applicability | None:
-    return next((found for found in applicable(seat) if found.level == level and found.applies), None)
 
 
 def _closed(seen: Seen) -> str:

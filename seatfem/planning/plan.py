@@ -74,6 +74,8 @@ class Plan:
         shares: by source, then measure, the predicted relative error that it leaves.
         kept: whether the seat's Green's function is there already.
         notes: what is worth telling, such as a target out of reach.
+        asked: the scene as in the file.
+        without: levels that were found too coarse before.
     """
 
     scene: Scene
@@ -85,6 +87,8 @@ class Plan:
     shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
     notes: tuple[str, ...] = ()
+    asked: Scene | None = None
+    without: tuple[PlannedLevel, ...] = ()
 
     @property
     def meets_target(self) -> bool:

@@ -15,9 +15,9 @@ from seatfem.planning.machine import Machine
 from seatfem.planning.means import affordable, cost_of, notes_on
 from seatfem.planning.mesh_size import ERRORS
 from seatfem.planning.options import BAND, TOLERANCE, TOLERANCES, Seen
-from seatfem.planning.plan import Alternative, Plan
+from seatfem.planning.plan import Alternative, Plan, PlannedLevel
 from seatfem.planning.prerun import Bench, first_look
-from seatfem.planning.refining import refine
+from seatfem.planning.refining import finer_keys
 from seatfem.planning.sensitivity import BANDS, Sensitivity
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
@@ -39,6 +39,7 @@ def plan_scene(
     *,
     folder: Path | None = None,
     store: Store | None = None,
+    without: tuple[PlannedLevel, ...] = (),
 ) -> Plan:
     """Every open key of ``scene`` chosen, with reason and number; predicted cost and error.
 
@@ -47,6 +48,7 @@ def plan_scene(
         machine: rates of this computer; default: those known.
         folder: of the run, whose seat may serve again.
         store: of seats; default: the user's.
+        without: levels that are not to be chosen, because a run has found them too coarse.
 
     Raises:
         RunError: a given time step that cannot resolve the measures.
@@ -54,7 +56,7 @@ def plan_scene(
     """
     check_step(scene)
     seen = _look(scene, progress)
-    wanted = decide(seen, scene.accuracy.target)
+    wanted = decide(seen, scene.accuracy.target, without)
     found = _kept(wanted, folder, Store.default() if store is None else store)
     if found is not None:
         decision, complete = wanted, found[1]
@@ -68,9 +70,11 @@ def plan_scene(
         choices=choices_of(decision, complete, "" if found is None else found[2]),
         cost=cost_of(complete, decision, machine, kept=found is not None),
         error=decision.error,
-        alternatives=_alternatives(decision, machine),
+        alternatives=_alternatives(decision, machine, without),
         shares=decision.shares,
         kept=found is not None,
+        asked=scene,
+        without=without,
     )
     return replace(plan, notes=notes_on(plan, wanted, decision, machine))
 
@@ -104,16 +108,35 @@ def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Finene
     return kept_seat(candidates(), memory(decision.scene()), None if folder is None else folder / "seat.h5", store)
 
 
-def _alternatives(decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
+def _alternatives(
+    decision: Decision, machine: Machine | None, without: tuple[PlannedLevel, ...]
+) -> tuple[Alternative, ...]:
     """The plans for a target looser and tighter by `STEP_UP`."""
     target = decision.seen.scene.accuracy.target
     found = []
-    for words, other in (("cheaper", STEP_UP * target), ("more accurate", target / STEP_UP)):
+    for other in (STEP_UP * target, target / STEP_UP):
         if other < 1:
-            plan = decide(decision.seen, other)
+            plan = decide(decision.seen, other, without)
             if plan.scene() == decision.scene():
                 continue
-            found.append(
-                Alternative(f"{words}: target = {other:.2g}", cost_of(plan.scene(), plan, machine), plan.error)
-            )
+            found.append(Alternative(f"target = {100 * other:.2g} %", cost_of(plan.scene(), plan, machine), plan.error))
     return tuple(found)
+
+
+def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
+    """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+
+    A level of modelling that leaves something out gives way to the next; else keys are made finer.
+
+    Args:
+        plan: whose run missed the target.
+        source: of the error that dominates: mesh, reduction, time_step or model.
+        factor: by which its share is too large; taken between 1.6 and 4.
+
+    Returns:
+        ``None`` where the file states what is behind the source, or nothing is.
+    """
+    cheap = plan.level in ("spring", "rod") and plan.asked is not None and not plan.is_given("seat.model")
+    if source == "model" and cheap and plan.asked is not None:
+        return plan_scene(plan.asked, machine, without=(*plan.without, plan.level))
+    return finer_keys(plan, source, factor, machine)

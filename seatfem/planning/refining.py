@@ -29,16 +29,8 @@ KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
 }
 
 
-def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
-    """``plan`` with the keys behind ``source`` made finer, so that its share shrinks by about ``factor``.
-
-    Args:
-        source: of the error that dominates: mesh, reduction, time_step or model.
-        factor: by which its share is too large; taken between 1.6 and 4.
-
-    Returns:
-        ``None`` where the file states all those keys, or the scene has none of them.
-    """
+def finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
+    """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or there are none."""
     named = next((known for known in KEYS if known == source), None)
     factor = min(max(factor, LEAST), MOST)
     keys = [key for key in KEYS[named] if _is_open(plan, key)] if named is not None else []

@@ -23,7 +23,7 @@ from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, GreensFile, Rod, S
 from seatfem.scene.parts import AnyMaterial, Material
 
 MODES: Final = 40  # of the surrogate's rod
-SPREADING: Final = 0.3  # damping ratio that stands for waves which spread in three dimensions
+SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in three dimensions
 
 
 @dataclass(frozen=True)
