@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from seatfem.runs.pipeline import run_scene
     from seatfem.scene import load_scene
     from seatfem.seats.store import Store, content_key
+    from seatfem.trading.chart import draw_trade
+    from seatfem.trading.table import write_trade
+    from seatfem.trading.trade import Trade, measure_trade
     from seatfem.views.revolved_grid import revolve
 
 __all__ = [
@@ -43,15 +46,18 @@ __all__ = [
     "SeatMesh",
     "SecondOrderModel",
     "Store",
+    "Trade",
     "assemble",
     "assemble_axisymmetric",
     "content_key",
+    "draw_trade",
     "fit_impulse_response",
     "fit_poles",
     "greens_function",
     "load_scene",
     "make_meridian",
     "make_mesh",
+    "measure_trade",
     "read_frf",
     "read_frf_uff",
     "read_matrices",
@@ -62,9 +68,14 @@ __all__ = [
     "ring_greens",
     "run_scene",
     "solve_modes",
+    "write_trade",
 ]
 
 _HOME = {
+    "Trade": "trading.trade",
+    "measure_trade": "trading.trade",
+    "draw_trade": "trading.chart",
+    "write_trade": "trading.table",
     "FrequencyResponse": "measured.frf",
     "read_frf": "measured.frf",
     "read_matrices": "formats.matrices",
