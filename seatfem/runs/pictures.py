@@ -16,6 +16,7 @@ from seatfem.model import Array
 from seatfem.scene import Scene
 from seatfem.scene.seats import ElasticSeat, RevolvedSeat
 from seatfem.seats.seat import SeatAnswer
+from seatfem.seats.store import Store
 from seatfem.views.cell_grid import CellGrid
 from seatfem.views.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.views.revolved_grid import revolve
@@ -28,7 +29,10 @@ _Picture = tuple[str, Callable[[Path], None]]
 def draw_run(
     scene: Scene, seat: SeatAnswer, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words)."""
+    """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
+
+    Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
+    """
     title, width = scene.title or "Impact", scene.run.filter_width
     elastic = isinstance(scene.seat, ElasticSeat)
     band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
@@ -39,7 +43,14 @@ def draw_run(
         ("energy.png", lambda p: plot_energy(result, p, title=title)),
         ("greens.png", lambda p: plot_greens(seat.greens, p, duration=memory, width=1 / band)),
     ]
-    return _draw(pictures + _seat_pictures(scene, seat), folder, progress)
+    of_seat = _seat_pictures(scene, seat)
+    files, gaps = _draw(pictures + of_seat, folder, progress)
+    if not isinstance(scene.seat, ElasticSeat):
+        return files, gaps
+    store, key, names = Store.default(), scene.seat_key(), [name for name, _ in of_seat]
+    for file in (file for file in files if file.name in names):
+        store.keep(key, file)
+    return (*files, *(store.fetch(key, folder) if not names else ())), gaps
 
 
 def draw_modes(

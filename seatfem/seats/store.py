@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from impact.atomic import whole_file
 from impact.greens import GreensFunction
 from impact.storage import StorageError, load_greens, save_greens
 
@@ -33,7 +34,7 @@ class Entry:
     Attributes:
         key: the content hash.
         path: its file.
-        size: of the file [bytes].
+        size: of the file and of what is kept beside it [bytes].
         used: when it was last read or written [s since 1970].
     """
 
@@ -107,6 +108,35 @@ class Store:
             ) from problem
         return path
 
+    def keep(self, key: str, file: Path) -> None:
+        """Keep a copy of ``file``, such as a picture, beside the function; it goes when the function is pruned."""
+        try:
+            self._copy(file, self.path(key).with_name(f"{key}.{file.name}"))
+        except OSError as problem:
+            raise StoreError(
+                f"{self.folder}: cannot be written to ({problem}); set {VARIABLE} to a folder of your own"
+            ) from problem
+
+    def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
+        """Copies in ``folder``, under their own names, of what was kept beside the function."""
+        found = []
+        for kept in self._beside(key):
+            target = folder / kept.name.partition(".")[2]
+            with suppress(FileNotFoundError):  # pruned by another program
+                self._copy(kept, target)
+                found.append(target)
+        return tuple(found)
+
+    def _beside(self, key: str) -> list[Path]:
+        own = self.path(key)
+        return sorted(file for file in self.folder.glob(f"{key}.*") if file != own)
+
+    @staticmethod
+    def _copy(source: Path, target: Path) -> None:
+        content = source.read_bytes()
+        with whole_file(target) as temporary:
+            temporary.write_bytes(content)
+
     def entries(self) -> tuple[Entry, ...]:
         """What there is, the last used first."""
         found = []
@@ -114,7 +144,8 @@ class Store:
             if _KEY.fullmatch(path.stem):
                 with suppress(FileNotFoundError):  # pruned by another program
                     status = path.stat()
-                    found.append(Entry(path.stem, path, status.st_size, status.st_mtime))
+                    size = status.st_size + sum(file.stat().st_size for file in self._beside(path.stem))
+                    found.append(Entry(path.stem, path, size, status.st_mtime))
         return tuple(sorted(found, key=lambda entry: -entry.used))
 
     def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
@@ -128,7 +159,8 @@ class Store:
             total += entry.size
             old = used_before is not None and entry.used < used_before
             if old or (most_bytes is not None and total > most_bytes):
-                entry.path.unlink(missing_ok=True)
+                for file in (entry.path, *self._beside(entry.key)):
+                    file.unlink(missing_ok=True)
                 gone.append(entry)
                 total -= entry.size
         return tuple(gone)
