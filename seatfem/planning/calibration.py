@@ -1,15 +1,19 @@
-"""Measure this computer's rates: small pieces of every kind of work, in well under a minute."""
+"""Measure this computer's rates: small pieces of every kind of work, in less than a minute.
+
+Of each, the smaller of wall and processor time counts: other programs lengthen the one, several threads the other.
+"""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
-from typing import Final
+from time import perf_counter, process_time
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -48,10 +52,11 @@ _IMPORTS: Final = "import seatfem.cli, seatfem.runs.pipeline, seatfem.scene, mat
 REED: Final = impact.Cantilever(2e11, 7850.0, 25.4e-3, 10e-3, 0.3e-3)
 
 Rates = Mapping[str, float]
+Made = TypeVar("Made")
 
 
 def calibrate(progress: Progress = silent) -> Machine:
-    """The rates of this computer as it is now: busy, it is measured slow. What cannot be drawn keeps its default.
+    """The rates of this computer. What cannot be drawn keeps its default.
 
     Raises:
         MeshingError: gmsh does not run.
@@ -80,12 +85,19 @@ def calibrate(progress: Progress = silent) -> Machine:
 
 def _time(work: Callable[[], object], repeats: int = 2) -> float:
     """The shortest of a few runs [s]."""
-    times = []
-    for _ in range(repeats):
-        start = perf_counter()
-        work()
-        times.append(perf_counter() - start)
-    return min(times)
+    return min(_once(work)[1] for _ in range(repeats))
+
+
+def _once(work: Callable[[], Made]) -> tuple[Made, float]:
+    """What it made, and its time [s]."""
+    wall, processor = perf_counter(), _processor()
+    made = work()
+    return made, min(perf_counter() - wall, _processor() - processor)
+
+
+def _processor() -> float:
+    """Processor time [s] of this process and of those that it waited for."""
+    return process_time() + sum(os.times()[2:4])
 
 
 def _start(default: Machine) -> Rates:
@@ -94,17 +106,11 @@ def _start(default: Machine) -> Rates:
 
 
 def _meshing() -> tuple[tuple[SeatMesh, SeatMesh], Rates]:
-    few, short = _timed(lambda: make_mesh(BODY, COARSE))
-    many, long = _timed(lambda: make_mesh(BODY, FINE))
+    few, short = _once(lambda: make_mesh(BODY, COARSE))
+    many, long = _once(lambda: make_mesh(BODY, FINE))
     element = max(long - short, 0.1 * long) / (many.quality.elements - few.quality.elements)
     start = max(short - few.quality.elements * element, 0.1 * short)
     return (few, many), {"meshing_start": start, "element": element}
-
-
-def _timed(make: Callable[[], SeatMesh]) -> tuple[SeatMesh, float]:
-    start = perf_counter()
-    made = make()
-    return made, perf_counter() - start
 
 
 def _assembly(meshes: tuple[SeatMesh, SeatMesh]) -> tuple[tuple[SecondOrderModel, SecondOrderModel], Rates]:
@@ -120,10 +126,10 @@ def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machi
     factored, load = factorize(many.K), np.ones(n)
     solve = _time(lambda: factored.solve(load), 5)
     band, ratio = 5e5, 0.02
-    began = perf_counter()
-    greens, _ = krylov_greens(many, damping_of(many, ratio), bandwidth=band, duration=1e-4, tolerance=0.01)
+    damping = damping_of(many, ratio)
+    (greens, _), whole = _once(lambda: krylov_greens(many, damping, bandwidth=band, duration=1e-4, tolerance=0.01))
     vectors = int(str(greens.origin["vectors"]))
-    rest = perf_counter() - began - start - factor - vectors * solve
+    rest = whole - start - factor - vectors * solve
     usual = vectors * (default.product * many.K.nnz + default.check + default.inner * n * vectors)
     slower = max(rest / usual, 0.1)
     return {
@@ -193,5 +199,6 @@ def _pictures(
 
 def _draw(model: SecondOrderModel, folder: Path) -> None:
     grid = CellGrid.of_model(model)
-    shapes = [model.expand(np.cos(np.arange(model.size) + k)) for k in range(FRAMES)]
+    waves = grid.points.T / grid.size
+    shapes = [np.asarray(np.cos((k + 1) * waves)) for k in range(FRAMES)]
     plot_modes(grid, shapes, [1e3 * (k + 1) for k in range(FRAMES)], folder / "modes.png")

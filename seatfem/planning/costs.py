@@ -16,6 +16,7 @@ __all__ = ["Cost", "predict_cost"]
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
 CURVES: Final = 320e6  # the same when it has drawn curves
 VIEWS: Final = 330e6  # more, when it has drawn bodies
+PLAN: Final = 0.25  # time of a plan over that of the program's start
 SHEETS: Final = 4  # pictures of curves
 FRAMES: Final = 19  # pictures of modes and of their motion
 MESH_VIEWS: Final = 3
@@ -36,7 +37,7 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
     """
     rates = machine or Machine.known()
     seat = _seat(scene, level)
-    parts = {"program start": rates.start}
+    parts = {"program start": rates.start, "plan": PLAN * rates.start}
     if seat is not None:
         parts |= seat_seconds(seat, rates, static=level == "spring")
     if seat is not None and isinstance(scene.seat, DrawnSeat):
