@@ -131,7 +131,8 @@ def _loaded(path: Path) -> Any:
 
 def _raw(path: Path) -> Any:
     if path.suffix == ".npz":
-        return sparse.load_npz(path)
+        with path.open("rb") as file:  # which load_npz leaves open where the file is broken
+            return sparse.load_npz(file)
     if path.suffix == ".npy":
         return np.atleast_2d(np.load(path, allow_pickle=False))
     if not path.name.endswith((".mtx", ".mtx.gz")):

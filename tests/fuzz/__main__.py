@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from pathlib import Path
 
@@ -19,11 +20,14 @@ RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 
 def main() -> int:
     given = _arguments()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the process at work is ended too
     folder = Path(given.folder).resolve()
     corpus = folder / "corpus"
     specimens = build(corpus)
     _warm_up(corpus, folder)
     log = folder / f"log-{given.seed}.jsonl"
+    if given.cheap:
+        specimens = tuple(specimen for specimen in specimens if specimen.cheap)
     chosen = cases(specimens, given.cases, given.seed, only=given.only)
     if given.again and log.exists():
         _forget_defects(log)
@@ -40,6 +44,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", default="fuzz", help="of corpus, log and the case at work")
     parser.add_argument("--only", default="", help="part of the names of the specimens")
+    parser.add_argument("--cheap", action="store_true", help="without gmsh and plans")
     parser.add_argument("--again", action="store_true", help="carry out again what was a defect")
     parser.add_argument("--write", action="store_true", help="the table benchmarks/results/fuzz.csv")
     return parser.parse_args()

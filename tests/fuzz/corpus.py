@@ -59,6 +59,12 @@ class Specimen:
     entry: Entry
     share: float = 1.0
 
+    @property
+    def cheap(self) -> bool:
+        """Read in milliseconds: no gmsh, no plan of a drawn seat."""
+        by_gmsh = self.target.endswith((".msh", ".med", ".step")) or self.name.endswith("-solved")
+        return self.entry not in ("draw", "plan") and not by_gmsh
+
 
 def build(folder: Path) -> tuple[Specimen, ...]:
     """Every specimen, in a folder of its name below ``folder``; those of an earlier call are read."""
