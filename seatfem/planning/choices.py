@@ -110,7 +110,7 @@ def _method(decision: Decision, scene: Scene) -> str:
 def _size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
     if patch is None or decision.fineness is None:
-        return "follows the band: the geometry is known to gmsh only"
+        return "follows the shear wavelength at the band edge: the geometry is known to gmsh only"
     sizes = Sizes(_value(scene, SIZE), _value(scene, CONTACT_SIZE))
     waves = per_wavelength(patch, decision.fineness.band, sizes)
     return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(decision.changes(SIZE))}"

@@ -54,6 +54,9 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     if missed:
         worst = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
         found.append(f"accuracy.target = {target:g} will be missed, predicted: {worst}")
+    surrogate = decision.seen.surrogate
+    if surrogate.patch is None and not surrogate.exact:
+        found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
     window = decision.seen.sensitivity.bench.window
     if not window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")

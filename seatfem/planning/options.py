@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from seatfem.planning.filling import filled, has_key, is_given
+from seatfem.planning.filling import filled, is_given
 from seatfem.planning.ladders import Changes, Ladder
 from seatfem.planning.mesh_size import ERRORS, Sizes, mesh_error, sizes_for
 from seatfem.planning.patch import Patch
@@ -14,6 +14,7 @@ from seatfem.planning.surrogate import Surrogate
 from seatfem.runs.budget import Source
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
+from seatfem.seats.seat import mesh_spec
 
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
@@ -114,10 +115,15 @@ def lowest_band(seen: Seen) -> float:
 def fill_seat(seen: Seen, band: float, tolerance: float, error: float) -> Scene:
     """The scene with band, tolerance and sizes filled in where they are open."""
     values: dict[str, object] = {BAND: band, TOLERANCE: tolerance}
-    if isinstance(seen.scene.seat, DrawnSeat) and seen.patch is not None and has_key(seen.scene, SIZE):
+    scene = filled(seen.scene, values)
+    if not isinstance(scene.seat, DrawnSeat):
+        return scene
+    if seen.patch is not None:
         sizes = mesh_sizes(seen, band, error)
-        values |= {SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size, ORDER: seen.scene.seat.mesh.order}
-    return filled(seen.scene, values)
+    else:
+        spec = mesh_spec(scene.seat, "3d")
+        sizes = Sizes(spec.size, spec.patch_size)
+    return filled(scene, {SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size, ORDER: scene.seat.mesh.order})
 
 
 def _at(seen: Seen, band: float) -> Rung:

@@ -16,11 +16,14 @@ import numpy as np
 
 import impact
 from impact.greens import GreensFunction
+from impact.half_space import disk_compliance
 from impact.modal import ModalGreens, Residual
 from impact.storage import load_greens
 from seatfem.planning.patch import Patch, patch_of
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, GreensFile, Rod, Scene, Spring
+from seatfem.scene.imported import UniversalModes
 from seatfem.scene.parts import AnyMaterial, Material
+from seatfem.seats.imported_seats import from_modes
 
 MODES: Final = 40  # of the surrogate's rod
 SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in three dimensions
@@ -58,6 +61,8 @@ def surrogate_of(scene: Scene) -> Surrogate:
             return Surrogate(impact.spring(stiffness=seat.stiffness), True, "the spring itself")
         case GreensFile():
             return Surrogate(load_greens(seat.file), True, f"the function in {seat.file.name}")
+        case UniversalModes():
+            return Surrogate(from_modes(seat), True, f"the modes in {seat.file.name}")
         case DrawnSeat() if (patch := patch_of(seat)) is not None:
             ratio = _damping(seat) if patch.one_dimensional else max(_damping(seat), SPREADING)
             words = f"patch of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
@@ -90,9 +95,9 @@ def _unknown(scene: Scene) -> Surrogate:
     young, density = (material.young, material.density) if isinstance(material, Material) else (200e9, 7850.0)
     c_p = math.sqrt(1.35 * young / density)
     area = width**2 / 4
-    compliance = impact.disk_compliance(young=young, poisson=0.3, radius=width / 4)
+    compliance = disk_compliance(young=young, poisson=0.3, radius=width / 4)
     patch = Patch(area, width / 2, width, compliance, 0.0, 0.0, density, c_p, 0.53 * c_p, False)
-    words = f"nothing is known of the struck face before the file is read: taken as {1e3 * width / 2:.2g} mm wide"
+    words = f"nothing is known of the struck face before the file is read; taken as {1e3 * width / 2:.2g} mm wide"
     return Surrogate(_of_patch(patch, SPREADING, 0.0), False, words)
 
 
