@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from seatfem.extremes.alike import alike_cells
 from seatfem.extremes.bodies import body_cells
 from seatfem.extremes.cell import Cell
 from seatfem.extremes.encounters import encounter_cells
 from seatfem.extremes.marching import marching_cells
 from seatfem.extremes.records import record_cells
+from seatfem.extremes.scene_files import scene_file_cells
 from seatfem.extremes.solids import solid_cells
 from seatfem.extremes.together import together_cells
 
@@ -21,6 +23,8 @@ PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     body_cells,
     record_cells,
     solid_cells,
+    alike_cells,
+    scene_file_cells,
     together_cells,
 )
 

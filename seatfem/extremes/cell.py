@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Literal, TypeVar
 
-Verdict = Literal["right", "warned", "refused", "wrong"]
+Verdict = Literal["right", "advised", "warned", "refused", "wrong"]
 _PACKAGES = ("impact", "seatfem")
 T = TypeVar("T", float, str)
 
@@ -60,8 +60,8 @@ class Cell:
 class Outcome:
     """How a cell ended.
 
-    ``verdict``: "right" (error <= stated), "warned" (the program said with its answer what is wrong with it),
-    "refused" (it gave no answer but a reason), "wrong" (all else).
+    ``verdict``: "right" (error <= stated), "advised" (right, and advice came with it), "warned" (off by more, and the
+    advice said so), "refused" (no answer but a reason), "wrong" (all else).
     """
 
     verdict: Verdict
@@ -108,7 +108,11 @@ def judged(finding: Finding, seconds: float) -> Outcome:
     reason = "; ".join(part for part in (finding.note, *finding.advice) if part)
     if not math.isfinite(finding.error):
         return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", seconds)
-    verdict: Verdict = "warned" if finding.advice else "right" if finding.error <= finding.stated else "wrong"
+    verdict: Verdict
+    if finding.error <= finding.stated:
+        verdict = "advised" if finding.advice else "right"
+    else:
+        verdict = "warned" if finding.advice else "wrong"
     return Outcome(verdict, finding.error, finding.stated, reason, seconds)
 
 

@@ -45,7 +45,9 @@ def noise(level: float) -> Finding:
     dirty[0] = abs(dirty[0])
     exact = _impulse(_blow(clean))
     result = _blow(dirty)
-    return Finding(scenes.relative(_impulse(result), exact), 1e-12 + 3 * level, scenes.said(result), "impulse")
+    return Finding(
+        scenes.relative(_impulse(result), exact), 1e-12 + min(3 * level, 0.1), scenes.said(result), "impulse"
+    )
 
 
 def forbidden_tail(share: float) -> Finding:

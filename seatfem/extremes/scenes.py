@@ -8,6 +8,7 @@ from scipy.linalg import expm
 from impact import Body, ContactProblem, ImpactResult, ModalGreens, ModalState, Residual, rigid_mass, solve
 from impact.body import Load
 from impact.closed_form import DelayRod
+from impact.engines import Engine
 from impact.greens import Array
 from impact.laws import Law
 
@@ -67,10 +68,19 @@ def rigid_wall() -> Body:
 
 
 def run(
-    striker: Body, target: Body, law: Law, dt: float, steps: int, *, gap: float = 0.0, rule: str = "passive"
+    striker: Body,
+    target: Body,
+    law: Law,
+    dt: float,
+    steps: int,
+    *,
+    gap: float = 0.0,
+    rule: str = "passive",
+    engine: Engine = "auto",
 ) -> ImpactResult:
     """One contact, ``steps`` steps."""
-    return solve(ContactProblem(striker, target, gap=gap, law=law), dt=dt, duration=dt * steps, rule=rule)
+    problem = ContactProblem(striker, target, gap=gap, law=law)
+    return solve(problem, dt=dt, duration=dt * steps, rule=rule, engine=engine)
 
 
 def said(result: ImpactResult) -> tuple[str, ...]:

@@ -7,22 +7,18 @@ from typing import Any
 import numpy as np
 import skfem
 from numpy.typing import NDArray
-from scipy import linalg, sparse
+from scipy import sparse
 from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, sym_grad
 
 from impact import Cantilever, TimoshenkoCantilever, half_space_patch
-from impact.closed_form import DelayRod
-from impact.greens import Array
 from seatfem.elements.assembly import assemble
-from seatfem.elements.rod1d import rod_model
 from seatfem.extremes import scenes
-from seatfem.extremes.cell import Cell, Finding, chosen, swept
-from seatfem.model import Material, SecondOrderModel
+from seatfem.extremes.blocks import box, compliance
+from seatfem.extremes.cell import Cell, Finding, swept
+from seatfem.materials import Material
 from seatfem.roads.damping import damping_of
-from seatfem.roads.factorization import factorize
 from seatfem.roads.krylov import krylov_greens
-from seatfem.roads.modes import solve_modes
 
 SIDES = ("left", "right", "front", "back")
 NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
@@ -40,9 +36,6 @@ def solid_cells() -> tuple[Cell, ...]:
         *swept("Poisson's ratio, bonded block", NUS, bonded_block),
         *swept("height of the flattest elements", [0.0, *(10.0**k for k in range(-14, 1, 2))], slivers),
         *swept("elements across the patch", [1, 2, 3], patch_elements),
-        *swept("free rod, time / transit", [10.0**k for k in range(-1, 7)], free_rod),
-        *chosen("repeated eigenvalues", symmetric_block, ("modes", "response", "krylov")),
-        *chosen("units of a finite element seat", unit_systems, ("SI", "mm, t, s", "m, kg, us")),
     )
 
 
@@ -66,9 +59,9 @@ def stubby_beam(ratio: float) -> Finding:
 
 def solid_bar(ratio: float) -> Finding:
     """A bar with nu = 0 pulled at its end is l/(E A) soft, in whatever elements: any stretching of them."""
-    mesh = _box((1.0, 1.0, ratio), (2, 2, 4), hexes=True)
+    mesh = box((1.0, 1.0, ratio), (2, 2, 4), hexes=True)
     model = assemble(mesh, Material(1.0, 0.0, 1.0), fixed="fixed", ports={"contact": "contact"})
-    return Finding(scenes.relative(_compliance(model), ratio), 1e-9 * max(ratio, 1 / ratio), (), "static compliance")
+    return Finding(scenes.relative(compliance(model), ratio), 1e-9 * max(ratio, 1 / ratio), (), "static compliance")
 
 
 def half_space(nu: float) -> Finding:
@@ -88,9 +81,9 @@ def guided_column(nu: float) -> Finding:
     """A column between smooth walls: l/((lambda + 2 mu) A) soft for any Poisson ratio, at most twice as far in time."""
     material = Material(1.0, nu, 1.0)
     lam, mu = material.lame
-    mesh = _box((1.0, 1.0, 2.0), (2, 2, 6), hexes=True)
+    mesh = box((1.0, 1.0, 2.0), (2, 2, 6), hexes=True)
     model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
-    static = scenes.relative(_compliance(model), 2.0 / (lam + 2 * mu))
+    static = scenes.relative(compliance(model), 2.0 / (lam + 2 * mu))
     t = np.linspace(0.0, 8.0, 9)
     greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=8.0, tolerance=1e-3)
     bounded = float(np.abs(greens.step_response(t)).max()) * (lam + 2 * mu) / 2.0  # twice the static one at most
@@ -102,17 +95,15 @@ def bonded_block(nu: float) -> Finding:
 
     The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh.
     """
-    mesh = _box((2.0, 2.0, 0.5), (5, 5, 2), hexes=False)
+    mesh = box((2.0, 2.0, 0.5), (5, 5, 2), hexes=False)
     material = Material(1.0, nu, 1.0)
     model = assemble(mesh, material, fixed="fixed", ports={"contact": "contact"}, order=2)
-    return Finding(
-        scenes.relative(_compliance(model), _mixed_compliance(mesh, material)), 0.05, (), "static compliance"
-    )
+    return Finding(scenes.relative(compliance(model), _mixed_compliance(mesh, material)), 0.05, (), "static compliance")
 
 
 def slivers(height: float) -> Finding:
     """Patch test: uniform strain is exact however flat the elements, to eps/height; height 0 is no solid."""
-    mesh = _box((1.0, 1.0, 1.0), (3, 3, 3), hexes=False)
+    mesh = box((1.0, 1.0, 1.0), (3, 3, 3), hexes=False)
     points = mesh.p.copy()
     low = np.isclose(points[2], 1 / 3)
     points[2, low] = height / 3
@@ -120,7 +111,7 @@ def slivers(height: float) -> Finding:
     material = Material(1.0, 0.3, 1.0)
     lam, mu = material.lame
     model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
-    error = scenes.relative(_compliance(model), 1 / (lam + 2 * mu))
+    error = scenes.relative(compliance(model), 1 / (lam + 2 * mu))
     return Finding(error, 1e-12 + 1e-14 / max(height, 1e-300), (), "static compliance")
 
 
@@ -132,87 +123,12 @@ def patch_elements(number: float) -> Finding:
     return Finding(error, 0.2 / n, (), "static compliance against 4 across")
 
 
-def free_rod(time: float) -> Finding:
-    """A free rod by elements and Krylov vectors: S(t) of d'Alembert; late, the flight t^2/(2 m) of the whole."""
-    model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=10.0, duration=4.0, tolerance=1e-3)
-    ours = float(greens.step_response(time))
-    exact = float(DelayRod(1.0, 2.0, 1.0).step_response(time))
-    return Finding(scenes.relative(ours, exact), 2e-2 if time < 1 else 1e-3, (), "S(t)")
-
-
-def symmetric_block(name: str) -> Finding:
-    """A block of square section: pairs of equal frequencies, against all eigenvalues by a dense solver."""
-    mesh = _box((1.0, 1.0, 2.0), (2, 2, 3), hexes=True)
-    mesh = _with_patch(mesh)
-    model = assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "corner"}, order=2)
-    values, vectors = linalg.eigh(model.K.toarray(), model.M.toarray())
-    omega = np.sqrt(values)
-    if name == "modes":
-        ours = solve_modes(model, 30).omega
-        return Finding(float(np.abs(ours / omega[:30] - 1).max()), 1e-8, (), "30 lowest frequencies")
-    b = model.port_matrix[:, 0]
-    strength = (vectors.T @ b) ** 2
-    t = np.linspace(0.0, 20.0, 101)
-    exact = np.sin(np.outer(t, omega)) / omega @ strength
-    if name == "response":
-        found = solve_modes(model, len(values))
-        ours = np.sin(np.outer(t, found.omega)) / found.omega @ (found.shapes.T @ b) ** 2
-        return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=20.0, tolerance=1e-3)
-    static = float(strength @ (1 / values))
-    return Finding(scenes.relative(float(greens.static_compliance()[0, 0]), static), 1e-6, (), "static compliance")
-
-
-def unit_systems(name: str) -> Finding:
-    """One seat in three systems of units: the step response in SI, to round-off of the eigensolver."""
-    length, mass, time = {"SI": (1.0, 1.0, 1.0), "mm, t, s": (1e3, 1e-3, 1.0), "m, kg, us": (1.0, 1.0, 1e6)}[name]
-    ours, exact = (_step_in(*units) for units in ((length, mass, time), (1.0, 1.0, 1.0)))
-    ours = ours * mass / time**2  # compliance: length per force
-    return Finding(float(np.abs(ours / exact - 1).max()), 1e-7, (), "S(t)")
-
-
-def _step_in(length: float, mass: float, time: float) -> Array:
-    side = 0.01 * length
-    mesh = _box((side, side, 2 * side), (2, 2, 3), hexes=True)
-    young, density = 2e11 * mass / (length * time**2), 7800.0 * mass / length**3
-    model = assemble(mesh, Material(young, 0.3, density), fixed="fixed", ports={"contact": "contact"})
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1e5 / time, duration=1e-4 * time, tolerance=1e-2)
-    return np.asarray(greens.step_response(np.linspace(1e-5, 1e-4, 10) * time))
-
-
-def _box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes: bool) -> Any:
-    """A box with its underside "fixed", its top "contact", and its four sides."""
-    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
-    mesh = (skfem.MeshHex if hexes else skfem.MeshTet).init_tensor(*axes)
-    edge = [1e-9 * s for s in size]
-    return mesh.with_boundaries(
-        {
-            "fixed": lambda x: x[2] < edge[2],
-            "contact": lambda x: x[2] > size[2] - edge[2],
-            "left": lambda x: x[0] < edge[0],
-            "right": lambda x: x[0] > size[0] - edge[0],
-            "front": lambda x: x[1] < edge[1],
-            "back": lambda x: x[1] > size[1] - edge[1],
-        }
-    )
-
-
-def _with_patch(mesh: Any) -> Any:
-    return mesh.with_boundaries({"corner": lambda x: (x[2] > 2.0 - 1e-9) & (x[0] < 0.5) & (x[1] < 0.5)})
-
-
 def _patch_compliance(n: int) -> float:
-    mesh = _box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
+    mesh = box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
     middle = mesh.with_boundaries(
         {"patch": lambda x: (x[2] > 1.5 - 1e-9) & (np.abs(x[0] - 1.5) < 0.5) & (np.abs(x[1] - 1.5) < 0.5)}
     )
-    return _compliance(assemble(middle, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2))
-
-
-def _compliance(model: SecondOrderModel) -> float:
-    b = model.port_matrix[:, 0]
-    return float(b @ factorize(model.K).solve(b))
+    return compliance(assemble(middle, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2))
 
 
 def _mixed_compliance(mesh: Any, material: Material) -> float:

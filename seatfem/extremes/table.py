@@ -11,7 +11,7 @@ from pathlib import Path
 from impact.atomic import whole_file
 from seatfem.extremes.cell import Cell, Outcome, Verdict
 
-VERDICTS: tuple[Verdict, ...] = ("right", "warned", "refused", "wrong")
+VERDICTS: tuple[Verdict, ...] = ("right", "advised", "warned", "refused", "wrong")
 
 
 def write_table(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import time
 from decimal import Decimal
 from itertools import combinations, product
 from pathlib import Path
@@ -26,26 +25,44 @@ from seatfem.extremes import (
     write_table,
 )
 from seatfem.extremes.pairwise import covering_array, pairs_of
-from seatfem.extremes.together import LEVELS, Scene, checked, together_cells
+from seatfem.extremes.together import LEVELS, REFUSED, Scene, checked, together_cells
 
 CELLS = battery()
-SLOW = ("1e+07", "1e+06", "elements across", "length / thickness, Timoshenko")  # minutes, and covered by shorter ones
+# seconds each: the chosen ones stand for them
+SLOW = ("run length", "energy over", "elements across", "scene file", "Zeno")
+CHOSEN = (
+    "run length in contact, steps = 100000",
+    "run length in free motion, steps = 1e+06",
+    "energy over 1e6 steps, conserving = Hertz, wall",
+    "energy over 1e6 steps, conserving = rigid",
+    "energy over 1e6 steps, passive = rigid, 5 modes",
+    "scene file, rod of length = 1 mm",
+    "scene file, duration / half swing = 0.001",
+    "scene file, duration / half swing = 1e+08",
+    "scene file, impact speed, m/s = 1e-13",
+    "Zeno, restitution = 0.5",
+)
 
 
 def quick(cell: Cell) -> bool:
-    return not any(part in cell.name for part in SLOW) and (cell.axis != "pairwise" or "modes 3000" not in cell.value)
+    return not cell.axis.startswith(SLOW) and (cell.axis != "pairwise" or "modes 3000" not in cell.value)
 
 
 ENDS = [cell for cell in CELLS if cell.end and quick(cell)]
 DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 60, seed=1)
+NAMED = [next(cell for cell in CELLS if cell.name == name) for name in CHOSEN]
 
 
-@pytest.mark.parametrize("cell", [*ENDS, *DRAWN], ids=lambda cell: cell.name[:70])
+@pytest.mark.parametrize("cell", [*NAMED, *ENDS, *DRAWN], ids=lambda cell: cell.name[:70])
 def test_no_cell_is_wrong(cell: Cell) -> None:
     outcome = carry_out(cell)
     assert outcome.verdict != "wrong", outcome.reason
     if outcome.verdict == "refused":
         assert len(outcome.reason) > 30, "a refusal says what to do"
+    if outcome.verdict in ("warned", "advised"):
+        assert "limit" in outcome.reason or "above accuracy.target" in outcome.reason, "number and limit"
+        remedies = ("use ", "measure ", "start ", "merge ", "shorten ")
+        assert any(word in outcome.reason for word in remedies)
 
 
 def test_names_are_unique_and_every_axis_has_its_ends() -> None:
@@ -72,6 +89,7 @@ def warning() -> Finding:
         (lambda: Finding(1e-3, 1e-2), "right", ""),
         (lambda: Finding(2e-2, 1e-2), "wrong", ""),
         (lambda: Finding(2e-2, 1e-2, ("too coarse",)), "warned", "too coarse"),
+        (lambda: Finding(1e-3, 1e-2, ("too coarse",)), "advised", "too coarse"),
         (lambda: Finding(math.nan, 1e-2, ("too coarse",)), "wrong", "not finite"),
         (lambda: Finding(math.inf, math.inf), "wrong", "not finite"),
         (broken, "wrong", "RuntimeError: lost"),
@@ -96,7 +114,17 @@ def test_covering_array_holds_every_pair_with_few_rows() -> None:
     assert found == wanted
     assert 20 <= len(rows) <= 30
     assert rows == covering_array(levels, seed=3)
+    few = covering_array(levels, seed=3, excluded={(0, 1, 2, 0), (4, 0, 5, 1)})
+    assert set().union(*(pairs_of(row) for row in few)) == wanted - {(0, 1, 2, 0), (4, 0, 5, 1)}
     assert len(together_cells((1,))) < 60 < math.prod(len(v) for v in LEVELS.values())
+
+
+def test_no_run_of_the_covering_arrays_is_refused_as_a_whole() -> None:
+    """A row that is refused would leave its other pairs untested."""
+    for cell in together_cells():
+        assert isinstance(cell.check, Scene)
+        values = {name: getattr(cell.check, name) for name in LEVELS}
+        assert not any(values[a] == i and values[b] == j for a, i, b, j in REFUSED)
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-9, 0.7, 3.0, 1e3, 123456.789, 1e7])
@@ -140,11 +168,6 @@ def test_a_wrong_kernel_is_found() -> None:
     assert abs(scenes.clinging_force(off, 1.0, 0.5) / exact - 1) > 1e-4
 
 
-def swamp() -> Finding:
-    time.sleep(60)
-    return Finding(0.0, 1.0)
-
-
 def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Outcomes come from the worker once; a cut line and those of other sources are computed again."""
     cells = [c for c in CELLS if c.axis in ("damping ratio", "zero gap")][:4]
@@ -165,9 +188,9 @@ def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert third[cells[0].name].seconds != first[cells[0].name].seconds
 
 
-def test_a_hang_and_a_death_end_as_outcomes(tmp_path: Path) -> None:
-    """No time at all: the worker is stopped, and a new one carries out the next cell."""
-    cells = [next(c for c in CELLS if c.name.startswith("run length in contact, steps = 1e+06"))] * 1
+def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
+    """Almost no time: the worker is stopped."""
+    cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
     (outcome,) = runner.run_battery(cells, tmp_path / "log.jsonl", time_limit=1e-3).values()
     assert outcome.verdict == "wrong"
     assert "no end within" in outcome.reason
@@ -185,7 +208,7 @@ def test_table_map_and_words(tmp_path: Path) -> None:
     lines = (tmp_path / "t.csv").read_text().splitlines()
     assert len(lines) == 33
     assert lines[2] == "a,1,wrong,nan,nan,1,no end within 1 s"
-    assert in_words(outcomes).splitlines()[0] == "32 cells: 31 right, 0 warned, 0 refused, 1 wrong"
+    assert in_words(outcomes).splitlines()[0] == "32 cells: 31 right, 0 advised, 0 warned, 0 refused, 1 wrong"
     draw_map(cells, outcomes, tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 5000
 
