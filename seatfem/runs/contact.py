@@ -16,7 +16,7 @@ from impact.replay import port_displacement
 from impact.result import ImpactResult
 from impact.stress import PeakStress, peak_bending_stress
 from seatfem.runs.budget import Values, values_of
-from seatfem.scene import Cantilever, Scene
+from seatfem.scene import Cantilever, ElasticSeat, Scene
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
 STEPS_PER_FILTER = 20
@@ -108,7 +108,13 @@ def _highest_frequency(greens: GreensFunction) -> float:
 
 
 def check_step(scene: Scene) -> None:
-    """Refuse a given step that cannot serve, before anything expensive happens."""
+    """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
+    if isinstance(scene.seat, ElasticSeat) and not scene.seat.held:
+        raise RunError(
+            "seat.fixed names no face and no entry of seat.supports holds the seat, so it has no static stiffness to "
+            "compare with; clamp a face or add a support (foundation, bolted, absorbing with centre). seatfem modes "
+            "shows the modes of a free body"
+        )
     step, width = scene.run.time_step, scene.run.filter_width
     if width > scene.run.duration:
         raise RunError(

@@ -87,6 +87,11 @@ class FoundationSupport(Table):
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
 
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return self.normal > 0 or self.tangential > 0
+
 
 class BoltedSupport(Table):
     """A bolted face: the contact stiffness of the joint, per area."""
@@ -95,6 +100,11 @@ class BoltedSupport(Table):
     on: str = Field(description="name of the face")
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return True
 
 
 class AbsorbingSupport(Table):
@@ -106,6 +116,11 @@ class AbsorbingSupport(Table):
         None, description="where the waves come from; with it the face holds the seat against slow motion too"
     )
 
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return self.centre is not None
+
 
 class DashpotSupport(Table):
     """Dashpots per area between a face and the ground."""
@@ -115,12 +130,22 @@ class DashpotSupport(Table):
     normal: AreaDamping = Field(description="damping per area, normal to the face")
     tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
 
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return False
+
 
 class SlidingSupport(Table):
     """A plane face that cannot leave its plane: a guide, or a plane of symmetry."""
 
     kind: Literal["sliding"]
     on: str = Field(description="name of the face")
+
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return True
 
 
 AnySupport = Annotated[

@@ -57,6 +57,16 @@ class ElasticSeat(Table):
     supports: tuple[AnySupport, ...] = default((), "what holds the seat beside its clamped faces")
     greens: GreensSettings = default({}, "how the Green's function is computed")
 
+    @property
+    def clamped(self) -> bool:
+        """Whether some face is."""
+        return True
+
+    @property
+    def held(self) -> bool:
+        """Whether something may keep the seat in its place; ``False``: it is certain to move away."""
+        return self.clamped or any(support.holds for support in self.supports)
+
     @model_validator(mode="after")
     def _one_damping(self) -> Self:
         if self.rayleigh is not None and self.damping_ratio > 0.0:
@@ -253,6 +263,11 @@ class Cad(DrawnSeat):
     groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
     regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
 
+    @property
+    def clamped(self) -> bool:
+        """Whether some face is."""
+        return self.fixed.kind != "nothing"
+
     def geometry(self) -> CadPart:
         return CadPart(
             path=self.file,
@@ -276,6 +291,11 @@ class MeshFile(ElasticSeat):
         None, description="nodes nearer than this become one; 0 mm keeps all; absent: coincident nodes are an error"
     )
     parts: int = Field(1, strict=True, ge=1, description="number of parts that share no node")
+
+    @property
+    def clamped(self) -> bool:
+        """Whether some face is."""
+        return bool(self.fixed)
 
 
 class Rod(Table):

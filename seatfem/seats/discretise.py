@@ -82,7 +82,7 @@ def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, p
     return assemble(
         mesh,
         solids(seat, mesh),
-        fixed=("fixed",) if "fixed" in (mesh.mesh.boundaries or {}) else (),  # a free body has none
+        fixed=("fixed",) if seat.clamped else (),
         sliding=(*sliding_faces(seat), *cuts),
         supports=supports_of(seat),
         mass="nodal" if mesh.shape == "hexahedron" else "consistent",

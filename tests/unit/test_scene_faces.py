@@ -4,12 +4,16 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from seatfem.cli import BAD_INPUT, run_command
 from seatfem.elements.supports import Absorbing
-from seatfem.geometry import GeometryError, Region
+from seatfem.formats.mesh_files import read_mesh
+from seatfem.geometry import Bar, GeometryError, Region
 from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.modes import solve_modes
 from seatfem.scene import Cad, MeshFile, Scene, SceneError, load_scene
 from seatfem.seats.discretise import draw, matrices, supports_of
 
@@ -163,3 +167,45 @@ def test_mesh_files_take_what_read_mesh_takes(tmp_path):
     assert isinstance(seat, MeshFile)
     assert not isinstance(seat, Cad)
     assert (seat.fixed, seat.merge, seat.parts) == ("", 1e-6, 2)
+
+
+@pytest.mark.parametrize(
+    ("supports", "held"),
+    [
+        ("", False),
+        ('supports = [{ kind = "dashpot", on = "contact", normal = "1 N*s/m^3" }]', False),
+        ('supports = [{ kind = "absorbing", on = "contact" }]', False),
+        ('supports = [{ kind = "absorbing", on = "contact", centre = ["0 mm", "0 mm", "0 mm"] }]', True),
+        ('supports = [{ kind = "foundation", on = "contact", normal = "1 N/m^3" }]', True),
+        ('supports = [{ kind = "bolted", on = "contact", normal = "1 N/m^3" }]', True),
+        ('supports = [{ kind = "sliding", on = "contact" }]', True),
+    ],
+)
+def test_what_holds_a_body_without_a_clamped_face(load, supports, held):
+    scene = load('fixed = { kind = "nothing" }\n' + supports)
+    assert not scene.seat.clamped
+    assert scene.seat.held is held
+    assert load(supports).seat.held
+
+
+@pytest.mark.parametrize("verb", ["run", "greens"])
+def test_a_free_seat_is_refused_before_it_is_meshed(verb, load, tmp_path, capsys):
+    load('fixed = { kind = "nothing" }')
+    out = tmp_path / ("out" if verb == "run" else "seat.h5")
+    assert run_command([verb, str(tmp_path / "scene.toml"), "-o", str(out), "--quiet"]) == BAD_INPUT
+    told = capsys.readouterr().err
+    assert "seat.fixed names no face" in told
+    assert "clamp a face or add a support" in told
+    assert not out.exists()
+
+
+def test_a_free_mesh_has_six_modes_at_zero_whatever_its_groups_are_called(tmp_path):
+    make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1), msh=tmp_path / "bar.msh")
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.format(file="bar.msh", seat='fixed = ""').replace('"cad"', '"mesh"'))
+    seat = load_scene(path).seat
+    mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed or None)
+    assert "fixed" in mesh.mesh.boundaries
+    modes = solve_modes(matrices(seat, mesh, "3d", lambda stage, done: None), 7)
+    assert np.all(modes.frequencies_hz[:6] == 0.0)
+    assert modes.frequencies_hz[6] > 1e3
