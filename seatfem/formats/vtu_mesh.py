@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import meshlane
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +27,8 @@ def read_vtu(path: Path) -> FileMesh:
     A point array of 0 and 1 is a node set: the surface of the free faces all of whose vertices it holds. Raises
     `MeshError`.
     """
+    import meshlane  # here, for it brings readers of every other format along
+
     try:
         mesh = meshlane.vtu.read(path)
     except Exception as error:  # a broken file makes numpy, zlib or the XML parser raise what they like
