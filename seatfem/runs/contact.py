@@ -20,6 +20,7 @@ from seatfem.scene import Cantilever, ElasticSeat, Scene
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
 STEPS_PER_FILTER = 20
+LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 STEPS_PER_TRANSIT = 40  # of a closed-form rod
 MAX_STEPS = 20_000_000  # some 4 GB of histories
 
@@ -121,8 +122,7 @@ def check_step(scene: Scene) -> None:
             f"run.filter_width = {width:g} s is longer than run.duration = {scene.run.duration:g} s: state a shorter "
             "run.filter_width, or watch longer"
         )
-    if step is not None:
-        check_length(scene, step)
+    check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
     if step is not None and 2 * step > width:
         raise RunError(
             f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
@@ -134,9 +134,9 @@ def check_length(scene: Scene, dt: float) -> None:
     """Refuse more steps than can be stored."""
     steps = scene.run.duration / dt
     if steps > MAX_STEPS:
-        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies need"
+        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
             f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
-            f"{MAX_STEPS:.0e} are stored: shorten run.duration, keep fewer modes (reed.n_modes), or give a longer "
-            "run.time_step"
+            f"{MAX_STEPS:.0e} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
+            "(reed.n_modes), or give a longer run.time_step"
         )

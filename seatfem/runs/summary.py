@@ -13,6 +13,9 @@ from impact.atomic import whole_file
 from impact.greens import GreensFunction
 from impact.result import ImpactResult
 from impact.stress import PeakStress
+from seatfem.planning.plan import Plan
+from seatfem.runs.budget import KEYS
+from seatfem.runs.rounds import Round
 
 
 def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | None = None) -> dict[str, object]:
@@ -45,6 +48,31 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
     """The stated error of the seat's Green's function."""
     error = greens.error_estimate
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
+
+
+def accuracy_keys(done: Round) -> dict[str, object]:
+    """The target, whether it was met, and in how many rounds."""
+    accuracy = done.plan.scene.accuracy
+    return {
+        "accuracy_target": accuracy.target,
+        "accuracy_measures": ", ".join(accuracy.measures),
+        "accuracy_met": done.met,
+        "accuracy_rounds": done.number,
+        "accuracy_stopped_because": done.stopped,
+    }
+
+
+def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
+    """Every choice of the plan that was carried out, with its unit, and what was predicted of it."""
+    return {
+        "plan_wall_time_s": seconds,
+        "plan_seat_level": plan.level,
+        **{f"plan_{choice.key.replace('.', '_')}": choice.value for choice in plan.choices},
+        "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
+        "plan_predicted_time_s": plan.cost.seconds,
+        "plan_predicted_memory_bytes": plan.cost.memory,
+        **{f"plan_predicted_error_{KEYS[name]}": error for name, error in plan.error.items()},
+    }
 
 
 def write_json(path: Path, data: Mapping[str, object]) -> None:

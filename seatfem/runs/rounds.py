@@ -1,0 +1,163 @@
+"""A plan carried out, its error measured, and the plan refined until the target is met or cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import impact
+from impact.progress import Progress
+from impact.result import ImpactResult
+from impact.stress import PeakStress
+from seatfem.planning.plan import Plan
+from seatfem.planning.planner import refine
+from seatfem.runs.budget import KEYS, SAFETY, Budget, Source
+from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.runs.variations import error_budget
+from seatfem.seats.kept_seats import seat_of
+from seatfem.seats.memory_need import available_memory
+from seatfem.seats.seat import SeatAnswer
+
+MOST_ROUNDS: Final = 4
+LONGEST: Final = 600.0  # predicted time of a further round [s]
+MEMORY: Final = 0.8  # part of the available memory that a further round may take
+REMEDIES: Final[Mapping[Source, str]] = {
+    "mesh": "refine seat.mesh",
+    "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
+    "time_step": "shorten run.time_step",
+    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """One plan, carried out.
+
+    Attributes:
+        plan: its scene was run.
+        seat: its answer, and whether it was there before (``reused``).
+        striker: of the run.
+        result, stress: what came out, and the reed's peak stress.
+        left: the errors in it.
+        number: 1, 2, ...
+        stopped: why no further round follows; "" where the target is met.
+    """
+
+    plan: Plan
+    seat: SeatAnswer
+    reused: bool
+    striker: impact.Body
+    result: ImpactResult
+    stress: PeakStress | None
+    left: Budget
+    number: int = 1
+    stopped: str = ""
+
+    @property
+    def met(self) -> bool:
+        """Whether the bar of every measure asked for is within the target."""
+        accuracy = self.plan.scene.accuracy
+        return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
+
+
+def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+    """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
+
+    What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
+    take more than `LONGEST` or `MEMORY` by prediction, or more steps than can be stored.
+    """
+    done = _round(plan, folder, watch, progress)
+    while not done.met:
+        further, why = _next(done)
+        if further is None:
+            return replace(done, stopped=why)
+        done = replace(_round(further, folder, watch, progress), number=done.number + 1)
+    return done
+
+
+def missed(done: Round) -> tuple[str, ...]:
+    """What misses the target, by how much, because of what; and why the run stopped short."""
+    target = done.plan.scene.accuracy.target
+    found = []
+    for name in done.plan.scene.accuracy.measures:
+        if (bar := done.left.relative(name)) > target:
+            source = done.left.dominant(name)
+            remedy = next((words for known, words in REMEDIES.items() if known == source), "")
+            found.append(
+                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{source.replace('_', ' ')}'s: {remedy}"
+            )
+    if found and done.stopped:
+        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
+    return tuple(found)
+
+
+def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+    scene = plan.scene
+    seat, reused = seat_of(scene, folder / "seat.h5", watch, progress)
+    striker = striker_of(scene)
+    dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
+    check_length(scene, dt)
+    with watch("contact"):
+        result = run_contact(scene, striker, seat.greens, dt, progress)
+    with watch("reed stress"):
+        stress = peak_stress(scene, striker, result.force, result.dt)
+    with watch("error budget"):
+        left = error_budget(scene, seat, striker, result, None if stress is None else stress.value)
+    return Round(plan, seat, reused, striker, result, stress, _with_spring(plan, left))
+
+
+def _with_spring(plan: Plan, left: Budget) -> Budget:
+    """A spring in place of the seat leaves its waves out: the plan's pre-runs say what these and the reed change."""
+    if plan.level != "spring" or "model" not in left.parts:
+        return left
+    planned, measured = plan.shares.get("model", {}), left.parts["model"]
+    model = {name: max(part, planned.get(name, 0.0) * abs(left.values[name])) for name, part in measured.items()}
+    return replace(left, parts={**left.parts, "model": model})
+
+
+def _next(done: Round) -> tuple[Plan | None, str]:
+    """The refined plan, or why there is none."""
+    if done.number == MOST_ROUNDS:
+        return None, f"{MOST_ROUNDS} rounds at most"
+    accuracy, left = done.plan.scene.accuracy, done.left
+    worst = max(accuracy.measures, key=left.relative)
+    allowed = accuracy.target * abs(left.values[worst]) / SAFETY
+    if allowed == 0.0:
+        return None, f"{KEYS[worst]} is zero, a relative error means nothing"
+    stated = []
+    for source in sorted(left.parts, key=lambda source: -left.parts[source][worst]):
+        share = left.parts[source][worst]
+        if share <= 0.2 * allowed:
+            break
+        plan = refine(done.plan, source, _too_large(left, source, worst, allowed))
+        if plan is not None:
+            why = _too_much(plan)
+            return (None, why) if why else (plan, "")
+        stated.append(source.replace("_", " "))
+        if share > allowed:  # by itself: nothing else can help
+            break
+    return None, f"nothing finer is left to choose for the {' and the '.join(stated)} (stated in the file?)"
+
+
+def _too_large(left: Budget, source: Source, measure: str, allowed: float) -> float:
+    """By which factor one source is too large, the others left as they are and a fifth kept in reserve."""
+    here = left.parts[source][measure]
+    others = sum(part[measure] for part in left.parts.values()) - here
+    return here / max(0.8 * allowed - others, 0.2 * allowed)
+
+
+def _too_much(plan: Plan) -> str:
+    """What of a further round would be too much; "" if nothing."""
+    cost, there = plan.cost, available_memory()
+    if there is not None and cost.memory > MEMORY * there:
+        return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
+    if cost.seconds > LONGEST:
+        return f"the next round would take about {cost.seconds:.2g} s; state a finer seat.mesh or step to insist"
+    dt = plan.scene.run.time_step
+    if dt is not None and plan.scene.run.duration / dt > MAX_STEPS:
+        return f"the next round would take {plan.scene.run.duration / dt:.2g} steps, at most {MAX_STEPS:.0e} are stored"
+    return ""
