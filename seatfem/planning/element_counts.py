@@ -62,7 +62,7 @@ def predicted_sizes(geometry: Drawn, spec: MeshSpec, level: Level, sectors: int 
 
 def of_nodes(nodes: float, order: int = 2) -> Sizes:
     """Tetrahedra of a mesh known by its nodes only."""
-    elements = nodes / (1.5 if order == 2 else 0.25)
+    elements = max(nodes, 4.0) / (1.5 if order == 2 else 0.25)
     return _of_tetrahedra(elements, 3.0 * elements ** (2 / 3), order)
 
 
@@ -124,9 +124,7 @@ def _hexahedra(geometry: Drawn, spec: MeshSpec, sectors: int) -> Sizes:
         plane = _plane(section_of(profile), meshed)
         return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
     assert isinstance(geometry, ValvePlate | Stopper)
-    elements, _, sides = _plane(plan_of(geometry), meshed)
-    elements, sides = elements / sectors, sides / sectors
-    return _swept(elements, elements + sides / 2 + 1, sides, _layers(geometry, spec), spec, closed=False)
+    return _swept(*_plane(plan_of(geometry, sectors), meshed), _layers(geometry, spec), spec, closed=False)
 
 
 def _layers(geometry: Bar | Block | ValvePlate | Stopper, spec: MeshSpec) -> int:

@@ -124,7 +124,7 @@ class Sensitivity:
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
-        before = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
+        before = self.bench.measures(dt=self.bench.affordable(width / parts), n_modes=self.n_modes)
         while parts < SHORTEST and not _settled(rungs, self.finest):
             parts *= 2
             if not self.bench.affords(width / parts):

@@ -9,6 +9,7 @@ from impact.closed_form import DelayRod
 from impact.damped_rods import DampedFixedRod
 from impact.engines import Engine
 from impact.greens import Array, GreensFunction
+from impact.laws import Law
 from impact.modal import ModalGreens
 from impact.poles import PoleGreens
 from impact.progress import Progress, silent
@@ -58,6 +59,20 @@ def peak_stress(
     return peak_bending_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
 
 
+def law_of(scene: Scene) -> Law:
+    """The contact law of the scene."""
+    law = scene.contact.law
+    match law.kind:
+        case "signorini":
+            return impact.Signorini()
+        case "spring":
+            return impact.LinearSpring(law.stiffness)
+        case "hertz":
+            return impact.Hertz(law.stiffness)
+        case "hunt_crossley":
+            return impact.HuntCrossley(law.stiffness, law.damping)
+
+
 def run_contact(
     scene: Scene,
     striker: impact.Body,
@@ -67,14 +82,14 @@ def run_contact(
     *,
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """One run: rigid unilateral contact (Signorini) between striker and seat."""
-    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    """One run: contact between striker and seat by the scene's law."""
+    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=law_of(scene))
     return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
 
 
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
     """The measures of the same run alone, a fraction of its cost: no energies, and the stress looked for coarsely."""
-    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=law_of(scene))
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)

@@ -180,7 +180,7 @@ def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypat
     ("change", "words"),
     [
         ("time_step = '1 ps'", "takes 8e+08 steps of 1e-12 s (run.time_step), at most 2e+07 are stored"),
-        ("", "takes 1.6e+08 steps of 5e-12 s (the step that both bodies need)"),
+        ("", "takes 1.6e+08 steps of 5e-12 s (the step that both bodies and run.filter_width need)"),
     ],
 )
 def test_more_steps_than_can_be_stored(
