@@ -40,11 +40,10 @@ def section_of(profile: Profile) -> Body:
 
 
 @cache
-def plan_of(geometry: ValvePlate | Stopper) -> Body:
-    """The plan of an extruded solid."""
-    points, weight, outline, lengths, distance = _plan(geometry)
-    inner, outer = (np.maximum(0.0, distance(places)) for places in (points, outline))
-    return Body(Samples(weight, inner), Samples(lengths, outer))
+def plan_of(geometry: ValvePlate | Stopper, sectors: int = 1) -> Body:
+    """The plan of an extruded solid, or of one of its equal sectors."""
+    (area, away), (length, beside) = _plan_part(geometry, sectors)
+    return Body(Samples(area, np.maximum(0.0, away)), Samples(length, np.maximum(0.0, beside)))
 
 
 @cache
@@ -62,10 +61,15 @@ def solid_of(geometry: Drawn, sectors: int = 1) -> Body:
         return _extruded(
             (np.array([end / sectors]), struck), (np.array([sides / sectors + cuts]), struck), geometry.length
         )
+    return _extruded(*_plan_part(geometry, sectors), geometry.thickness)
+
+
+def _plan_part(geometry: ValvePlate | Block | Stopper, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from the patch."""
     points, weight, outline, lengths, distance = _plan(geometry)
     edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
-    walls = tuple(np.concatenate(part) for part in zip(*edge, strict=True))
-    return _extruded((weight / sectors, distance(points)), (walls[0], walls[1]), geometry.thickness)
+    length, beside = (np.concatenate(part) for part in zip(*edge, strict=True))
+    return (weight / sectors, distance(points)), (length, beside)
 
 
 def _rays(points: Array, weight: Array, distance: Distance) -> list[tuple[Array, Array]]:
