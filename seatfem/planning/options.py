@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -103,13 +104,14 @@ def mesh_sizes(seen: Seen, band: float, error: float) -> Sizes:
 
 
 def lowest_band(seen: Seen) -> float:
-    """The narrowest band that says something of the seat [Hz]: its first resonance, seen with a margin.
+    """The narrowest band that says something of the seat [Hz]: its first resonance, a plate's in bending, and a margin.
 
     Below it a run could not tell what a narrower band changes.
     """
     if seen.patch is None:
         return UNKNOWN_BODY / seen.scene.run.filter_width
-    return min(BANDS[-1], NARROWER * seen.patch.c_p / (FIRST_WAVE * seen.patch.depth))
+    bends = seen.patch.bending_frequency / (2 * math.pi)
+    return min(BANDS[-1], NARROWER * (bends or seen.patch.c_p / (FIRST_WAVE * seen.patch.depth)))
 
 
 def fill_seat(seen: Seen, band: float, tolerance: float, error: float) -> Scene:
