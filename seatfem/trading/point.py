@@ -39,6 +39,7 @@ class Point:
         engine: of the history.
         after: name of a coarser point without whose end this one is not tried.
         least_steps: in the width of the filter, where the scene leaves the step open.
+        predicted: seconds, where they are; what is predicted to take far too long is not tried.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Point:
     engine: Engine = "auto"
     after: str = ""
     least_steps: int = 1
+    predicted: float = 0.0
 
 
 @dataclass(frozen=True)

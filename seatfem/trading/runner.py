@@ -23,6 +23,7 @@ from seatfem.trading.point import Outcome, Point
 
 TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
 PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
+TOO_LONG: Final = 2.0  # predicted time over the limit from which a point is not tried: predictions are that good
 _THREADS: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -45,7 +46,7 @@ def run_points(
         key = key_of(scene, point, version)
         outcome = on_file.get(key)
         if outcome is None or _may_end_now(outcome, time_limit):
-            outcome = _obstacle(point, found) or run_point(scene, point, time_limit)
+            outcome = _obstacle(point, found, time_limit) or run_point(scene, point, time_limit)
             append(journal, key, point, outcome)
         found[point.name] = outcome
         progress("fidelity ladder", number / len(points))
@@ -57,7 +58,10 @@ def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
     return outcome.state == "stopped" and not outcome.processor >= time_limit
 
 
-def _obstacle(point: Point, found: Mapping[str, Outcome]) -> Outcome | None:
+def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> Outcome | None:
+    """Why a point is not even tried."""
+    if point.predicted > TOO_LONG * time_limit:
+        return Outcome("stopped", f"not tried: {point.predicted:.3g} s predicted", processor=time_limit)
     before = found.get(point.after)
     if before is None or before.state == "done":
         return None

@@ -11,6 +11,7 @@ from typing import Final
 
 from impact.progress import Progress, silent
 from seatfem.planning.filling import OPEN_KEYS, has_key, is_given
+from seatfem.planning.plan import Plan
 from seatfem.planning.planner import plan_scene
 from seatfem.scene import Scene, load_scene
 from seatfem.seats.store import Store
@@ -24,6 +25,7 @@ PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
 LONGER: Final = 4.0  # time limits that the reference and the planner's choice may take
 FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
+CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point carries out
 GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
 
 
@@ -135,12 +137,16 @@ def measure_trade(
 
 def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
     """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
-    free = plan_scene(scene_with(path, ALL_OPEN), store=empty)
-    points = [Point(PLANNED, _family(free.level), "planned", {**ALL_OPEN, **stated_choices(free.scene)})]
+    points = [_as_point(PLANNED, plan_scene(scene_with(path, ALL_OPEN), store=empty))]
     if any(has_key(scene, key) and is_given(scene, key) for key in OPEN_KEYS):
-        filed = plan_scene(scene, store=empty)
-        points.append(Point(AS_FILED, _family(filed.level), "planned", stated_choices(filed.scene)))
+        points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
     return tuple(points)
+
+
+def _as_point(name: str, plan: Plan) -> Point:
+    seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
+    settings = {**ALL_OPEN, **stated_choices(plan.scene)}
+    return Point(name, _family(plan.level), "planned", settings, predicted=seconds)
 
 
 def _family(level: str) -> str:

@@ -263,6 +263,14 @@ def test_no_rung_is_tried_beyond_one_that_was_stopped(small: Path, monkeypatch: 
     assert [found[p.name].state for p in points] == ["done", "done"]
 
 
+def test_what_is_predicted_to_take_far_too_long_is_not_tried(small: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(runner, "run_point", lambda *given: Outcome("done"))
+    points = [Point("short", "3d", "planned", predicted=15.0), Point("long", "3d", "planned", predicted=25.0)]
+    found = run_points(small, points, small.parent / "trade.jsonl", time_limit=10)
+    assert [found[p.name].state for p in points] == ["done", "stopped"]
+    assert "25 s predicted" in found["long"].reason
+
+
 # --- the trade ---
 
 
