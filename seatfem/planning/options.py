@@ -10,9 +10,10 @@ from seatfem.planning.filling import filled, is_given
 from seatfem.planning.ladders import Changes, Ladder
 from seatfem.planning.mesh_size import ERRORS, Sizes, mesh_error, sizes_for
 from seatfem.planning.patch import Patch
-from seatfem.planning.sensitivity import BANDS, NARROWER, Rung, Sensitivity
+from seatfem.planning.sensitivity import BANDS, Rung, Sensitivity
 from seatfem.planning.surrogate import Surrogate
 from seatfem.runs.budget import Source
+from seatfem.runs.variations import NARROWER
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
 from seatfem.seats.seat import mesh_spec

@@ -1,0 +1,69 @@
+"""Errors that plans predict, against the bars that their runs state: `python benchmarks/planned_error.py [scene ...]`.
+
+Each example is planned for its own target and carried out as planned, without rounds of refinement; rows are by measure
+and source of error.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from table import Table, publish
+
+from seatfem.planning.planner import plan_scene
+from seatfem.runs.budget import KEYS, SAFETY, SOURCES
+from seatfem.runs.contact import peak_stress, run_contact, striker_of
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.runs.variations import error_budget
+from seatfem.scene import load_scene
+from seatfem.seats.kept_seats import seat_of
+from seatfem.seats.store import Store
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SCENES = (
+    "flapper_on_spring",
+    "paper_table1_3mm_area",
+    "flapper_on_stopper",
+    "flapper_on_annular_seat",
+    "flapper_on_arc",
+    "mass_on_bar",
+    "flapper_on_valve_plate",
+)
+
+
+def rows_of(name: str) -> list[tuple[str, ...]]:
+    """Predicted and stated, in percent, for each measure asked for."""
+    scene = load_scene(EXAMPLES / f"{name}.toml")
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store(Path(folder) / "store")
+        plan = plan_scene(scene, store=store)
+        planned = plan.scene
+        seat, _ = seat_of(planned, Path(folder) / "seat.h5", Stopwatch(), lambda *_: None, store)
+    striker = striker_of(planned)
+    assert planned.run.time_step is not None
+    result = run_contact(planned, striker, seat.greens, planned.run.time_step)
+    stress = peak_stress(planned, striker, result.force, result.dt)
+    left = error_budget(planned, seat, striker, result, None if stress is None else stress.value)
+    found = []
+    for measure in planned.accuracy.measures:
+        value = abs(left.values[measure])
+        stated = {source: SAFETY * part[measure] / value for source, part in left.parts.items()}
+        shares = {source: SAFETY * plan.shares.get(source, {}).get(measure, 0.0) for source in SOURCES}
+        parts = (f"{100 * shares[s]:.2g} / {100 * stated.get(s, 0.0):.2g}" for s in SOURCES)
+        whole = f"{100 * plan.error[measure]:.2g} / {100 * left.relative(measure):.2g}"
+        found.append((name, plan.level, KEYS[measure], f"{100 * scene.accuracy.target:g}", whole, *parts))
+    return found
+
+
+def main() -> None:
+    """The table of all scenes, or of those named."""
+    rows = [row for name in sys.argv[1:] or SCENES for row in rows_of(name)]
+    notes = ("Error bars in percent of the measure: predicted by the plan / stated by the run, and their shares.",)
+    columns = ("scene", "level", "measure", "target", "bar", *(source.replace("_", " ") for source in SOURCES))
+    publish("planned_error", Table("Planned error", notes, columns, tuple(rows)))
+
+
+if __name__ == "__main__":
+    main()
