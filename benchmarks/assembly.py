@@ -94,7 +94,8 @@ def main() -> None:
     notes = (
         f"Medians of {RUNS} interleaved runs, scikit-fem's once. `assemble` makes K, M, checks, constraints and port.",
         "scikit-fem: two bases and `asm` of linear_elasticity and of the mass, unconstrained. Aim: 15 times its speed.",
-        "Pattern: SciPy's coo -> csr of ones from the element table, of all unknowns and of the nodes. Aim: at most 2.",
+        "Pattern: SciPy's coo -> csr of ones from the element table, all unknowns coupled as in K. Aim: at most twice "
+        "that. The pattern of the nodes has a ninth of its entries, each of which stands for 3 x 3 of K.",
     )
     columns = (
         "elements",
@@ -102,8 +103,8 @@ def main() -> None:
         "dof",
         "assemble (s)",
         "scikit-fem / ours",
-        "ours / pattern",
-        "ours / node pattern",
+        "ours / pattern of K",
+        "ours / pattern of nodes",
     )
     publish("assembly", Table("Assembly", notes, columns, tuple(row(*case) for case in CASES)))
 

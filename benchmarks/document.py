@@ -11,6 +11,7 @@ TABLES = (
     *("poles", "fft", "engines", "batch", "imports", "cost_model"),
     *("assembly", "factorization", "cost_vs_dof", "demo_greens"),
 )
+PICTURES = {"cost_vs_dof": "![Time and memory against unknowns](images/cost_vs_dof.png)\n"}
 DOCUMENT = Path(__file__).parents[1] / "docs" / "performance.md"
 HEAD = """# Performance
 
@@ -26,9 +27,10 @@ def main() -> None:
     loaded = [json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8")) for name in TABLES]
     machine = "; ".join(f"{key} {value}" for key, value in loaded[0]["machine"].items())
     parts = [HEAD.format(machine=machine)]
-    for fields in loaded:
+    for name, fields in zip(TABLES, loaded, strict=True):
         fields.pop("machine")
         parts.append(Table(**fields).markdown())
+        parts += [PICTURES[name]] if name in PICTURES else []
     DOCUMENT.write_text("\n".join(parts), encoding="utf-8")
 
 

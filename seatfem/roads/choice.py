@@ -1,4 +1,4 @@
-"""Which road to g: the cheapest that applies, by a cost model measured once (benchmarks/roads.py)."""
+"""Which road to g: the cheapest that applies, by a cost model measured once (benchmarks/cost_vs_dof.py)."""
 
 from __future__ import annotations
 

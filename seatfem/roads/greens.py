@@ -171,7 +171,7 @@ def _advice(road: Method, model: SecondOrderModel) -> str:
     if road == "modes" and model.size > _MODES_ARE_CHEAP:
         return (
             "modes cost far more than the Green's function needs: method='krylov' reaches the same error with one "
-            "factorization and a tenth of the vectors (benchmarks/roads.py)"
+            "factorization and a tenth of the vectors (benchmarks/demo_greens.py)"
         )
     return ""
 

@@ -1,0 +1,69 @@
+"""The road to a Green's function that needs no more than scikit-fem and SciPy: what ours is measured against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import skfem
+from scipy.linalg import eigh
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from skfem.helpers import dot
+from skfem.models.elasticity import linear_elasticity
+
+from impact.modal import ModalGreens, Residual
+from seatfem.materials import Material
+
+
+def assembled(mesh: Any, material: Material) -> tuple[Any, Any, np.ndarray[Any, Any]]:
+    """K, M and the vector of the mean pressure of the free unknowns, by scikit-fem's forms on tetrahedra of order 2."""
+
+    @skfem.BilinearForm
+    def inertia(u: Any, v: Any, _: Any) -> Any:
+        return material.density * dot(u, v)
+
+    @skfem.LinearForm
+    def pressure(v: Any, w: Any) -> Any:
+        return dot(v, w.n)
+
+    @skfem.Functional
+    def one(w: Any) -> Any:
+        return np.ones_like(w.x[0])
+
+    element = skfem.ElementVector(skfem.ElementTetP2())
+    stiff = skfem.asm(linear_elasticity(*material.lame), skfem.Basis(mesh, element, intorder=4))
+    mass = skfem.asm(inertia, skfem.Basis(mesh, element, intorder=6))
+    patch = skfem.FacetBasis(mesh, element, facets="contact", intorder=4)
+    free = np.setdiff1d(np.arange(stiff.shape[0]), patch.get_dofs("fixed").flatten())
+    K, M = (matrix[free][:, free].tocsc() for matrix in (stiff, mass))
+    return K, M, (skfem.asm(pressure, patch) / skfem.asm(one, patch))[free]
+
+
+def sparse_modes(K: Any, M: Any, b: Any, n: int) -> tuple[Any, Any, float]:
+    """Lowest ``n`` squares of frequencies and the port's share in their shapes, static compliance: SuperLU, ARPACK."""
+    factor = splu(K)
+    square, vectors = eigsh(K, n, M, sigma=0.0, OPinv=LinearOperator(K.shape, factor.solve, dtype=float))
+    return square, b @ vectors, float(b @ factor.solve(b))
+
+
+def dense_modes(K: Any, M: Any, b: Any) -> tuple[Any, Any, float]:
+    """The same of all modes: LAPACK's divide and conquer, 6 n^2 numbers of memory."""
+    square, vectors = eigh(
+        K.toarray(order="F"), M.toarray(order="F"), driver="gvd", overwrite_a=True, overwrite_b=True, check_finite=False
+    )
+    shares = b @ vectors
+    return square, shares, float(np.sum(shares**2 / square))
+
+
+def modal(square: Any, shares: Any, static: float, zeta: float) -> ModalGreens:
+    """Modes and a spring for those left out (static correction)."""
+    omega, shapes = np.sqrt(square), shares[:, None]
+    rest = Residual.spring([[max(0.0, static - float(np.sum(shares**2 / square)))]])
+    return ModalGreens(omega, np.full(len(omega), zeta), shapes, rest, ("contact",))
+
+
+def fewer(square: Any, shares: Any, static: float, zeta: float, counts: Any) -> Iterator[tuple[int, ModalGreens]]:
+    """The Green's functions of the lowest ``counts`` modes."""
+    for n in counts:
+        yield n, modal(square[:n], shares[:n], static, zeta)
