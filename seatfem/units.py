@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pint
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3}(?!\d))?")
-_UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d|\d)?(?:\s*[*/ ]\s*[A-Za-zµμ]+(?:\^-?\d|\d)?)*")
+_UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d(?:\.5)?|\d)?(?:\s*[*/ ]\s*[A-Za-zµμ]+(?:\^-?\d(?:\.5)?|\d)?)*")
 _POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
 
 
@@ -54,6 +54,8 @@ DIMENSIONS: Final = {
         Dimension("bedding", "N/m^3", "2 GPa/mm", ("GPa/mm", "MPa/mm", "N/mm^3", "N/m^3"), (1e-6, 1e24)),
         Dimension("area damping", "N s/m^3", "4e7 N*s/m^3", ("N*s/m^3", "N*s/mm^3", "Pa*s/m"), (1e-6, 1e21)),
         Dimension("angle", "rad", "60 deg", ("deg", "rad"), (1e-9, 1e3), made_of=("degree", "radian")),
+        Dimension("Hertz stiffness", "N/m^1.5", "5 GN/m^1.5", ("N/m^1.5", "GN/m^1.5", "N/mm^1.5"), (1e-12, 1e24)),
+        Dimension("slowness", "s/m", "0.1 s/m", ("s/m", "s/mm", "us/mm"), (1e-9, 1e9)),
         Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), (1e-9, 1e18), made_of=("second", "minute", "hour")),
     )
 }

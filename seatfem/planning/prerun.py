@@ -22,7 +22,7 @@ from impact.replay import port_displacement
 from impact.spectrum import MOVING_AVERAGE, averaged
 from impact.stepper import Prepared
 from seatfem.runs.budget import Values, values_of
-from seatfem.runs.contact import peak_stress, striker_of
+from seatfem.runs.contact import law_of, peak_stress, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
@@ -122,7 +122,7 @@ def _modes_of(scene: Scene) -> int:
 
 
 def _prepared(scene: Scene, striker: Body, seat: GreensFunction, dt: float, duration: float) -> Prepared:
-    problem = impact.ContactProblem(striker, Body(seat), gap=scene.contact.gap, law=impact.Signorini())
+    problem = impact.ContactProblem(striker, Body(seat), gap=scene.contact.gap, law=law_of(scene))
     return impact.prepare(problem, dt, duration)
 
 

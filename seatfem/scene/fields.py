@@ -86,6 +86,8 @@ Frequency = Annotated[float, BeforeValidator(ReadQuantity("frequency")), Gt(0)]
 Bedding = Annotated[float, BeforeValidator(ReadQuantity("bedding")), Ge(0)]
 AreaDamping = Annotated[float, BeforeValidator(ReadQuantity("area damping")), Ge(0)]
 Angle = Annotated[float, BeforeValidator(ReadQuantity("angle"))]
+HertzStiffness = Annotated[float, BeforeValidator(ReadQuantity("Hertz stiffness")), Gt(0)]
+Slowness = Annotated[float, BeforeValidator(ReadQuantity("slowness")), Ge(0)]
 Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
 
 DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]

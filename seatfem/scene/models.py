@@ -23,6 +23,7 @@ from seatfem.scene.fields import (
     Time,
     default,
 )
+from seatfem.scene.laws import AnyLaw
 from seatfem.scene.parts import Material
 from seatfem.scene.seats import Seat
 
@@ -63,9 +64,17 @@ Reed = Annotated[Cantilever | RigidMass, Field(discriminator="kind")]
 class Contact(Table):
     """Where and how the two bodies touch."""
 
-    law: Literal["signorini"] = Field("signorini", description="no penetration, no adhesion")
+    law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _law_as_text(cls, given: object) -> object:
+        """law = "signorini" is law = { kind = "signorini" }."""
+        if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+            return {**given, "law": {"kind": given["law"]}}
+        return given
 
 
 class Run(Table):
