@@ -41,6 +41,7 @@ class Outcome:
     messages: tuple[str, ...] = ("pictures [skipped]",)
     files: tuple[Path, ...] = (Path("somewhere/summary.json"),)
     stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
+    met: bool = True
 
 
 class Pipeline(types.ModuleType):
