@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.progress import Progress, silent
@@ -9,7 +11,7 @@ from seatfem.formats.matrices import read_matrices
 from seatfem.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.measured.frf import FrequencyResponseError, read_frf
 from seatfem.measured.pole_fit import fit_poles
-from seatfem.model import SecondOrderModel
+from seatfem.model import ModelError, SecondOrderModel
 from seatfem.roads.greens import Reduction, reduce_model
 from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
 
@@ -27,15 +29,18 @@ def from_matrices(seat: Matrices, duration: float, progress: Progress = silent) 
         first_dof=seat.first_dof,
         constrained=seat.constrained,
     )
-    reduction = reduce_model(
-        model,
-        bandwidth=seat.greens.bandwidth,
-        duration=duration,
-        tolerance=seat.greens.tolerance,
-        damping_ratio=seat.damping_ratio,
-        method=seat.greens.method,
-        progress=progress,
-    )
+    try:
+        reduction = reduce_model(
+            model,
+            bandwidth=seat.greens.bandwidth,
+            duration=duration,
+            tolerance=seat.greens.tolerance,
+            damping_ratio=seat.damping_ratio,
+            method=seat.greens.method,
+            progress=progress,
+        )
+    except (ModelError, np.linalg.LinAlgError) as problem:
+        raise ModelError(f"{seat.stiffness}, {seat.mass}: {problem}") from problem
     return model, reduction
 
 
@@ -56,3 +61,7 @@ def from_response(seat: FrequencyResponseFile) -> GreensFunction:
         return fit_poles(response, tolerance=seat.tolerance, free=seat.free)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{seat.file}: {problem}") from problem
+    except np.linalg.LinAlgError as problem:
+        raise FrequencyResponseError(
+            f"{seat.file}: no poles can be fitted ({problem}): some values are beyond all measure; check the units"
+        ) from problem

@@ -52,8 +52,9 @@ def _arguments() -> argparse.Namespace:
 
 def _warm_up(corpus: Path, folder: Path) -> None:
     """Libraries loaded and loops compiled once, before processes are forked."""
-    for name in ("spring-reed", "rod-area", "greens-modal", "greens-sampled", "matrices.mtx"):
-        run_command(["run", str(corpus / name / "scene.toml"), "-o", str(folder / "warm" / name), "--quiet"])
+    for name in ("rod-area", "greens-modal", "matrices.npz"):
+        run_command(["greens", str(corpus / name / "scene.toml"), "-o", str(folder / "warm" / name), "--quiet"])
+    run_command(["run", str(corpus / "spring-reed" / "scene.toml"), "-o", str(folder / "warm" / "run"), "--quiet"])
 
 
 def _forget_defects(log: Path) -> None:
