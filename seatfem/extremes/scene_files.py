@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from seatfem.extremes import scenes
 from seatfem.extremes.cell import Cell, Finding, chosen, swept
-from seatfem.runs.pipeline import run_scene
-from seatfem.scene import load_scene
+from seatfem.runs.pipeline import RunError, run_scene
+from seatfem.scene import SceneError, load_scene
 
 YOUNG, DENSITY = 2e11, 8000.0  # waves at 5000 m/s
 SPEED = math.sqrt(YOUNG / DENSITY)
@@ -194,7 +195,11 @@ def _run(text: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         path.write_text(text, encoding="utf-8")
-        outcome = run_scene(load_scene(path), Path(folder) / "out")
+        try:
+            scene = load_scene(path)
+        except SceneError as refusal:
+            raise RunError(str(refusal).replace(f"{folder}{os.sep}", "")) from None  # the same words in every run
+        outcome = run_scene(scene, Path(folder) / "out")
         return json.loads((Path(folder) / "out" / "summary.json").read_text(encoding="utf-8")), outcome.messages
 
 
