@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.modal import ModalGreens
 
+_BLOCK = 1 << 20  # frequencies times modes at once
+
 
 def receptance(greens: ModalGreens, frequency: ArrayLike, i: int = 0, j: int = 0) -> NDArray[np.complex128]:
     """H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], shape of ``frequency`` [Hz].
@@ -17,8 +19,9 @@ def receptance(greens: ModalGreens, frequency: ArrayLike, i: int = 0, j: int = 0
     f = np.asarray(frequency, dtype=float)
     w = 2 * np.pi * np.ravel(f)
     out = np.full(w.shape, greens.residual.compliance[i, j], dtype=complex)
-    for start in range(0, w.size, 1024):  # blocks bound the memory
-        block = slice(start, start + 1024)
+    rows = max(1, _BLOCK // max(1, greens.omega.size))  # blocks bound the memory
+    for start in range(0, w.size, rows):
+        block = slice(start, start + rows)
         at = w[block, None]
         dynamic = greens.omega**2 - at**2 + 2j * greens.zeta * greens.omega * at
         out[block] += (1 / dynamic) @ (greens.shapes[:, i] * greens.shapes[:, j])

@@ -15,7 +15,8 @@ from seatfem.seats.levels import Level, applicable
 __all__ = ["Cost", "predict_cost"]
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
 CURVES: Final = 320e6  # the same when it has drawn curves
-VIEWS: Final = 330e6  # more, when it has drawn bodies
+ELEMENTS: Final = 80e6  # more, with the libraries of finite elements
+VIEWS: Final = 250e6  # more, when it has drawn bodies
 PLAN: Final = 0.25  # time of a plan over that of the program's start
 SHEETS: Final = 4  # pictures of curves
 FRAMES: Final = 19  # pictures of modes and of their motion
@@ -85,4 +86,4 @@ def _memory(seat: SeatModel | None, level: PlannedLevel, histories: float) -> fl
         return CURVES + histories
     peak, kept = seat_memory(seat)
     views = VIEWS if _has_views(seat, level) else 0.0
-    return max(PROGRAM + peak, CURVES + views + kept + histories)
+    return max(PROGRAM + peak, CURVES + ELEMENTS + views + kept + histories)
