@@ -77,9 +77,9 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
 def in_words(trade: Trade) -> str:
     """The front, the planner's place, and what did not end."""
     ended = len(trade.done())
-    lines = [f"{len(trade.points)} points, {ended} ended; reference: {trade.reference}, floor of its own errors:"]
-    lines.append("  " + ", ".join(f"{_words(m)} {trade.floor[m]:.1e}" for m in trade.measures))
-    lines.append("Pareto front of the worst error:")
+    floors = ", ".join(f"{_words(m)} {trade.floor[m]:.1e}" for m in trade.measures)
+    lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
+    lines.append("Pareto front, processor time and worst relative error:")
     lines += [f"  {trade.cost(n):9.3g} s  {trade.trusted_error(n):8.1e}  {n}" for n in trade.front()]
     for name in (PLANNED, AS_FILED):
         if name in trade.outcomes:
