@@ -1,0 +1,268 @@
+"""Are the error bars of runs honest? Random scenes against runs with finer mesh, band, reed and step.
+
+    python benchmarks/honest_runs.py [first [last]]
+
+appends a line per scene to results/honest_runs.jsonl, leaving out those that are there, then writes
+results/honest_runs.csv, a row per scene and measure.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from honesty import FINER, KINDS, Case, draw_case
+
+from impact.progress import silent
+from seatfem.planning.filling import replaced
+from seatfem.planning.planner import plan_scene
+from seatfem.roads.modes import ConvergenceError
+from seatfem.runs.budget import Values
+from seatfem.runs.contact import run_for_measures, striker_of
+from seatfem.runs.rounds import Round, carry_out
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, load_scene
+from seatfem.seats.seat import build_seat, mesh_spec
+from seatfem.seats.store import VARIABLE
+
+SEED, SCENES = 5, 48
+FILE = Path(__file__).parent / "results" / "honest_runs.jsonl"
+COVERED = 0.95  # wanted share of scene-measures whose true error is inside the bar
+ROUND_OFF = 1e-9  # relative: what a true error may be without any source
+SEATS = (
+    "annular",
+    "rod",
+    "stopper",
+    "spring",
+    "conical",
+    "annular",
+    "bar",
+    "stopper",
+    "rod",
+    "conical",
+    "block",
+    "annular",
+)
+MEASURES = ("impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress")
+COLUMNS = ("index", "seat", "level", "striker", "target", "met", "rounds", "measure", "value", "bar", "true", "inside")
+MORE_MODES, SHORTER = 2.5, 4
+FINEST_FIRST = ((1.6**2, 5.0), (1.6**2, 2.0), (1.6, 2.0), (1.6, 1.0), (1.0, 1.0))  # band, tolerance
+MOST_STEPS = 1_500_000
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One scene: values, bars and true errors by measure (SI)."""
+
+    seed: int
+    index: int
+    seat: str
+    level: str
+    striker: str
+    stated: bool
+    target: float
+    met: bool
+    rounds: int
+    values: Mapping[str, float]
+    bars: Mapping[str, float]
+    true: Mapping[str, float]
+    seconds: float
+
+    def inside(self, measure: str) -> bool:
+        """Whether the true error is within the bar."""
+        return self.true[measure] <= self.bars[measure] + ROUND_OFF * abs(self.values[measure])
+
+
+def draw_scene(index: int, seed: int = SEED) -> str:
+    """Scene number ``index`` as TOML: seats by turns, all else at random."""
+    rng = np.random.default_rng([seed, index])
+    kind = SEATS[index % len(SEATS)]
+    stated = kind in ("bar", "block") or rng.random() < 0.4
+    seat = _seat(kind, index, seed, rng, stated)
+    striker, measures = _cantilever(rng, stated) if rng.random() < 0.55 else _mass(rng)
+    asked = sorted(rng.choice(measures, size=rng.integers(1, len(measures) + 1), replace=False))
+    accuracy = f"target = {10 ** rng.uniform(-2.2, -1):.6f}\nmeasures = {json.dumps(asked)}\n"
+    return f'{seat}{striker}filter_width = "{rng.uniform(2, 10):.6f} us"\n[accuracy]\n{accuracy}'
+
+
+def _seat(kind: str, index: int, seed: int, rng: np.random.Generator, stated: bool) -> str:
+    if kind == "spring":
+        return f'[seat]\nkind = "spring"\nstiffness = "{10 ** rng.uniform(6, 9):.6g} N/m"\n'
+    damping = rng.uniform(0.005, 0.15) if rng.random() < 0.85 else 0.0
+    material = f'young = "{rng.uniform(70, 220):.6f} GPa"\ndensity = "{rng.uniform(2600, 8000):.6f} kg/m^3"\n'
+    if kind == "rod":
+        size = f'length = "{rng.uniform(5, 60):.6f} mm"\narea = "{10 ** rng.uniform(-0.5, 1.5):.6g} mm^2"\n'
+        return f'[seat]\nkind = "rod"\n{material}{size}damping_ratio = {damping:.6f}\n'
+    number = next(i for i in range(6 * index, 6 * index + 6) if tuple(KINDS)[i % len(KINDS)] == kind)
+    case = draw_case(number, seed)
+    text = case.toml().partition("[reed]")[0]
+    return text if stated else _opened(text, case)
+
+
+def _opened(text: str, case: Case) -> str:
+    """Without what the planner may choose."""
+    chosen = ("mesh =", "greens =", "model =")
+    return "".join(line + "\n" for line in text.splitlines() if not line.startswith(chosen))
+
+
+def _cantilever(rng: np.random.Generator, stated: bool) -> tuple[str, tuple[str, ...]]:
+    length, thickness, tip = rng.uniform(12, 40), rng.uniform(0.15, 0.6), 10 ** rng.uniform(-0.7, 0.3)
+    at = length * (1.0 if rng.random() < 0.5 else rng.uniform(0.7, 1.0))
+    quarter = np.pi / 2 / (3.516 * np.sqrt(200e9 / 7850 / 12) * 1e-3 * thickness / (1e-3 * length) ** 2)
+    modes = f"n_modes = {rng.integers(8, 60)}\n" if stated else ""
+    text = f"""[reed]
+kind = "cantilever"
+length = "{length:.6f} mm"
+width = "{rng.uniform(5, 12):.6f} mm"
+thickness = "{thickness:.6f} mm"
+material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
+damping_ratio = {rng.uniform(0.005, 0.05):.6f}
+{modes}release = {{ tip_deflection = "{tip:.6f} mm" }}
+[contact]
+at = "{at:.6f} mm"
+gap = "{tip * rng.uniform(0, 0.2):.6f} mm"
+[run]
+duration = "{min(quarter * rng.uniform(1.3, 2.2), 4e-3):.9f} s"
+"""
+    return text, MEASURES
+
+
+def _mass(rng: np.random.Generator) -> tuple[str, tuple[str, ...]]:
+    text = f"""[reed]
+kind = "rigid_mass"
+mass = "{10 ** rng.uniform(-1, 1.3):.6f} g"
+velocity = "-{10 ** rng.uniform(-1, 0.7):.6f} m/s"
+[run]
+duration = "{rng.uniform(60, 300):.6f} us"
+"""
+    return text, MEASURES[:-1]
+
+
+def judge(index: int, seed: int = SEED) -> Verdict:
+    """One scene: run as planned, and its reference."""
+    start = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ[VARIABLE] = f"{folder}/store"
+        path = Path(folder) / "scene.toml"
+        path.write_text(draw_scene(index, seed), encoding="utf-8")
+        scene = load_scene(path)
+        done = carry_out(plan_scene(scene), Path(folder), Stopwatch(), silent)
+        exact = reference(done)
+    values = done.left.values
+    return Verdict(
+        seed=seed,
+        index=index,
+        seat=scene.seat.kind,
+        level=done.plan.level,
+        striker=scene.reed.kind,
+        stated="n_modes" in scene.reed.model_fields_set or SEATS[index % len(SEATS)] in ("bar", "block"),
+        target=scene.accuracy.target,
+        met=done.met,
+        rounds=done.number,
+        values=dict(values),
+        bars={name: done.left.bar(name) for name in values},
+        true={name: abs(values[name] - exact[name]) for name in values},
+        seconds=perf_counter() - start,
+    )
+
+
+def reference(done: Round) -> Values:
+    """The measures with a mesh two levels finer, a wider band, more modes and a quarter of the step.
+
+    Where the Krylov space has no room for all of that, the seat is the finest of those it has room for.
+    """
+    for wider, stricter in FINEST_FIRST[:-1]:
+        with suppress(ConvergenceError):
+            return _finer_run(done, wider, stricter)
+    return _finer_run(done, *FINEST_FIRST[-1])
+
+
+def _finer_run(done: Round, wider: float, stricter: float) -> Values:
+    scene = done.plan.scene
+    changed: dict[str, object] = {}
+    if isinstance(scene.seat, DrawnSeat):
+        level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
+        spec = mesh_spec(scene.seat, level)  # type: ignore[arg-type]
+        sizes = {"seat.mesh.size": spec.size / FINER, "seat.mesh.contact_size": spec.patch_size / FINER}
+        changed |= {"seat.model": level, **sizes}
+    if isinstance(scene.seat, ElasticSeat):
+        greens = scene.seat.greens
+        changed["seat.greens.bandwidth"] = wider * greens.bandwidth
+        changed["seat.greens.tolerance"] = greens.tolerance / stricter
+    if isinstance(scene.reed, Cantilever):
+        changed["reed.n_modes"] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
+    finer = replaced(scene, changed)
+    seat = build_seat(finer, Stopwatch(), mesh_error=False)
+    step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
+    return run_for_measures(finer, striker_of(finer), seat.greens, step)
+
+
+def read(path: Path = FILE) -> list[Verdict]:
+    """The scenes so far, by number."""
+    if not path.exists():
+        return []
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return sorted((Verdict(**json.loads(line)) for line in lines), key=lambda verdict: verdict.index)
+
+
+def coverage(verdicts: Sequence[Verdict]) -> tuple[float, float]:
+    """Shares of scene-measures, and of scenes with all their measures, whose true error is inside the bar."""
+    inside = [[v.inside(measure) for measure in v.values] for v in verdicts]
+    every = [one for scene in inside for one in scene]
+    return sum(every) / len(every), sum(all(scene) for scene in inside) / len(inside)
+
+
+def write_table(verdicts: Sequence[Verdict], path: Path) -> None:
+    """A row per scene and measure."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for v in verdicts:
+            for name in v.values:
+                numbers = (f"{part[name]:.6g}" for part in (v.values, v.bars, v.true))
+                row = (v.index, v.seat, v.level, v.striker, f"{v.target:.3g}", v.met, v.rounds, name)
+                writer.writerow([*row, *numbers, v.inside(name)])
+
+
+def line(v: Verdict) -> str:
+    """For the log."""
+
+    def one(name: str) -> str:
+        scale = abs(v.values[name]) or 1.0
+        mark = "" if v.inside(name) else " OUT"
+        return f"{name} {v.true[name] / scale:.1e}/{v.bars[name] / scale:.1e}{mark}"
+
+    head = f"{v.index:3d} {v.seat}/{v.level} {v.striker} target {v.target:.2g} met {v.met} {v.rounds}: "
+    return head + ", ".join(one(name) for name in v.values) + f"; {v.seconds:.0f} s"
+
+
+def main() -> None:
+    """Run what is missing, write the table, print the shares."""
+    given = [int(word) for word in sys.argv[1:3]]
+    first, last = (*given, *(0, SCENES)[len(given) :])
+    done = {(v.seed, v.index) for v in read()}
+    for index in range(first, last):
+        if (SEED, index) not in done:
+            verdict = judge(index)
+            with FILE.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(verdict)) + "\n")
+            print(line(verdict), flush=True)  # noqa: T201
+    verdicts = read()
+    write_table(verdicts, FILE.with_suffix(".csv"))
+    measures, scenes = coverage(verdicts)
+    count = sum(len(v.values) for v in verdicts)
+    words = f"{measures:.1%} inside (aim {COVERED:.0%}), all measures of a scene in {scenes:.1%}"
+    print(f"{count} measures of {len(verdicts)} scenes: {words}")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
