@@ -231,4 +231,6 @@ def _names(file: Any) -> tuple[str, ...]:
 
 
 def _known(value: float) -> float | None:
+    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+        raise _Damage(f"a stated error is {value!r}, no number")
     return None if np.isnan(value) else float(value)

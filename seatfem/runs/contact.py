@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 import impact
@@ -18,12 +20,14 @@ from impact.result import ImpactResult
 from impact.stress import PeakStress, peak_bending_stress
 from seatfem.runs.budget import Values, values_of
 from seatfem.scene import Cantilever, ElasticSeat, Scene
+from seatfem.seats.memory_need import available_memory
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
 STEPS_PER_FILTER = 20
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 STEPS_PER_TRANSIT = 40  # of a closed-form rod
-MAX_STEPS = 20_000_000  # some 4 GB of histories
+MAX_STEPS = 20_000_000
+STEP_BYTES = 360  # of the histories that a run holds at once, for each step
 
 
 class RunError(ValueError):
@@ -146,12 +150,14 @@ def check_step(scene: Scene) -> None:
 
 
 def check_length(scene: Scene, dt: float) -> None:
-    """Refuse more steps than can be stored."""
+    """Refuse more steps than can be stored, or than memory holds."""
     steps = scene.run.duration / dt
-    if steps > MAX_STEPS:
+    there = available_memory() or math.inf
+    most = min(MAX_STEPS, there / STEP_BYTES)
+    if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
             f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
-            f"{MAX_STEPS:.0e} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
+            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
             "(reed.n_modes), or give a longer run.time_step"
         )

@@ -167,10 +167,10 @@ def _judged(case: Case, code: int, message: str, escaped: str, folder: Path, tar
         return left
     if len(message) > FLOOD:
         return "flood"
-    missed = code == 1 and not message.strip() and (folder / "out" / "summary.json").exists()
+    lines = [line for line in message.splitlines() if line.strip() and not line.startswith("warning: ")]
+    missed = code == 1 and not lines and (folder / "out" / "summary.json").exists()
     if code == 0 or missed:  # exit code 1 beside a summary: the target is missed, which the summary says
         return _numbers(folder / "out" / "summary.json")
-    lines = [line for line in message.splitlines() if line.strip() and not line.startswith("warning: ")]
     if not lines:
         return "silent"
     named = any(name in message for name in before) or _KEY_NAMED.search(message) or STOPPED in message
@@ -180,7 +180,7 @@ def _judged(case: Case, code: int, message: str, escaped: str, folder: Path, tar
 def _passed(code: int, message: str) -> str:
     if STOPPED in message:
         return "drawn"
-    return "refused" if code and message.strip() else "ran"
+    return "ran" if code == 0 or all(line.startswith("warning: ") for line in message.splitlines()) else "refused"
 
 
 def _left_behind(folder: Path, before: set[str]) -> str:

@@ -26,6 +26,8 @@ from seatfem.mesh.io import MeshError
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError
 from seatfem.planning.before_meshing import check_before_meshing
+from seatfem.runs import contact
+from seatfem.runs.contact import RunError, check_length, check_step
 from seatfem.scene import DrawnSeat, SceneError, load_scene
 from seatfem.seats.memory_need import MemoryNeedError
 
@@ -247,6 +249,23 @@ def test_meshes_that_would_never_end_are_refused_before_gmsh_starts(spec: MeshSp
     check_before_meshing(seat, MeshSpec(2e-3, 1e-3), "3d")
     with pytest.raises(MemoryNeedError, match=words):
         check_before_meshing(seat, spec, "3d")
+
+
+def test_histories_that_memory_does_not_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + BALL, encoding="utf-8")
+    scene = load_scene(path)
+    check_length(scene, 1e-8)  # 10,000 steps
+    monkeypatch.setattr(contact, "available_memory", lambda: 5000.0 * contact.STEP_BYTES)
+    with pytest.raises(RunError, match=r"takes 1e\+04 steps of 1e-08 s .*, at most 5e\+03 are stored"):
+        check_length(scene, 1e-8)
+
+
+def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + BALL + 'filter_width = "1e-6 us"\n', encoding="utf-8")
+    with pytest.raises(RunError, match=r"run\.filter_width need"):
+        check_step(load_scene(path))
 
 
 def test_cases_follow_from_their_names() -> None:
