@@ -126,6 +126,7 @@ def solid(given: AnyMaterial) -> Solid:
             shear=given.shear,
             density=given.density,
             axes=_orthonormal(given.axes),
+            name="seat.material",
             loss_factor=given.loss_factor,
         )
     return Material(young=given.young, poisson=given.poisson, density=given.density, loss_factor=given.loss_factor)
