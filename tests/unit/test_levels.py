@@ -1,6 +1,7 @@
 """How much model a seat requires: what applies, what is chosen, and that the answers agree."""
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -44,10 +45,13 @@ def seat(tmp_path: Path) -> Callable[[str], DrawnSeat]:
     return read
 
 
-@pytest.fixture
-def build(tmp_path: Path) -> Build:
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Every seat is built once."""
+    path = tmp_path_factory.mktemp("levels") / "scene.toml"
+
+    @cache
     def solve(text: str, model: str, mesh_error: bool = True) -> SeatAnswer:
-        path = tmp_path / "scene.toml"
         path.write_text(f'[seat]\nmodel = "{model}"\n{text}{REST}', encoding="utf-8")
         return build_seat(load_scene(path), Stopwatch(), mesh_error=mesh_error)
 

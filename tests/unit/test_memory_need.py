@@ -76,12 +76,12 @@ print(1024 * (solve(shape, [int(n) for n in cells], method) - before))
     ("shape", "method", "cells"),
     [
         ("hex", "krylov", (10, 10, 10)),
-        ("tet", "krylov", (13, 13, 13)),
+        ("tet", "krylov", (10, 10, 10)),
         ("hex", "lanczos", (10, 10, 10)),
     ],
 )
 def test_the_prediction_is_within_a_factor_of_a_process_of_its_own(shape, method, cells):
-    """28 000, 59 000 and 28 000 unknowns; a factor 1.5 either way."""
+    """28 000 unknowns each; a factor 1.5 either way."""
     pytest.importorskip("pypardiso")
     folder = Path(__file__).parent
     threads = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "PYTHONPATH": str(folder)}
@@ -131,7 +131,7 @@ def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
     scene.write_text(
         f"[seat]\nkind = 'mesh'\nfile = '{mesh.as_posix()}'\n"
         'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
-        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.8 ms"\n'
+        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
     )
     assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
     err = capsys.readouterr().err

@@ -1,5 +1,7 @@
 """The three roads from M, C, K to g on small models whose modes are all known."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -46,8 +48,14 @@ def block():
     )
 
 
+@cache
+def spectrum(size, *matrices):
+    """Of two matrices as bytes: the models serve many tests."""
+    return scipy.linalg.eigh(*(np.frombuffer(matrix).reshape(size, size) for matrix in matrices))
+
+
 def all_modes(model, damping):
-    values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
+    values, shapes = spectrum(model.size, model.K.toarray().tobytes(), model.M.toarray().tobytes())
     omega = np.sqrt(np.where(values < 1e-9 * values[-1] * 1e-4, 0.0, values))
     p = model.port_matrix.shape[1]
     zeta = damping.ratios(omega, damping.losses(shapes))
