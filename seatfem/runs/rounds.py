@@ -13,12 +13,13 @@ from impact.result import ImpactResult
 from impact.stress import PeakStress
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
+from seatfem.roads.modes import ConvergenceError
 from seatfem.runs.budget import KEYS, SAFETY, Budget, Source
 from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
 from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.memory_need import available_memory
+from seatfem.seats.memory_need import MemoryNeedError, available_memory
 from seatfem.seats.seat import SeatAnswer
 
 MOST_ROUNDS: Final = 4
@@ -74,7 +75,10 @@ def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) ->
         further, why = _next(done)
         if further is None:
             return replace(done, stopped=why)
-        done = replace(_round(further, folder, watch, progress), number=done.number + 1)
+        try:
+            done = replace(_round(further, folder, watch, progress), number=done.number + 1)
+        except (ConvergenceError, MemoryNeedError) as problem:
+            return replace(done, stopped=f"a finer round is not possible: {problem}")
     return done
 
 

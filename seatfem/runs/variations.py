@@ -29,8 +29,10 @@ def error_budget(
 ) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
-    - time_step: a step twice as long; the other runs take this step too, and are compared with that one. Where it would
-      no longer resolve the filter, they take the step of ``result``, and half of it shows the step's share.
+    - time_step: a step half as long changes half of what is left, the march being of first order where the force jumps;
+      one twice as long changes as much as is left. The larger counts: either may be small by accident. A contact's
+      duration is known to a step at best. The runs below take the doubled step, if it resolves the filter, and are
+      compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
@@ -46,7 +48,9 @@ def error_budget(
         return run_for_measures(scene, body, greens, dt)
 
     base = run(seat.greens)
-    of_step = changes(values, base) if doubled else _twice(changes(base, run(seat.greens, dt=step / 2)))
+    of_step = _larger(changes(values, base), _twice(changes(values, run(seat.greens, dt=result.dt / 2))))
+    if values["contact_duration"] > 0:
+        of_step = {**of_step, "contact_duration": max(of_step["contact_duration"], result.dt)}
     mesh, reduction = _of_mesh(seat, base, run), _of_reduction(scene, seat, base, run)
     found: Mapping[Source, Values | None] = {
         "mesh": mesh, "reduction": reduction, "time_step": of_step, "model": _of_model(scene, seat, base, run)
@@ -90,6 +94,10 @@ def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Val
     if error is None:
         return None
     return changes(base, run(ScaledGreens(seat.greens, 1 + error))) if error else dict.fromkeys(base, 0.0)
+
+
+def _larger(one: Values, other: Values) -> Values:
+    return {name: max(one[name], other[name]) for name in one}
 
 
 def _twice(values: Values) -> Values:
