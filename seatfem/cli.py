@@ -261,7 +261,7 @@ def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common
     Parameters
     ----------
     calibrate:
-        Instead measure how fast this computer is, in about half a minute, for the predicted times of plans.
+        Instead measure how fast this computer is, for the predicted times of plans; best while it is idle.
     """
     if calibrate:
         return _calibrate(common)
