@@ -13,6 +13,7 @@ from seatfem.planning.patch import Patch
 from seatfem.planning.sensitivity import BANDS, Rung, Sensitivity
 from seatfem.planning.surrogate import Surrogate
 from seatfem.runs.budget import Source
+from seatfem.runs.contact import MAX_STEPS
 from seatfem.runs.variations import NARROWER
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
@@ -59,7 +60,8 @@ def run_ladders(seen: Seen) -> tuple[Ladder, ...]:
         given = Rung(scene.run.time_step, sensitivity.of_step(scene.run.time_step))
         found = [_ladder(STEP, "time_step", (given,))]
     else:
-        found = [_ladder(STEP, "time_step", sensitivity.steps)]
+        stored = [rung for rung in sensitivity.steps if scene.run.duration <= MAX_STEPS * rung.value]
+        found = [_ladder(STEP, "time_step", tuple(stored) or sensitivity.steps[:1])]
     if isinstance(scene.reed, Cantilever):
         n = scene.reed.n_modes
         rungs = (Rung(n, sensitivity.of_modes(n)),) if is_given(scene, MODES) else sensitivity.modes

@@ -21,7 +21,7 @@ from seatfem.planning.refining import finer_keys
 from seatfem.planning.sensitivity import BANDS, Sensitivity
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
-from seatfem.runs.contact import check_step
+from seatfem.runs.contact import check_length, check_step
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.seats.seat import memory
 from seatfem.seats.store import Store
@@ -51,7 +51,7 @@ def plan_scene(
         without: levels that are not to be chosen, because a run has found them too coarse.
 
     Raises:
-        RunError: a given time step that cannot resolve the measures.
+        RunError: a given time step that cannot resolve the measures; more steps than can be stored.
         LevelError: a level that does not describe the seat is asked for.
     """
     check_step(scene)
@@ -63,6 +63,7 @@ def plan_scene(
     else:
         decision = affordable(wanted, machine)
         complete = decision.scene()
+    check_length(complete, complete.run.time_step or complete.run.filter_width)
     progress("planning", 0.9)
     plan = Plan(
         scene=complete,

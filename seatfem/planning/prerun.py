@@ -29,6 +29,7 @@ FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look at most
 BEFORE: Final = 10e-6  # start of the window before the first contact [s]
 MOST: Final = 60_000  # steps of a pre-run at most
+LEAST: Final = 8  # steps per filter width that every pre-run can afford
 
 
 @dataclass(frozen=True)
@@ -56,16 +57,16 @@ def first_look(scene: Scene, seat: GreensFunction) -> Window:
     few = striker_of(scene, min(FEW, _modes_of(scene)))
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
-    duration = min(scene.run.duration, 5 * LOOK * dt)
+    duration, longest = min(scene.run.duration, 5 * LOOK * dt), MOST * width / LEAST
     force = _force(_prepared(scene, few, seat, dt, duration))
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
-        return Window(0.0, scene.run.duration, 0)
+        return Window(0.0, min(scene.run.duration, longest), 0)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
-    return Window(start, stop - start, len(groups))
+    return Window(start, min(stop - start, longest), len(groups))
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Bench:
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
-        return self.window.duration <= MOST * dt
+        return self.window.duration <= MOST * dt * (1 + 1e-9)
 
     def affordable(self, dt: float) -> float:
         """``dt``, or the shortest step that a pre-run can afford [s]."""

@@ -120,18 +120,23 @@ class Sensitivity:
 
     @cached_property
     def steps(self) -> tuple[Rung, ...]:
-        """Time steps from long to short [s], each half as long as the one before."""
+        """Time steps from long to short [s], each half as long as the one before.
+
+        Where a pre-run cannot afford the step, the change halves with it: the march is of first order.
+        """
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
-        before = self.bench.measures(dt=self.bench.affordable(width / parts), n_modes=self.n_modes)
+        before = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
         while parts < SHORTEST and not _settled(rungs, self.finest):
             parts *= 2
-            if not self.bench.affords(width / parts):
-                break
-            here = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
-            rungs.append(Rung(width / parts, self._of(here, before)))
-            before = here
+            if self.bench.affords(width / parts):
+                here = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
+                rungs.append(Rung(width / parts, self._of(here, before)))
+                before = here
+            else:
+                halved = {name: change / 2 for name, change in rungs[-1].changes.items()}
+                rungs.append(Rung(width / parts, halved))
         return tuple(rungs)
 
     @cached_property

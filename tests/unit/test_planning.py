@@ -194,6 +194,13 @@ class TestTargets:
         assert any("will be missed" in note for note in plan.notes)
         assert any("seat.mesh.size" in note for note in plan.notes)
 
+    def test_a_contact_far_longer_than_the_filter_is_planned_too(self) -> None:
+        """A soft spring under a short filter: no pre-run can march all of it; errors go on as the order says."""
+        soft = SPRING.replace("27.8 N/um", "15 N/m")
+        plan = plan_scene(scene_of(soft, MASS, run={"duration": "90 us", "filter_width": "10 ns"}))
+        assert plan.scene.run.time_step is not None
+        assert plan.scene.run.time_step <= 10e-9 / 4
+
     def test_no_contact_is_said(self) -> None:
         plan = plan_scene(scene_of(SPRING, REED, run__duration="0.1 ms"))
         assert any("no contact" in note for note in plan.notes)
@@ -343,6 +350,10 @@ class TestErrors:
     def test_a_step_that_cannot_resolve_the_filter(self) -> None:
         with pytest.raises(RunError, match=r"run\.time_step"):
             plan_scene(scene_of(SPRING, REED, run__time_step="0.9 us"))
+
+    def test_more_steps_than_can_be_stored(self) -> None:
+        with pytest.raises(RunError, match=r"run\.duration = 1 s takes .* steps"):
+            plan_scene(scene_of(SPRING, REED, run={"duration": "1 s", "filter_width": "20 ns"}))
 
 
 class TestCommand:
