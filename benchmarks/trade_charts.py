@@ -13,6 +13,7 @@ from typing import Final
 
 from table import RESULTS, machine
 
+from impact.atomic import whole_file
 from seatfem.trading.chart import draw_trade
 from seatfem.trading.ladder import RATIO
 from seatfem.trading.runner import TIME_LIMIT
@@ -106,17 +107,23 @@ def section(charted: Charted) -> str:
     return "".join(parts)
 
 
+def write_document(found: list[Charted]) -> None:
+    """The scenes measured so far."""
+    words = "; ".join(f"{key} {value}" for key, value in machine().items())
+    text = HEAD.format(machine=words) + "".join(map(line, found)) + "".join(map(section, found))
+    with whole_file(DOCUMENT) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def main(folder: Path) -> None:
-    """Measure, draw, write."""
-    found = []
+    """Measure, draw, write; the document grows scene by scene."""
+    found: list[Charted] = []
     for name in SCENES:
         trade = measure_trade(ROOT / "examples" / f"{name}.toml", folder / f"{name}.jsonl")
         write_trade(trade, RESULTS / f"trade_{name}.csv", RESULTS / f"trade_{name}.json")
         draw_trade(trade, DOCUMENT.parent / "images" / f"trade_{name}.png")
         found.append(Charted(name, trade))
-    words = "; ".join(f"{key} {value}" for key, value in machine().items())
-    text = HEAD.format(machine=words) + "".join(map(line, found)) + "".join(map(section, found))
-    DOCUMENT.write_text(text, encoding="utf-8")
+        write_document(found)
 
 
 if __name__ == "__main__":

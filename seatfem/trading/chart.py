@@ -12,6 +12,7 @@ from seatfem.trading.trade import AS_FILED, PLANNED, Trade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 COLOURS: Final = {
     "spring": GREY,
@@ -44,6 +45,7 @@ MARKERS: Final = {
     "history": ("p", "history engine"),
 }
 PER_ROW: Final = 3
+_MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
 
 
 def draw_trade(trade: Trade, path: Path) -> None:
@@ -58,7 +60,7 @@ def draw_trade(trade: Trade, path: Path) -> None:
     columns = min(count, PER_ROW)
     rows = math.ceil(count / PER_ROW)
     with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
-        figure.suptitle(f"{trade.title}: speed for accuracy{_absent(trade)}")
+        figure.suptitle(f"{trade.title}: speed for accuracy")
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True).flat
         for axes, measure in zip(panels, trade.measures, strict=False):
             _panel(axes, trade, measure)
@@ -83,6 +85,9 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
     axes.axhline(100 * trade.target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)
     low, high = _limits(trade, measure)
     axes.set_ylim(low, high)
+    costs = [trade.cost(point.name) for point in trade.done()]
+    _ticks(axes.xaxis, math.log10(max(costs) / min(costs)))
+    _ticks(axes.yaxis, math.log10(high / low))
     axes.axhspan(low, floor, color=GREY, alpha=0.22, linewidth=0, zorder=1.4)
     axes.annotate(
         "target", (1.0, 100 * trade.target), (-2, 2), xycoords=("axes fraction", "data"),
@@ -117,16 +122,16 @@ def _front(axes: Axes, trade: Trade, measure: str) -> None:
 
 
 def _marked(trade: Trade) -> list[tuple[str, str, float]]:
-    marks = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
-    return [m for m in marks if m[0] in trade.outcomes and trade.outcomes[m[0]].state == "done"]
+    return [m for m in _MARKS if m[0] in trade.outcomes and trade.outcomes[m[0]].state == "done"]
 
 
-def _absent(trade: Trade) -> str:
-    """A second line where the planner's choice did not end."""
-    outcome = trade.outcomes.get(PLANNED)
-    if outcome is None or outcome.state == "done":
-        return ""
-    return f"\n({PLANNED}: {outcome.state}, {outcome.reason[:80]})"
+def _ticks(axis: Axis, decades: float) -> None:
+    """Plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
+    from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _legend(trade: Trade) -> Sequence[Any]:
@@ -142,8 +147,12 @@ def _legend(trade: Trade) -> Sequence[Any]:
     handles = [handle(FAMILIES[f], "o", COLOURS[f], 7.0) for f in families]
     handles += [handle(MARKERS[v][1], MARKERS[v][0], "#333333") for v in varied]
     handles.append(Line2D([], [], color="black", linewidth=1.0, label="Pareto front"))
-    for name, marker, size in _marked(trade):
-        mark = handle(name, marker, "#F0E442", size - 2)
-        mark.set_markeredgecolor("black")
-        handles.append(mark)
+    for name, marker, size in _MARKS:
+        if name in trade.outcomes:
+            outcome = trade.outcomes[name]
+            there = outcome.state == "done"
+            words = name if there else f"{name}: {outcome.reason[:60]}"
+            mark = handle(words, marker, "#F0E442" if there else "white", size - 2)
+            mark.set_markeredgecolor("black" if there else GREY)
+            handles.append(mark)
     return handles

@@ -23,7 +23,7 @@ def read_journal(path: Path) -> dict[str, Outcome]:
     if not path.exists():
         return found
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        with suppress(json.JSONDecodeError, KeyError, TypeError):
+        with suppress(ValueError, KeyError, TypeError, RecursionError):
             entry = json.loads(line)
             found[entry["key"]] = Outcome(**entry["outcome"])
     return found
