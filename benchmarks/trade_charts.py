@@ -32,7 +32,7 @@ charts show processor time.
     seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
 
 runs a scene at every fidelity that applies to it and draws time against error. Each point is a scene with its keys
-stated (the table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
+stated (the JSON table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
 
 - **The ladder.** The diagonal refines mesh and band together by {RATIO} from rung to rung, for every level of modelling
   that describes the seat; it goes on as far as the time limit lets it ({TIME_LIMIT:g} processor seconds for a point by
