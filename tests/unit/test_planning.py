@@ -220,6 +220,17 @@ class TestRefining:
         assert step.run.time_step == pytest.approx(old.run.time_step / 2)  # type: ignore[operator]
         assert model.reed.n_modes >= 1.4 * old.reed.n_modes  # type: ignore[union-attr]
 
+    def test_a_spring_that_leaves_too_much_out_gives_way_to_waves(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": ["impulse"]}))
+        finer = refine(plan, "model")
+        assert plan.level == "spring"
+        assert finer is not None
+        assert finer.level == "axisymmetric"
+        again = refine(finer, "model")
+        assert again is not None
+        assert again.level == "axisymmetric"
+        assert again.scene.reed.n_modes > finer.scene.reed.n_modes  # type: ignore[union-attr]
+
     def test_a_given_key_is_not_refined(self) -> None:
         plan = plan_scene(scene_of(SPRING, REED, run__time_step="50 ns", reed__n_modes=20))
         for source in ("mesh", "reduction", "time_step", "model", "nothing known"):
