@@ -137,8 +137,8 @@ def _read(log: Path, version: str) -> dict[str, Outcome]:
     found: dict[str, Outcome] = {}
     if not log.exists():
         return found
-    for line in log.read_text(encoding="utf-8").splitlines():
-        with suppress(json.JSONDecodeError, KeyError, TypeError):
+    for line in log.read_text(encoding="utf-8", errors="replace").splitlines():
+        with suppress(ValueError, KeyError, TypeError, AttributeError, RecursionError):
             entry = json.loads(line)
             name = entry.pop("cell")
             if entry.pop("version") == version:

@@ -96,7 +96,15 @@ class Machine:
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
             schema, rates = data["schema"], {key: float(value) for key, value in data["rates"].items()}
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as problem:
+        except (
+            OSError,
+            ValueError,
+            LookupError,
+            TypeError,
+            AttributeError,
+            ArithmeticError,
+            RecursionError,
+        ) as problem:
             raise MachineError(f"{path}: no calibration can be read from it ({problem}); {remedy}") from problem
         wanted = {field.name for field in fields(cls)} - {"origin"}
         if schema != SCHEMA or set(rates) != wanted:

@@ -24,7 +24,7 @@ from seatfem.mesh.spec import MeshSpec
 from seatfem.model import SecondOrderModel
 from seatfem.roads.greens import reduce_model
 from seatfem.roads.harmonics import ring_greens
-from seatfem.roads.modes import Modes
+from seatfem.roads.modes import ConvergenceError, Modes
 from seatfem.roads.ring_patches import RingPatch
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, Scene
@@ -178,19 +178,22 @@ def _around(
     assert isinstance(seat, scenes.RevolvedSeat)
     assert seat.arc is not None
     with watch("reduction"):
-        greens = ring_greens(
-            mesh,
-            solids(seat, mesh),
-            {"contact": RingPatch(0.0, seat.arc)},
-            bandwidth=seat.greens.bandwidth,
-            duration=memory(scene),
-            tolerance=seat.greens.tolerance,
-            damping_ratio=seat.damping_ratio,
-            sliding=sliding_faces(seat),
-            supports=supports_of(seat),
-            rayleigh=rayleigh_of(seat),
-            progress=progress,
-        )
+        try:
+            greens = ring_greens(
+                mesh,
+                solids(seat, mesh),
+                {"contact": RingPatch(0.0, seat.arc)},
+                bandwidth=seat.greens.bandwidth,
+                duration=memory(scene),
+                tolerance=seat.greens.tolerance,
+                damping_ratio=seat.damping_ratio,
+                sliding=sliding_faces(seat),
+                supports=supports_of(seat),
+                rayleigh=rayleigh_of(seat),
+                progress=progress,
+            )
+        except ConvergenceError as error:
+            raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
     if _is_spring(seat):
         greens, about = without_waves(greens), {**about, "seat_model": SPRING}

@@ -22,13 +22,29 @@ from impact.checkpoint import save_checkpoint
 from impact.stepper import ContactStepper, prepare
 from impact.storage import save_greens, save_results
 from seatfem.measured.pole_fit import transfer
+from seatfem.planning.machine import Machine
 from seatfem.seats.store import Store
+from seatfem.trading.journal import append
+from seatfem.trading.point import Outcome, Point
 
 from . import scenes
 
 ROOT: Final = Path(__file__).parents[2]
 Form = Literal["toml", "hdf5", "text", "bytes"]
-Entry = Literal["run", "draw", "plan", "greens", "results", "checkpoint", "series", "impulse", "impulse-uff", "store"]
+Entry = Literal[
+    "run",
+    "draw",
+    "plan",
+    "greens",
+    "results",
+    "checkpoint",
+    "series",
+    "impulse",
+    "impulse-uff",
+    "store",
+    "journal",
+    "rates",
+]
 MODEL: Final = impact.ModalGreens(
     2 * np.pi * np.array([2e3, 5.1e3, 9.3e3]),
     np.array([0.02, 0.01, 0.03]),
@@ -340,6 +356,15 @@ def _kept(folder: Path) -> Iterator[Specimen]:
     (folder / "store").mkdir()
     Store(folder / "store").put(KEY, SEAT)
     yield Specimen("store", f"{KEY}.h5", "hdf5", "store", 1.5)
+    (folder / "journal").mkdir()
+    point = Point("a", "rod", "diagonal")
+    for key in ("0123", "4567"):
+        append(
+            folder / "journal" / "journal.jsonl", key, point, Outcome("done", "", 1.0, 1.0, 1e8, 0.5, {"impulse": 1.0})
+        )
+    yield Specimen("journal", "journal.jsonl", "text", "journal")
+    Machine().save(folder / "rates" / "machine.json")
+    yield Specimen("rates", "machine.json", "text", "rates")
 
 
 KEY: Final = "0123456789abcdef" * 4

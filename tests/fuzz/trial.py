@@ -28,8 +28,10 @@ from impact.time_series import read_time_series
 from seatfem.cli import run_command
 from seatfem.formats.uff import read_impulse_response_uff
 from seatfem.mesh.gmsh_process import MeshingError
+from seatfem.planning.machine import Machine
 from seatfem.runs import contact, pipeline
 from seatfem.seats.store import VARIABLE, Store
+from seatfem.trading.journal import read_journal
 
 from .corpus import KEY, Specimen, fresh_march
 from .hdf5 import HDF5, mutate
@@ -281,4 +283,6 @@ _READERS: Final[dict[str, Callable[[Path], object]]] = {
     "impulse": read_impulse_response,
     "impulse-uff": lambda path: read_impulse_response_uff(path, ports={"contact": (7, "+z")}),
     "store": _store,
+    "journal": read_journal,
+    "rates": Machine.load,
 }

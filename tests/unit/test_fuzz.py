@@ -20,16 +20,20 @@ from impact.seal import seal
 from impact.stepper import ContactStepper, prepare
 from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
 from seatfem.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
+from seatfem.extremes import run_battery
 from seatfem.formats.matrices import read_matrices
 from seatfem.formats.mesh_files import read_mesh
 from seatfem.mesh.io import MeshError
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError
 from seatfem.planning.before_meshing import check_before_meshing
+from seatfem.planning.machine import Machine, MachineError
 from seatfem.runs import contact
 from seatfem.runs.contact import RunError, check_length, check_step
 from seatfem.scene import DrawnSeat, SceneError, load_scene
 from seatfem.seats.memory_need import MemoryNeedError
+from seatfem.trading.journal import append, read_journal
+from seatfem.trading.point import Outcome, Point
 
 ROOT = Path(__file__).parents[2]
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.1 ms"\n'
@@ -266,6 +270,24 @@ def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
     path.write_text(SPRING + BALL + 'filter_width = "1e-6 us"\n', encoding="utf-8")
     with pytest.raises(RunError, match=r"run\.filter_width need"):
         check_step(load_scene(path))
+
+
+DEEP = "[" * 100_000
+
+
+def test_logs_and_calibrations_with_broken_lines(tmp_path: Path) -> None:
+    """Lines of a log that cannot be read are skipped; a calibration says what to do."""
+    journal, log, rates = tmp_path / "journal.jsonl", tmp_path / "log.jsonl", tmp_path / "machine.json"
+    append(journal, "0123", Point("a", "rod", "diagonal"), Outcome("done"))
+    with journal.open("ab") as file:
+        file.write(b'\xff\n7\n"a"\n[1]\n{"key": "a"}\n' + DEEP.encode())
+    assert list(read_journal(journal)) == ["0123"]
+    log.write_bytes(b'\xff\n7\n"a"\n[1]\n{"cell": "a"}\n' + DEEP.encode())
+    assert run_battery([], log) == {}
+    for text in (DEEP, '{"schema": 1, "rates": {"start": 1' + "0" * 400 + "}}", "", "7"):
+        rates.write_text(text, encoding="utf-8")
+        with pytest.raises(MachineError, match=r"machine\.json: .*seatfem doctor --calibrate"):
+            Machine.load(rates)
 
 
 def test_cases_follow_from_their_names() -> None:
