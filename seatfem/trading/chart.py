@@ -66,7 +66,13 @@ def draw_trade(trade: Trade, path: Path) -> None:
             _panel(axes, trade, measure)
         for axes in list(panels)[count:]:
             axes.set_axis_off()
-        figure.legend(handles=_legend(trade), loc="outside lower center", ncols=2 + 2 * columns if columns > 1 else 3)
+        figure.legend(
+            handles=_legend(trade),
+            loc="outside lower center",
+            ncols=2 * columns + 1,
+            columnspacing=1.2,
+            handletextpad=0.3,
+        )
 
 
 def _panel(axes: Axes, trade: Trade, measure: str) -> None:
