@@ -191,10 +191,12 @@ def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens 
 
 
 def _closed(greens: ModalGreens, port: int, low: float, high: float) -> tuple[Array, Array]:
-    """(frequencies [Hz], |receptance| [m/N]) in closed form."""
+    """(frequencies [Hz], |receptance| [m/N]) in closed form; without points where it is infinite."""
     modes = greens.frequencies_hz[(greens.frequencies_hz > low) & (greens.frequencies_hz < high)]
     f = np.unique(np.concatenate([np.geomspace(low, high, 1200), modes]))  # no peak is missed
-    return f, np.abs(receptance(greens, f, port, port))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        h = np.abs(receptance(greens, f, port, port))
+    return f[np.isfinite(h)], h[np.isfinite(h)]
 
 
 def _windowed(greens: GreensFunction, port: int, low: float, high: float, duration: float) -> tuple[Array, Array]:

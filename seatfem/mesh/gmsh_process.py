@@ -79,6 +79,8 @@ def _check(code: int, last: Mapping[str, Any], log: str) -> None:
         raise (GeometryError if last["kind"] == "geometry" else MeshingError)(last["error"])
     if code < 0:
         name = signal.Signals(-code).name
+        if name == "SIGALRM":
+            raise MeshingError(f"gmsh found no end while {last['stage']}: check and heal the file")
         raise MeshingError(f"gmsh crashed ({name}) while {last['stage']}: {REMEDY}")
     if code > 0:
         ending = log.strip().splitlines()[-1:] or ["no message"]

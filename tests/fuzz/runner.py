@@ -21,7 +21,7 @@ from .trial import Case, Verdict, carry_out
 
 MEMORY: Final = 4 << 30  # bytes of address space beyond what the libraries map
 FILE_SIZE: Final = 256 << 20  # bytes of one file
-TIME: Final = 60.0  # s of a case
+TIME: Final = 150.0  # s of a case; gmsh may try to read a file for 100 s
 CASES_A_PROCESS: Final = 300
 
 
@@ -58,7 +58,8 @@ def read_log(log: Path) -> dict[str, Verdict]:
     for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else ():
         with suppress(ValueError, KeyError, TypeError):
             entry = json.loads(line)
-            found[entry.pop("case")] = Verdict(**entry)
+            name = entry.pop("case")
+            found[name] = Verdict(**entry)
     return found
 
 

@@ -3,6 +3,7 @@
 import gzip
 import io
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ from scipy import sparse
 
 import impact
 from impact.checkpoint import restore_checkpoint, save_checkpoint
+from impact.greens_plots import plot_greens
 from impact.problem import ContactError
 from impact.seal import seal
 from impact.stepper import ContactStepper, prepare
@@ -23,6 +25,8 @@ from seatfem.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.extremes import run_battery
 from seatfem.formats.matrices import read_matrices
 from seatfem.formats.mesh_files import read_mesh
+from seatfem.mesh import gmsh_process
+from seatfem.mesh.gmsh_process import MeshingError
 from seatfem.mesh.io import MeshError
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError
@@ -270,6 +274,25 @@ def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
     path.write_text(SPRING + BALL + 'filter_width = "1e-6 us"\n', encoding="utf-8")
     with pytest.raises(RunError, match=r"run\.filter_width need"):
         check_step(load_scene(path))
+
+
+def test_a_cad_kernel_that_finds_no_end_is_ended() -> None:
+    code = "import time, seatfem.mesh._gmsh_messages as m; m.LONGEST = 1; m.stage('building the geometry', 0); "
+    command = [sys.executable, "-c", code + "time.sleep(60)"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, timeout=50, check=False)
+    assert done.returncode == -signal.SIGALRM
+    with pytest.raises(MeshingError, match="gmsh found no end while building the geometry: check and heal the file"):
+        gmsh_process._check(done.returncode, json.loads(done.stdout), "")
+    going_on = [sys.executable, "-c", code + "m.stage('meshing surfaces', 0.1); time.sleep(1.5)"]
+    assert subprocess.run(going_on, cwd=ROOT, capture_output=True, timeout=50, check=False).returncode == 0
+
+
+def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
+    """At its own frequency it is infinite: omega^2 is exactly that of the frequencies drawn."""
+    omega = 2 * np.pi * np.array([1024.0, 4096.0])
+    modes = impact.ModalGreens(omega, np.zeros(2), np.ones((2, 1)), impact.Residual.spring(1e-9))
+    plot_greens(modes, tmp_path / "greens.png", duration=5e-3, width=1e-4)
+    assert (tmp_path / "greens.png").stat().st_size > 10_000
 
 
 DEEP = "[" * 100_000
