@@ -164,8 +164,8 @@ def report(points: list[Point]) -> None:
         f"order 2, {LIP:g} times as wide on the lip. {TOLERANCE:.0%} over {DURATION:.0e} s, damping ratio {DAMPING}, a "
         f"band of {PER_WAVE:.0f} elements (of the bulk) per shear wave. Peak memory: of the process, mesh and assembly "
         "included. Assembly: by the clock; reduction: processor seconds, which a busy machine spoils less.",
-        "One thread, everything loaded and compiled before. The points of lanczos from 144060 unknowns on are older: not "
-        "warmed up, and two threads allowed, of which that road uses one.",
+        "One thread, everything loaded and compiled before. The points of lanczos from 144060 unknowns on are older: "
+        "not warmed up, and two threads allowed, of which that road uses one.",
         f"Exponents of the upper three points: {fits}.",
     )
     columns = ("body", "road", "dof", "size (mm)", "band (MHz)", "assembly (s)", "reduction (s)")
