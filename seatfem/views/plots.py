@@ -209,6 +209,9 @@ class _Body:
         self.outline = self.surface.extract_feature_edges(
             feature_angle=35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False
         )
+        self.surface = self.surface.compute_normals(  # sharp edges split once, for all shapes
+            cell_normals=False, feature_angle=35, split_vertices=True, consistent_normals=False
+        )
         self.amplitude = AMPLITUDE * grid.size
 
     def draw(self, plotter: Any, k: int, phase: float) -> None:
@@ -217,6 +220,7 @@ class _Body:
         moved = self.surface.copy()
         moved.clear_data()
         moved.points = self.surface.points + phase * self.amplitude * field
+        moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
         moved.point_data["displacement"] = np.linalg.norm(field, axis=1)
         plotter.add_mesh(
             moved,
@@ -225,8 +229,6 @@ class _Body:
             clim=(0.0, 1.0),
             show_scalar_bar=False,
             smooth_shading=True,
-            split_sharp_edges=True,
-            feature_angle=35,
             **_LIGHT,
         )
         plotter.add_mesh(self.outline, color="#6A6A6A", line_width=1.5)

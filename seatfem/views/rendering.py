@@ -85,6 +85,8 @@ def new_plotter(pyvista: ModuleType, size: tuple[int, int]) -> Any:
     """An off-screen plotter on white with antialiasing, in the theme of this package alone."""
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size), theme=pyvista.themes.DocumentTheme())
     plotter.enable_anti_aliasing("ssaa")
+    plotter.show(auto_close=False)
+    plotter.suppress_rendering = True  # every actor and every turn of the camera would render, in software
     return plotter
 
 
@@ -117,11 +119,13 @@ def shoot(plotter: Any) -> Image:
     Raises:
         PictureError: nothing was drawn.
     """
-    plotter.render()  # a screenshot alone would keep the camera of the last one
-    image = plotter.screenshot(return_img=True)
-    if image is None or float(np.std(image)) == 0.0:
+    plotter.suppress_rendering = False
+    plotter.render()
+    image = np.array(plotter.image[..., :3], dtype=np.uint8)
+    plotter.suppress_rendering = True
+    if float(np.std(image)) == 0.0:
         raise PictureError("VTK drew an empty picture: its OpenGL does not work here; try: seatfem doctor")
-    return np.asarray(image[..., :3], dtype=np.uint8)
+    return image
 
 
 def crop(images: list[Image], border: int = 6) -> list[Image]:
