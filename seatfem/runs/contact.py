@@ -92,7 +92,7 @@ def run_contact(
 
 
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
-    """The measures of the same run alone, a fraction of its cost: no energies, and the stress looked for coarsely."""
+    """The measures of the same run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
     problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=law_of(scene))
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
@@ -100,7 +100,8 @@ def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, d
     force = stepper.force[: stepper.done, 0]
     displacement = port_displacement(prepared.bodies[1], -force)
     force = np.concatenate([prepared.rest, force])
-    peak = peak_stress(scene, striker, force, dt, coarsely=True)
+    wanted = "stress" in scene.accuracy.measures
+    peak = peak_stress(scene, striker, force, dt, coarsely=True) if wanted else None
     return values_of(force, dt, scene.run.filter_width, displacement, None if peak is None else peak.value)
 
 

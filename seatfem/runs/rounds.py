@@ -110,7 +110,8 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Ro
     with watch("reed stress"):
         stress = peak_stress(scene, striker, result.force, result.dt)
     with watch("error budget"):
-        left = error_budget(scene, seat, striker, result, None if stress is None else stress.value)
+        wanted = stress if "stress" in scene.accuracy.measures else None
+        left = error_budget(scene, seat, striker, result, None if wanted is None else wanted.value)
     return Round(plan, seat, reused, striker, result, stress, _with_spring(plan, left))
 
 

@@ -29,16 +29,16 @@ def error_budget(
 ) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
-    - time_step: a step half as long changes half of what is left, the march being of first order where the force jumps;
-      one twice as long changes as much as is left. The larger counts: either may be small by accident. A contact's
-      duration is known to a step at best. The runs below take the doubled step, if it resolves the filter, and are
-      compared with that one.
+    - time_step: a step twice as long changes as much as is left, the march being of first order where the force jumps,
+      and one four times as long three times as much. The larger counts: either may be small by accident. Where these no
+      longer resolve the filter, half the step changes half of what is left. A contact's duration is known to a step at
+      best. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
     - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod); what a
       cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa].
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
     """
     values = measured(result, scene.run.filter_width, stress)
     doubled = 4 * result.dt <= scene.run.filter_width
@@ -48,7 +48,11 @@ def error_budget(
         return run_for_measures(scene, body, greens, dt)
 
     base = run(seat.greens)
-    of_step = _larger(changes(values, base), _twice(changes(values, run(seat.greens, dt=result.dt / 2))))
+    if 8 * result.dt <= scene.run.filter_width:
+        of_step = _larger(changes(values, base), _times(1 / 3, changes(values, run(seat.greens, dt=4 * result.dt))))
+    else:
+        of_step = _times(2, changes(values, run(seat.greens, dt=result.dt / 2)))
+        of_step = _larger(of_step, changes(values, base)) if doubled else of_step
     if values["contact_duration"] > 0:
         of_step = {**of_step, "contact_duration": max(of_step["contact_duration"], result.dt)}
     mesh, reduction = _of_mesh(seat, base, run), _of_reduction(scene, seat, base, run)
@@ -100,8 +104,8 @@ def _larger(one: Values, other: Values) -> Values:
     return {name: max(one[name], other[name]) for name in one}
 
 
-def _twice(values: Values) -> Values:
-    return {name: 2 * value for name, value in values.items()}
+def _times(factor: float, values: Values) -> Values:
+    return {name: factor * value for name, value in values.items()}
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
