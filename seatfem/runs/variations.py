@@ -20,6 +20,7 @@ from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.seat import SeatAnswer
 from seatfem.seats.statics import beyond_level
 
+FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
 FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
 
@@ -30,8 +31,8 @@ def error_budget(
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
     - time_step: a step twice as long changes as much as is left, the march being of first order where the force jumps,
-      and one four times as long three times as much. The larger counts: either may be small by accident. Where these no
-      longer resolve the filter, half the step changes half of what is left. A contact's duration is known to a step at
+      and one four times as long three times as much. The larger counts: either may be small by accident. Where these
+      hardly resolve the filter, half the step, which changes half of what is left, takes the place of the latter. A contact's duration is known to a step at
       best. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
@@ -48,7 +49,7 @@ def error_budget(
         return run_for_measures(scene, body, greens, dt)
 
     base = run(seat.greens)
-    if 8 * result.dt <= scene.run.filter_width:
+    if FINE * result.dt <= scene.run.filter_width:
         of_step = _larger(changes(values, base), _times(1 / 3, changes(values, run(seat.greens, dt=4 * result.dt))))
     else:
         of_step = _times(2, changes(values, run(seat.greens, dt=result.dt / 2)))
