@@ -32,8 +32,9 @@ def error_budget(
 
     - time_step: a step twice as long changes as much as is left, the march being of first order where the force jumps,
       and one four times as long three times as much. The larger counts: either may be small by accident. Where these
-      hardly resolve the filter, half the step, which changes half of what is left, takes the place of the latter. A contact's duration is known to a step at
-      best. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
+      hardly resolve the filter, half the step, which changes half of what is left, takes the place of the latter. A
+      contact's duration is known to a step at best. The runs below take the doubled step, if it resolves the filter,
+      and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
