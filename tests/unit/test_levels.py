@@ -27,7 +27,7 @@ RING += 'thickness = "4 mm"\nmesh = { size = "2 mm", contact_size = "1 mm" }\ngr
 BAR = 'kind = "bar"\nlength = "12 mm"\nwidth = "4 mm"\nheight = "4 mm"\n'
 BAR += 'mesh = { size = "2 mm" }\ngreens = { bandwidth = "100 kHz" }\n'
 PLATE = 'kind = "plate"\nports = 3\nport_radius = "2 mm"\npitch = "8 mm"\nmargin = "4 mm"\nthickness = "4 mm"\n'
-PLATE += 'land_width = "1 mm"\nclamp_width = "2 mm"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
+PLATE += 'land_width = "1 mm"\nclamp_width = "2 mm"\nmesh = { size = "2 mm", contact_size = "0.8 mm" }\n'
 PLATE += 'greens = { bandwidth = "60 kHz" }\n'
 
 Build = Callable[..., SeatAnswer]
