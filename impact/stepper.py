@@ -258,9 +258,11 @@ class ContactStepper:
 
     def restore(self, state: dict[str, Array]) -> None:
         """Continue a fresh stepper from a `checkpoint` of the same problem; `ContactError` if it does not fit."""
-        done = int(state.get("done", -1))
         if self.done:
             raise ContactError(f"this stepper has already done {self.done} steps; restore into a fresh one")
+        if "done" not in state or state["done"].size != 1:
+            raise ContactError("the checkpoint does not say how many steps are done")
+        done = int(state["done"].item())
         mine = {
             "force": self.force[:done],
             "gap": self.gap[: done + 1],
@@ -271,7 +273,7 @@ class ContactStepper:
             "live_state": self.live.state,
             "flight": self._base,
         }
-        if missing := ", ".join(sorted((mine.keys() | {"done"}) - state.keys())):
+        if missing := ", ".join(sorted(mine.keys() - state.keys())):
             raise ContactError(f"the checkpoint has no {missing}")
         if not 0 <= done <= self.prepared.steps:
             raise ContactError(f"the checkpoint has done {done} steps, this run has {self.prepared.steps}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -28,7 +29,8 @@ FACTORS: dict[str, tuple[float, float, float]] = {
 """To kg, N s/m and N/m, from mass, damping and stiffness (t, N s/mm, N/mm; kg, kN ms/mm, kN/mm; lbf s^2/inch, ...)."""
 PENALTY = 1e10  # times the median stiffness diagonal: no spring of the structure
 _ROWS, _SPARSEST = 1000, 10  # most rows without and per entry: matrices of structures have several entries a row
-_CONTROL = bytes({*range(32), 127} - set(b"\t\n\v\f\r"))
+_OF_NUMBERS = b"0123456789+-.eE \t\r\n"
+_FOREIGN = re.compile(rb"(?!(?<!\S)[-+]?(?i:nan|inf|infinity)(?!\S))(?<!\S)\S*[^-+.0-9eE\s]\S*")
 _SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
 
 
@@ -89,9 +91,13 @@ def read_matrices(
         found = {key: matrix[~held][:, ~held] for key, matrix in found.items()}
         vectors = {name: vector[~held] for name, vector in vectors.items()}
     _refuse_indefinite(found, names, held, first_dof)
-    return SecondOrderModel(
-        found["M"], found.get("C"), found["K"], {name: Port(vector) for name, vector in vectors.items()}
-    )
+    try:
+        return SecondOrderModel(
+            found["M"], found.get("C"), found["K"], {name: Port(vector) for name, vector in vectors.items()}
+        )
+    except ModelError as problem:
+        files = (name for name in (*names.values(), *ports.values()) if isinstance(name, str | os.PathLike))
+        raise ModelError(f"{', '.join(map(str, files))}: {problem}") from problem
 
 
 def _read(path: Path) -> sparse.csr_array:
@@ -137,18 +143,25 @@ def _raw(path: Path) -> Any:
         return np.atleast_2d(np.load(path, allow_pickle=False))
     if not path.name.endswith((".mtx", ".mtx.gz")):
         raise ValueError("its name must end in .mtx, .mtx.gz, .npz or .npy")
-    _refuse_control_bytes(path)
     if (kind := mminfo(path)[4]) == "pattern":
         raise ValueError(f"a Matrix Market file of {kind}s has no values")
+    if kind != "complex":
+        _refuse_mangled(path)
     return mmread(path)
 
 
-def _refuse_control_bytes(path: Path) -> None:
-    """scipy's reader of Matrix Market files can crash on them."""
+def _refuse_mangled(path: Path) -> None:
+    """scipy's reader takes a number up to where it is broken, and can crash where that is the end of the file."""
+    words = 0
     with (gzip.open if path.suffix == ".gz" else open)(path, "rb") as file:
-        while block := file.read(1 << 20):
-            if len(block.translate(None, _CONTROL)) < len(block):
-                raise ValueError("it has bytes that are no text")
+        while lines := file.readlines(1 << 20):
+            text = b"".join(line for line in lines if not line.startswith(b"%"))
+            if text.translate(None, _OF_NUMBERS) and (foreign := _FOREIGN.search(text)):
+                raise ValueError(f"{foreign[0][:40]!r} stands there, which is no number (exponents are 1e-3)")
+            words += len(text.split())
+    _, _, entries, form, _, _ = mminfo(path)
+    if form == "coordinate" and words != 3 * (entries + 1):
+        raise ValueError(f"it has {words} words; {entries} entries, as its first line says, take {3 * (entries + 1)}")
 
 
 def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:

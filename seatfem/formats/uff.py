@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from impact.greens import Array
+from impact.greens import Array, GreensFunctionError
 from impact.modal import ModalGreens, Residual
 from impact.sampled import SampledGreens, Tail
 from seatfem.measured.frf import FrequencyResponse, Kind, receptance
@@ -165,7 +165,10 @@ def read_impulse_response_uff(
     sign = _sign(found[0], "rsp", place) * _sign(found[0], "ref", place)
     values = sign * np.real(found[0]["data"]) * file.metre / file.newton
     origin = {"kind": "measured", "file": file.path.name}
-    return SampledGreens.from_series(found[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
+    try:
+        return SampledGreens.from_series(found[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
+    except GreensFunctionError as problem:
+        raise GreensFunctionError(f"{file.path}: {problem}") from problem
 
 
 def _read(path: Path, kind: int, units: System | None) -> _File:

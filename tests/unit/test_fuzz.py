@@ -165,12 +165,13 @@ def test_results_of_different_lengths(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [
+        ("state/done", [1, 2], "does not say how many"),
         ("state/done", -3, "done -3 steps"),
         ("state/done", 10**6, "done 1000000 steps"),
         ("state/gap", 1.0, "gap has shape"),
     ],
 )
-def test_checkpoints_from_elsewhere(name: str, data: float, words: str, tmp_path: Path) -> None:
+def test_checkpoints_from_elsewhere(name: str, data: object, words: str, tmp_path: Path) -> None:
     """Restored, they would be marched on beyond the end of arrays, in compiled code."""
     stepper, path = march(), tmp_path / "march.h5"
     stepper.advance(10)
@@ -206,6 +207,10 @@ def outside() -> bytes:
 
 HEAD = b"%%MatrixMarket matrix coordinate real symmetric\n"
 BROKEN = {
+    "end.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0x",
+    "fortran.mtx": HEAD + b"2 2 2\n1 1 1.0D-3\n2 2 1.0\n",
+    "nan.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0nan",
+    "more.mtx": HEAD + b"2 2 2\n1 1 1.0 7\n2 2 1.0\n",
     "nul.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.00000\0\0\0\0001\n",
     "vast.mtx": HEAD + b"1000000000 1000000000 1\n1 1 1.0\n",
     "cut.mtx.gz": gzip.compress(HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0\n", mtime=0)[:-12],
