@@ -1,5 +1,6 @@
 """Mutated scene and kernel files: a seeded sample of what `python -m tests.fuzz` does, and the defects it has found."""
 
+import csv
 import gzip
 import io
 import json
@@ -40,6 +41,7 @@ from seatfem.trading.journal import append, read_journal
 from seatfem.trading.point import Outcome, Point
 
 ROOT = Path(__file__).parents[2]
+TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.1 ms"\n'
 SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 BLOCK = (
@@ -57,6 +59,12 @@ def test_a_sample_of_the_cases(tmp_path: Path) -> None:
     words = {entry["word"] for entry in log}
     assert len(log) >= 50
     assert {"ran", "refused"} <= words <= {"ran", "refused", "drawn"}
+
+
+def test_the_committed_table_has_no_defect() -> None:
+    rows = list(csv.DictReader(TABLE.read_text(encoding="utf-8").splitlines()))
+    assert sum(int(row["cases"]) for row in rows) >= 10_000
+    assert sum(int(row["defects"]) for row in rows) == 0
 
 
 @pytest.mark.parametrize(
