@@ -24,7 +24,8 @@ from seatfem.roads.modes import ConvergenceError
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import DrawnSeat, Scene, load_scene
 from seatfem.seats.levels import Level
-from seatfem.seats.seat import COARSENING, PER_WAVELENGTH, SeatAnswer, build_seat, memory
+from seatfem.seats.needs import COARSENING, PER_WAVELENGTH, memory
+from seatfem.seats.seat import SeatAnswer, build_seat
 
 SEED, SEATS = 20, 30
 FITTED, HELD_OUT = (SEED, 21), 22  # the seats of the last had no part in making the estimate

@@ -100,3 +100,11 @@ def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:
     """Straight edges through the points and back to the first; ``names``: one per edge."""
     ends = [*points[1:], points[0]]
     return tuple(Edge(a, b, name=name) for a, b, name in zip(points, ends, names, strict=True))
+
+
+def profile_of(geometry: object) -> Profile:
+    """The outline of a solid of revolution. Raises `GeometryError` for another solid."""
+    profile = getattr(geometry, "profile", None)
+    if not isinstance(profile, Profile):
+        raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")
+    return profile

@@ -15,11 +15,10 @@ from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geom
 from seatfem.geometry.plan import EVERYWHERE
 from seatfem.mesh.gmsh_process import run_gmsh
 from seatfem.mesh.io import MeshArrays
+from seatfem.mesh.layers import graded
 from seatfem.mesh.plan_grid import cut_lines, rectangle_plan
-from seatfem.mesh.spec import MeshSpec
-from seatfem.mesh.swept import extrude, graded, revolve
-
-LEAST_LAYERS = 8  # around a full circle
+from seatfem.mesh.spec import LEAST_LAYERS, MeshSpec
+from seatfem.mesh.swept import extrude, revolve
 
 
 @dataclass(frozen=True, eq=False)

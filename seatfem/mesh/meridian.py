@@ -15,6 +15,7 @@ from skfem.assembly import Dofs
 
 from impact.progress import Progress, silent
 from seatfem.geometry import GeometryError, Profile, Revolved, encode, fingerprint
+from seatfem.geometry.profile import profile_of
 from seatfem.mesh.gmsh_process import STAGE, Arrays, run_gmsh
 from seatfem.mesh.seat_mesh import MeshProvenance
 from seatfem.mesh.spec import MeshSpec
@@ -77,14 +78,6 @@ def make_meridian(geometry: Revolved, spec: MeshSpec, progress: Progress = silen
         raise GeometryError(f"{source}: an element is folded; use smaller elements, or curved = False")
     progress(STAGE, 1.0)
     return MeridianMesh(mesh, spec.order, quality, provenance)
-
-
-def profile_of(geometry: object) -> Profile:
-    """The outline of a solid of revolution. Raises `GeometryError` for another solid."""
-    profile = getattr(geometry, "profile", None)
-    if not isinstance(profile, Profile):
-        raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")
-    return profile
 
 
 def make_section(geometry: Revolved, spec: MeshSpec, progress: Progress = silent) -> Arrays:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.geometry import Bar, Block
+from seatfem.mesh.layers import graded
 from seatfem.mesh.spec import MeshSpec
-from seatfem.mesh.swept import graded
 
 Floats = NDArray[np.float64]
 

@@ -8,6 +8,8 @@ from typing import Literal
 
 from seatfem.geometry import GeometryError
 
+LEAST_LAYERS = 8  # of hexahedra around a full circle
+
 
 @dataclass(frozen=True)
 class MeshSpec:

@@ -9,9 +9,9 @@ from functools import cache
 
 import numpy as np
 
+from impact.greens import Array
 from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Profile, Stopper, ValvePlate
 from seatfem.geometry.profile import Edge, Point
-from seatfem.model import Array
 from seatfem.planning.size_field import COARSEST, Distance, Samples, from_segments, inside, squares
 
 Drawn = AnnularSeat | ConicalSeat | Stopper | ValvePlate | Bar | Block

@@ -14,7 +14,7 @@ from seatfem.planning.seat_costs import ALL_MODES, SeatModel
 from seatfem.runs.contact import striker_of, time_step
 from seatfem.scene import Cantilever, ElasticSeat, Rod, Scene
 from seatfem.scene.seats import BarSeat
-from seatfem.seats.discretise import solid
+from seatfem.seats.solids import solid
 
 HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
 HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band

@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Stopper, ValvePlate
-from seatfem.mesh.hexes import LEAST_LAYERS
-from seatfem.mesh.meridian import profile_of
-from seatfem.mesh.spec import MeshSpec
-from seatfem.mesh.swept import graded
+from seatfem.geometry.profile import profile_of
+from seatfem.mesh.layers import graded
+from seatfem.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.planning.bodies import Body, Drawn, plan_of, section_of, solid_of
 from seatfem.planning.cad_extent import as_block
 from seatfem.seats.levels import Level

@@ -44,7 +44,7 @@ def sizes_for(patch: Patch, band: float, error: float, order: int = 2) -> Sizes:
 def mesh_error(patch: Patch, band: float, sizes: Sizes, order: int = 2) -> float:
     """Relative error of g."""
     local = PATCH * (min(sizes.contact_size, 2 * patch.width) / patch.width) ** PATCH_ORDER
-    return _order(order) * (local + sizes.size * _per_size(patch, band))
+    return float(_order(order) * (local + sizes.size * _per_size(patch, band)))
 
 
 def per_wavelength(patch: Patch, band: float, sizes: Sizes) -> float:

@@ -17,7 +17,7 @@ from seatfem.runs.contact import MAX_STEPS
 from seatfem.runs.variations import NARROWER
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, Scene
 from seatfem.scene.imported import Matrices
-from seatfem.seats.seat import mesh_spec
+from seatfem.seats.needs import mesh_spec
 
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"

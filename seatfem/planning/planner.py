@@ -23,7 +23,7 @@ from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
 from seatfem.runs.contact import check_length, check_step
 from seatfem.scene import ElasticSeat, Scene
-from seatfem.seats.seat import memory
+from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
 
 __all__ = ["plan_scene", "refine"]

@@ -72,7 +72,8 @@ def _finer(scene: Scene, key: str, factor: float) -> float | int:
     value = _of(scene, key)
     match key:
         case "reed.n_modes":
-            return min(1000, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
+            more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
+            return min(1000, more)
         case "seat.greens.bandwidth":
             wider = [band for band in BANDS if band > value * (1 + 1e-9)]
             return wider[0] if wider else float(LEAST * value)

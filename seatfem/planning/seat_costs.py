@@ -13,10 +13,10 @@ from seatfem.planning.element_counts import Sizes, in_numbers, of_nodes, predict
 from seatfem.planning.machine import Machine
 from seatfem.scene import ElasticSeat, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat, RevolvedSeat
-from seatfem.seats.discretise import solid
 from seatfem.seats.levels import Level, sectors
 from seatfem.seats.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, memory_need
-from seatfem.seats.seat import COARSENING, memory, mesh_spec
+from seatfem.seats.needs import COARSENING, memory, mesh_spec
+from seatfem.seats.solids import solid
 
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron

@@ -23,7 +23,6 @@ from seatfem.planning.patch import Patch, patch_of
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, GreensFile, Rod, Scene, Spring
 from seatfem.scene.imported import UniversalModes
 from seatfem.scene.parts import AnyMaterial, Material
-from seatfem.seats.imported_seats import from_modes
 
 MODES: Final = 40  # of the surrogate's rod
 SPREADING: Final = 0.2  # damping ratio that stands for waves which spread in three dimensions
@@ -62,6 +61,8 @@ def surrogate_of(scene: Scene) -> Surrogate:
         case GreensFile():
             return Surrogate(load_greens(seat.file), True, f"the function in {seat.file.name}")
         case UniversalModes():
+            from seatfem.seats.imported_seats import from_modes  # its readers take half a second to load
+
             return Surrogate(from_modes(seat), True, f"the modes in {seat.file.name}")
         case DrawnSeat() if (patch := patch_of(seat)) is not None:
             ratio = _damping(seat) if patch.one_dimensional else max(_damping(seat), SPREADING)

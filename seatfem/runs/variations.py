@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from seatfem.runs.budget import Budget, Source, Values, changes, measured, total
 from seatfem.runs.contact import run_for_measures, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
-from seatfem.seats.seat import SeatAnswer
 from seatfem.seats.statics import beyond_level
+
+if TYPE_CHECKING:
+    from seatfem.seats.seat import SeatAnswer
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from impact.progress import Progress, silent
 from seatfem.elements.assembly import assemble
 from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.geometry import GeometryError
-from seatfem.materials import Material, Orthotropic
 from seatfem.mesh.gmsh_process import MeshingError
 from seatfem.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.mesh.meshing import make_mesh
@@ -21,11 +18,11 @@ from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError, SecondOrderModel
 from seatfem.planning.before_meshing import check_before_meshing
 from seatfem.scene import Cad, MeshFile
-from seatfem.scene.parts import AnyMaterial, AnySupport, OrthotropicMaterial
+from seatfem.scene.parts import AnySupport
 from seatfem.scene.seats import DrawnSeat, ElasticSeat, RevolvedSeat
 from seatfem.seats.levels import Level, sectors
+from seatfem.seats.solids import Solid, solid
 
-Solid = Material | Orthotropic
 NAMES: Mapping[Level, str] = {
     "rod": "rod, closed form",
     "axisymmetric": "finite elements, axisymmetric",
@@ -117,21 +114,6 @@ def solids(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh) -> Solid | Mapping[
     return {name: solid(seat.materials.get(name, seat.material)) for name in regions}
 
 
-def solid(given: AnyMaterial) -> Solid:
-    """A scene's material as finite elements take it."""
-    if isinstance(given, OrthotropicMaterial):
-        return Orthotropic(
-            young=given.young,
-            poisson=given.poisson,
-            shear=given.shear,
-            density=given.density,
-            axes=_orthonormal(given.axes),
-            name="seat.material",
-            loss_factor=given.loss_factor,
-        )
-    return Material(young=given.young, poisson=given.poisson, density=given.density, loss_factor=given.loss_factor)
-
-
 def supports_of(seat: ElasticSeat) -> tuple[Support, ...]:
     """What holds the seat beside its fixed and sliding faces."""
     return tuple(found for support in seat.supports if (found := _support(support)) is not None)
@@ -149,9 +131,3 @@ def _support(given: AnySupport) -> Support | None:
             return Absorbing(given.on, given.centre)
         case "sliding":
             return None
-
-
-def _orthonormal(axes: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, ...], ...]:
-    rows = np.asarray(axes, dtype=float)
-    unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-    return tuple(tuple(float(x) for x in row) for row in unit)

@@ -14,7 +14,8 @@ from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, GreensFile, Scene
-from seatfem.seats.seat import COARSENING, SeatAnswer, build_seat, memory
+from seatfem.seats.needs import COARSENING, memory
+from seatfem.seats.seat import SeatAnswer, build_seat
 from seatfem.seats.store import Store
 
 _Storable = ModalGreens | PoleGreens | SampledGreens

@@ -14,12 +14,14 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
-from seatfem.mesh.meridian import MeridianMesh
-from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.scene.seats import DrawnSeat, ElasticSeat
 from seatfem.seats.levels import CHEAPEST_FIRST, Level, applicable
+
+if TYPE_CHECKING:
+    from seatfem.mesh.meridian import MeridianMesh
+    from seatfem.mesh.seat_mesh import SeatMesh
 
 GB: Final = 1e9
 FILL: Final = 19.5  # entries of the factor over n^(4/3), of a cube; METIS orderings, order 2
@@ -143,13 +145,13 @@ def check_memory(
 
 def check_seat(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level) -> None:
     """Raise `MemoryNeedError` if the seat on this mesh does not fit; half sections always do."""
-    if isinstance(mesh, MeridianMesh):
+    if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     found = applicable(seat) if isinstance(seat, DrawnSeat) else ()
     levels = [a.level for a in found if a.applies and a.level in cheaper]
     given: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(mesh), method=seat.greens.method, size=given, levels=levels)
+    check_memory(counts_of(cast("SeatMesh", mesh)), method=seat.greens.method, size=given, levels=levels)
 
 
 def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[Level], there: float) -> list[str]:

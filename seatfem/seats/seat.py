@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, assert_never
@@ -29,18 +28,17 @@ from seatfem.roads.ring_patches import RingPatch
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
-from seatfem.seats.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solid, solids, supports_of
+from seatfem.seats.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solids, supports_of
 from seatfem.seats.imported_seats import from_matrices, from_modes, from_response
 from seatfem.seats.levels import Level, choose_level, clamp_error
 from seatfem.seats.memory_need import check_seat
+from seatfem.seats.needs import COARSENING, memory, mesh_spec
 from seatfem.seats.rods import rod_of
-from seatfem.seats.statics import static_greens, without_waves
+from seatfem.seats.static_spring import static_greens
+from seatfem.seats.statics import without_waves
 
-COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/honesty.py: 98 % of its seats are covered, and all of those held out
-PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
-"""Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
 SPRING: Final = "static compliance of the finite elements, a spring"
 ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up by itself
 
@@ -102,15 +100,6 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
             return _from_geometry(scene, seat, watch, progress, mesh_error)
         case _ as never:
             assert_never(never)
-
-
-def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
-    """The mesh the scene asks for; sizes it leaves open follow the slowest shear wave at the band edge."""
-    per_wavelength = PER_WAVELENGTH[level]
-    slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
-    size = seat.mesh.size or slowest / (per_wavelength * seat.greens.bandwidth)
-    contact = seat.mesh.contact_size or 0.4 * size
-    return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order, shape=seat.mesh.shape)
 
 
 def _from_file(scene: Scene, seat: scenes.MeshFile, watch: Stopwatch, progress: Progress) -> SeatAnswer:
@@ -257,14 +246,3 @@ def refinement_of(fine: SeatMesh | MeridianMesh | None, coarse: SeatMesh | Merid
     assert coarse is not None
     ratio = fine.quality.elements / coarse.quality.elements
     return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))
-
-
-def memory(scene: Scene) -> float:
-    """How long the kernel must be right [s]: the run, or the time in which uniform damping forgets the band's tail.
-
-    After ln(1000) / (zeta w) of the lowest frequency of interest, a tenth of the band, a thousandth is left.
-    """
-    seat = scene.seat
-    if not isinstance(seat, ElasticSeat | scenes.Matrices) or seat.damping_ratio <= 0:
-        return scene.run.duration
-    return min(scene.run.duration, math.log(1e3) / (seat.damping_ratio * 2 * math.pi * 0.1 * seat.greens.bandwidth))

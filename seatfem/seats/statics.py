@@ -10,9 +10,6 @@ import numpy as np
 
 from impact.greens import ErrorEstimate, GreensFunction
 from impact.modal import ModalGreens, Residual
-from seatfem.model import SecondOrderModel
-from seatfem.roads.damping import damping_of
-from seatfem.roads.factorization import factorize
 from seatfem.scene import BarSeat, Scene
 from seatfem.seats.rods import love_rod
 
@@ -20,22 +17,10 @@ START: Final = "initial_value"
 """Key of a spring's provenance: g(0+) of the seat [m/(N s)], which the spring has not."""
 
 
-def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
-    """b' K^-1 b delta(t): the static compliance of the patch alone, by one factorization.
-
-    Raises:
-        FactorizationError: a body that can move freely has no static compliance.
-    """
-    (port,) = model.ports.values()
-    compliance = float(port.vector @ factorize(model.K, name="K").solve(port.vector))
-    start = damping_of(model, damping_ratio).first_velocity() / (port.impedance or np.inf)
-    return _spring(compliance, start, model.port_names, {"method": "statics", "dof": model.size})
-
-
 def without_waves(greens: ModalGreens) -> ModalGreens:
     """The same with its static compliance in place of all waves."""
     compliance, start = float(greens.static_compliance()[0, 0]), float(greens.initial_value()[0, 0])
-    return replace(_spring(compliance, start, greens.port_names, greens.origin), error=greens.error)
+    return replace(spring_of(compliance, start, greens.port_names, greens.origin), error=greens.error)
 
 
 def beyond_level(scene: Scene, greens: GreensFunction) -> GreensFunction | None:
@@ -52,7 +37,8 @@ def beyond_level(scene: Scene, greens: GreensFunction) -> GreensFunction | None:
     return None
 
 
-def _spring(compliance: float, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
+def spring_of(compliance: float, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
+    """A compliance [m/N] that remembers the seat's g(0+), ``start`` [m/(N s)]."""
     none = np.zeros(0)
     return ModalGreens(
         none,

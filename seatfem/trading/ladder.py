@@ -16,9 +16,9 @@ from typing import Final, get_args
 from impact.engines import Engine
 from seatfem.planning.filling import is_given
 from seatfem.scene import BarSeat, Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
-from seatfem.seats.discretise import solid
 from seatfem.seats.levels import Level, applicable
-from seatfem.seats.seat import PER_WAVELENGTH
+from seatfem.seats.needs import PER_WAVELENGTH
+from seatfem.seats.solids import solid
 from seatfem.trading.column import column_of
 from seatfem.trading.point import Point
 from seatfem.trading.settings import Settings, written

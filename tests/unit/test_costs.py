@@ -23,7 +23,7 @@ from seatfem.planning.machine import Machine, MachineError, calibration_file
 from seatfem.scene import load_scene
 from seatfem.seats.levels import sectors
 from seatfem.seats.memory_need import counts_of, memory_need
-from seatfem.seats.seat import mesh_spec
+from seatfem.seats.needs import mesh_spec
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SPEC = MeshSpec(size=2e-3, contact_size=0.7e-3)

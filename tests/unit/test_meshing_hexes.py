@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
+from seatfem.mesh.layers import graded
 from seatfem.mesh.meshing import content_hash, make_mesh
 from seatfem.mesh.plan_grid import boundary_lines
 from seatfem.mesh.spec import MeshSpec
-from seatfem.mesh.swept import graded
 
 CONE = ConicalSeat(contact_width=1e-3)
 SHARP = AnnularSeat(lip_edge_radius=0.0)

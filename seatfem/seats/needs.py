@@ -1,0 +1,37 @@
+"""What a seat of finite elements needs: element sizes, the length of its memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from seatfem.mesh.spec import MeshSpec
+from seatfem.scene import ElasticSeat, Matrices, Scene
+from seatfem.scene.seats import DrawnSeat
+from seatfem.seats.levels import Level
+from seatfem.seats.solids import solid
+
+COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
+"""Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
+
+
+def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
+    """The mesh the scene asks for; sizes it leaves open follow the slowest shear wave at the band edge."""
+    per_wavelength = PER_WAVELENGTH[level]
+    slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
+    size = seat.mesh.size or slowest / (per_wavelength * seat.greens.bandwidth)
+    contact = seat.mesh.contact_size or 0.4 * size
+    return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order, shape=seat.mesh.shape)
+
+
+def memory(scene: Scene) -> float:
+    """How long the kernel must be right [s]: the run, or the time in which uniform damping forgets the band's tail.
+
+    After ln(1000) / (zeta w) of the lowest frequency of interest, a tenth of the band, a thousandth is left.
+    """
+    seat = scene.seat
+    if not isinstance(seat, ElasticSeat | Matrices) or seat.damping_ratio <= 0:
+        return scene.run.duration
+    return min(scene.run.duration, math.log(1e3) / (seat.damping_ratio * 2 * math.pi * 0.1 * seat.greens.bandwidth))
