@@ -55,13 +55,12 @@ def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = sil
 
 
 def matrices(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
-    """Mass, stiffness, damping and ports of the seat on its mesh; what is wrong with a mesh file's groups names it."""
+    """Mass, stiffness, damping and ports of the seat on its mesh; what is wrong with its groups names file or level."""
     try:
         return _assembled(seat, mesh, level, progress)
     except ModelError as error:
-        if isinstance(seat, MeshFile):
-            raise ModelError(f"{seat.file}: {error}") from error
-        raise
+        place = seat.file if isinstance(seat, MeshFile) else f"seat.model = {level!r}"
+        raise ModelError(f"{place}: {error}") from error
 
 
 def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
