@@ -11,6 +11,8 @@ import impact
 from impact.progress import Progress
 from impact.result import ImpactResult
 from impact.stress import PeakStress
+from seatfem.planning.filling import replaced
+from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
 from seatfem.roads.modes import ConvergenceError
@@ -18,6 +20,7 @@ from seatfem.runs.budget import KEYS, SAFETY, Budget, Source
 from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
+from seatfem.scene import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
 from seatfem.seats.memory_need import MemoryNeedError, available_memory
 from seatfem.seats.seat import SeatAnswer
@@ -25,6 +28,7 @@ from seatfem.seats.seat import SeatAnswer
 MOST_ROUNDS: Final = 4
 LONGEST: Final = 600.0  # predicted time of a further round [s]
 MEMORY: Final = 0.8  # part of the available memory that a further round may take
+LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
 REMEDIES: Final[Mapping[Source, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
@@ -70,7 +74,7 @@ def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) ->
     What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
     take more than `LONGEST` or `MEMORY` by prediction, or more steps than can be stored.
     """
-    done = _round(plan, folder, watch, progress)
+    done = _first_round(plan, folder, watch, progress)
     while not done.met:
         further, why = _next(done)
         if further is None:
@@ -97,6 +101,18 @@ def missed(done: Round) -> tuple[str, ...]:
     if found and done.stopped:
         found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
     return tuple(found)
+
+
+def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+    """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
+    if not any(choice.key == TOLERANCE and not choice.given for choice in plan.choices):
+        return _round(plan, folder, watch, progress)
+    for tolerance in (t for t in LOOSER if isinstance(plan.scene.seat, ElasticSeat)):
+        try:
+            return _round(plan, folder, watch, progress)
+        except ConvergenceError:
+            plan = replace(plan, scene=replaced(plan.scene, {TOLERANCE: tolerance}))
+    return _round(plan, folder, watch, progress)
 
 
 def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:

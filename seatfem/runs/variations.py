@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
+HALF: Final = 2.0  # likewise; this change is taken for twice of what is left, and two are seldom small by accident
 FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
 
 
@@ -40,8 +41,8 @@ def error_budget(
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
-    - model: fewer modes of the reed, by 1.4; g larger by the error of the level of modelling (a bar as a rod); what a
-      cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
+    - model: fewer modes of the reed, by 1.4, or half of what half of them change; g larger by the error of the level of
+      modelling (a bar as a rod); what a cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
     """
     values = measured(result, scene.run.filter_width, stress)
@@ -93,8 +94,11 @@ def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values
         part = total(part, changes(base, run(better)))
     if part is None or not isinstance(scene.reed, Cantilever):
         return part
-    fewer = striker_of(scene, max(1, round(scene.reed.n_modes / FEWER)))
-    return total(part, changes(base, run(seat.greens, fewer)))
+    some, few = (
+        changes(base, run(seat.greens, striker_of(scene, max(1, round(scene.reed.n_modes / ratio)))))
+        for ratio in (FEWER, HALF)
+    )
+    return total(part, _larger(some, _times(1 / 2, few)))
 
 
 def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Values | None:
