@@ -80,7 +80,7 @@ def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) ->
         if further is None:
             return replace(done, stopped=why)
         try:
-            done = replace(_round(further, folder, watch, progress), number=done.number + 1)
+            done = replace(_round(further, folder, watch, progress, done), number=done.number + 1)
         except (ConvergenceError, MemoryNeedError) as problem:
             return replace(done, stopped=f"a finer round is not possible: {problem}")
     return done
@@ -115,19 +115,23 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress)
     return _round(plan, folder, watch, progress)
 
 
-def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None) -> Round:
+    """``before``: the round whose seat serves again if nothing of it has become finer."""
     scene = plan.scene
-    seat, reused = seat_of(scene, folder / "seat.h5", watch, progress)
+    if before is not None and before.plan.scene.seat_key() == scene.seat_key():
+        seat, reused = before.seat, before.reused
+    else:
+        seat, reused = seat_of(scene, folder / "seat.h5", watch, progress)
     striker = striker_of(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
     with watch("contact"):
         result = run_contact(scene, striker, seat.greens, dt, progress)
+    wanted = "stress" in scene.accuracy.measures
     with watch("reed stress"):
-        stress = peak_stress(scene, striker, result.force, result.dt)
+        stress = peak_stress(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
-        wanted = stress if "stress" in scene.accuracy.measures else None
-        left = error_budget(scene, seat, striker, result, None if wanted is None else wanted.value)
+        left = error_budget(scene, seat, striker, result, stress.value if wanted and stress is not None else None)
     return Round(plan, seat, reused, striker, result, stress, _with_spring(plan, left))
 
 
