@@ -17,8 +17,11 @@ from pathlib import Path
 
 from impact.atomic import whole_file
 from seatfem.cli import demo_scene
+from seatfem.planning.plan import Plan
+from seatfem.planning.planner import plan_scene
 from seatfem.runs.pipeline import run_scene
 from seatfem.scene import load_scene
+from seatfem.seats.store import Store
 from seatfem.verification.case import Row
 from seatfem.verify import PROVIDERS, markdown_table, verification_table
 
@@ -37,6 +40,9 @@ def main() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     readme = between(readme, "verification", short_table(rows))
     readme = between(readme, "demo", demo_table(json.loads((folder / "summary.json").read_text(encoding="utf-8"))))
+    readme = between(
+        readme, "plan", plan_table(plan_scene(load_scene(demo_scene()), store=Store(Path(tempfile.mkdtemp()))))
+    )
     write(ROOT / "README.md", readme)
 
 
@@ -55,7 +61,7 @@ def short_table(rows: tuple[Row, ...]) -> str:
         worst = max(members, key=lambda row: abs(row.error) / row.tolerance)
         verdict = "pass" if all(row.verdict for row in members) else "FAIL"
         title = str(sys.modules[provider.__module__].__doc__).splitlines()[0].rstrip(".")
-        place = f"{worst.case}: {worst.quantity}"
+        place = f"{worst.case}: {worst.quantity}".replace("|", r"\|")
         lines.append(
             f"| {title} | {len(members)} | {place} | {abs(worst.error):.1e} | {worst.tolerance:.1e} | {verdict} |"
         )
@@ -75,9 +81,18 @@ def demo_table(s: dict[str, float]) -> str:
     lines = ["| | elastic seat | spring baseline | unit |", "|---|---|---|---|"]
     lines += [f"| {n} | {s[k] * f:.4g} | {s['spring_' + k] * f:.4g} | {u} |" for n, k, f, u in quantities]
     lines.append(
-        f"\n{s['seat_dof']} unknowns; estimated error of g after a 1 us pulse: reduction "
-        f"{100 * s['greens_error_reduction']:.2g} %, mesh {100 * s['greens_error_mesh']:.2g} %."
+        f"\n{s['seat_dof']} unknowns ({s['seat_level']}); error bars: peak force "
+        f"{s['error_bar_filtered_peak_force_N']:.2g} N, impulse {1e3 * s['error_bar_impulse_Ns']:.1g} mN s."
     )
+    return "\n".join(lines)
+
+
+def plan_table(plan: Plan) -> str:
+    """What the demo's plan chooses and predicts."""
+    lines = ["| key | value | why |", "|---|---|---|"]
+    lines += [f"| `{c.key}` | {c.value} | {'given: ' * c.given}{c.reason} |" for c in plan.choices]
+    errors = ", ".join(f"{name.replace('_', ' ')} {100 * error:.2g} %" for name, error in plan.error.items())
+    lines.append(f"\nPredicted: {plan.cost.seconds:.2g} s, {plan.cost.memory / 1e9:.2g} GB, error bars: {errors}.")
     return "\n".join(lines)
 
 

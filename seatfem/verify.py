@@ -70,7 +70,7 @@ def markdown_table(rows: tuple[Row, ...]) -> str:
     body = [
         (
             row.case,
-            row.quantity,
+            row.quantity.replace("|", r"\|"),
             f"{row.exact:.8g}",
             f"{row.ours:.8g}",
             f"{row.error:+.1e}",
