@@ -331,6 +331,8 @@ def _run(path: Path, folder: Path, common: Common) -> int:
         if "regime" in outcome.summary:
             console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
     _tell(outcome, common)
+    if common.quiet and not outcome.met:  # an exit code alone explains nothing
+        Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(f"seatfem: {outcome.messages[0]}")
     return DONE if outcome.met else FAILED
 
 

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from seatfem.geometry import Block, CadPart, GeometryError
-from seatfem.geometry.cad import STEP_SUFFIXES, stated_unit
+from seatfem.geometry.cad import STEP_SUFFIXES, check_readable, stated_unit
 
 PATCH_SHARE = 0.2  # side of the struck patch over the side of the part
 _POINT = re.compile(r"CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\(([^)]*)\)")
@@ -20,8 +20,9 @@ def as_block(part: CadPart) -> Block:
     It is rough: what is hollow counts as full, and the patch is taken to be a fifth of the block wide.
 
     Raises:
-        GeometryError: the file has no points that can be read.
+        GeometryError: the file is no sound CAD file, or has no points that can be read.
     """
+    check_readable(part.path)
     text = part.path.read_text(encoding="latin-1")
     step = part.path.suffix.lower() in STEP_SUFFIXES
     unit = part.unit or (stated_unit(part.path) if step else 1.0)
