@@ -41,7 +41,7 @@ def test_the_true_error_is_inside_the_bar(index: int, monkeypatch: pytest.Monkey
 
 
 def test_forty_scenes_and_more_were_run() -> None:
-    """All that were drawn but those refused in words: the Krylov space has no room for what they state."""
+    """Of those drawn, some take too long: docs/honesty.md."""
     assert len(VERDICTS) >= 40
     assert {(verdict.seed, verdict.index) for verdict in VERDICTS} <= {(5, i) for i in range(honest_runs.SCENES)}
 
