@@ -1,11 +1,16 @@
 """Every test has a store of its own: what one test computed is not another's answer."""
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from seatfem.seats.store import VARIABLE
+
+# A shell's background job ignores Ctrl-C, and so would the programs under test.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session", autouse=True)
