@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,6 +58,20 @@ _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"
 
 class PictureError(RuntimeError):
     """A picture that cannot be made; the message names what is missing and the command that mends it."""
+
+
+def gap_of(draw: Callable[[Path], None], path: Path) -> str:
+    """Draw ``path``; in words what kept it from being drawn, "" if nothing did.
+
+    A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
+    """
+    try:
+        draw(path)
+    except PictureError as gap:
+        return str(gap)
+    except Exception as problem:
+        return f"{path.name}: {type(problem).__name__}: {str(problem) or 'no reason given'}"
+    return ""
 
 
 @contextmanager

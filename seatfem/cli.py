@@ -156,7 +156,7 @@ def trade(
         Processor seconds for one point; the reference and the planner's choice may take four times as many.
     """
     _load(scene)
-    from impact.drawing import PictureError
+    from impact.drawing import gap_of
     from seatfem.trading.chart import draw_trade
     from seatfem.trading.table import in_words, write_trade
     from seatfem.trading.trade import measure_trade
@@ -168,11 +168,10 @@ def trade(
     write_trade(found, *files)
     console = Console(soft_wrap=True, highlight=False, markup=False, quiet=common.quiet)
     console.print(in_words(found))
-    try:
-        draw_trade(found, folder / "trade.png")
-        files.append(folder / "trade.png")
-    except PictureError as gap:
+    if gap := gap_of(lambda path: draw_trade(found, path), folder / "trade.png"):
         console.print(f"note: {gap}")
+    else:
+        files.append(folder / "trade.png")
     for file in files:
         console.print(f"wrote {file}")
     return DONE
@@ -295,6 +294,7 @@ def _calibrate(common: Common) -> int:
 
 
 def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) -> int:
+    from impact.drawing import gap_of
     from seatfem.extremes import battery, draw_map, in_words, run_battery, write_table
     from seatfem.extremes import subset as drawn
 
@@ -302,11 +302,12 @@ def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) 
     with _progress(common) as progress:
         outcomes = run_battery(cells, folder / "extremes.jsonl", progress=progress)
     write_table(cells, outcomes, folder / "extremes.csv")
-    draw_map(cells, outcomes, folder / "extremes.png")
+    gap = gap_of(lambda path: draw_map(cells, outcomes, path), folder / "extremes.png")
     if not common.quiet:
         console = Console(soft_wrap=True, highlight=False, markup=False)
         console.print(in_words(outcomes))
-        console.print(f"wrote {folder / 'extremes.csv'}, {folder / 'extremes.png'}")
+        console.print(f"wrote {folder / 'extremes.csv'}")
+        console.print(f"note: {gap}" if gap else f"wrote {folder / 'extremes.png'}")
     return FAILED if any(o.verdict == "wrong" for o in outcomes.values()) else DONE
 
 

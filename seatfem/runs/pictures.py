@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from impact.atomic import whole_file
-from impact.drawing import PictureError
+from impact.drawing import gap_of
 from impact.greens_plots import plot_greens
 from impact.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
@@ -16,7 +17,7 @@ from seatfem.model import Array
 from seatfem.scene import Scene
 from seatfem.scene.seats import ElasticSeat, RevolvedSeat
 from seatfem.seats.seat import SeatAnswer
-from seatfem.seats.store import Store
+from seatfem.seats.store import Store, StoreError
 from seatfem.views.cell_grid import CellGrid
 from seatfem.views.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.views.revolved_grid import revolve
@@ -47,10 +48,20 @@ def draw_run(
     files, gaps = _draw(pictures + of_seat, folder, progress)
     if not isinstance(scene.seat, ElasticSeat):
         return files, gaps
-    store, key, names = Store.default(), scene.seat_key(), [name for name, _ in of_seat]
-    for file in (file for file in files if file.name in names):
+    names = [name for name, _ in of_seat]
+    try:
+        more = _through_store(scene.seat_key(), [file for file in files if file.name in names], names, folder)
+    except (StoreError, OSError) as problem:
+        return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
+    return (*files, *more), gaps
+
+
+def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:
+    """Keep what was drawn of the seat; where nothing of it can be drawn, copies of what was kept."""
+    store = Store.default()
+    for file in drawn:
         store.keep(key, file)
-    return (*files, *(store.fetch(key, folder) if not names else ())), gaps
+    return () if names else store.fetch(key, folder)
 
 
 def draw_modes(
@@ -58,17 +69,14 @@ def draw_modes(
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Modes and mesh alone, with a table and a ParaView file; (files written, gaps in words)."""
     pictures = _seat_pictures(scene, seat)
-    files, gaps = _draw(pictures, folder, progress)
     if seat.modes is None or seat.model is None:
-        return files, gaps
-    grid, shapes = _shapes(seat, len(seat.modes.frequencies_hz))
-    table = folder / "modes.csv"
+        return _draw(pictures, folder, progress)
+    table, count = folder / "modes.csv", len(seat.modes.frequencies_hz)
     rows = zip(seat.modes.frequencies_hz, seat.modes.residuals, strict=True)
     _write_table(table, [f"{k},{f:.9g},{r:.2e}" for k, (f, r) in enumerate(rows, start=1)])
-    more, missing = _draw(
-        [("modes.vtu", lambda p: write_vtu(grid, shapes, _frequencies(seat, len(shapes)), p))], folder, progress
-    )
-    return (table, *files, *more), tuple(dict.fromkeys(gaps + missing))
+    pictures.append(("modes.vtu", lambda p: write_vtu(*_shapes(seat, count), _frequencies(seat, count), p)))
+    files, gaps = _draw(pictures, folder, progress)
+    return (table, *files), gaps
 
 
 def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
@@ -78,10 +86,18 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
-    grid, shapes = _shapes(seat, count)
     frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
-    pictures.append(("modes.png", lambda p: plot_modes(grid, shapes, frequencies, p, cut=cut)))
-    pictures.append(("mode_1.gif", lambda p: animate_mode(grid, shapes[0], frequencies[0], p, cut=cut)))
+
+    @cache  # for both, and made only once the first is drawn
+    def shown() -> tuple[CellGrid, list[Array]]:
+        return _shapes(seat, count)
+
+    def animate(path: Path) -> None:
+        grid, shapes = shown()
+        animate_mode(grid, shapes[0], frequencies[0], path, cut=cut)
+
+    pictures.append(("modes.png", lambda p: plot_modes(*shown(), frequencies, p, cut=cut)))
+    pictures.append(("mode_1.gif", animate))
     return pictures
 
 
@@ -111,11 +127,10 @@ def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
 def _draw(pictures: list[_Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     files, gaps = [], []
     for number, (name, draw) in enumerate(pictures, start=1):
-        try:
-            draw(folder / name)
-            files.append(folder / name)
-        except PictureError as gap:
+        if gap := gap_of(draw, folder / name):
             gaps.append(f"skipped pictures: {gap}")
+        else:
+            files.append(folder / name)
         progress("pictures", number / len(pictures))
     return tuple(files), tuple(dict.fromkeys(gaps))
 

@@ -18,7 +18,7 @@ from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
 from seatfem.runs.pictures import draw_modes, draw_run
 from seatfem.runs.rounds import carry_out, missed
 from seatfem.runs.stopwatch import Stopwatch
-from seatfem.runs.summary import accuracy_keys, greens_error_keys, plan_keys, summarise, write_json
+from seatfem.runs.summary import accuracy_keys, greens_error_keys, plan_keys, summarise, timing_keys, write_json
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
@@ -39,10 +39,11 @@ class RunOutcome:
 
 
 def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOutcome:
-    """Everything: plan, seat, contact and its spring baseline, measures with their errors, files and pictures.
+    """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
     The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
-    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again.
+    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. All numbers
+    are on file before the first picture; one that cannot be drawn is told, and named in summary.json.
 
     Raises:
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
@@ -77,11 +78,14 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     }
     with watch("files"):
         save_results(folder / "result.h5", {"wave": result, "spring": baseline}, {"title": scene.title})
-    with watch("pictures"):
+        write_json(folder / "summary.json", {**summary, **timing_keys(watch, start)})
+    with watch("pictures"):  # whatever becomes of them, all numbers are on file
         pictures, gaps = draw_run(done.plan.scene, done.seat, result, baseline, folder, progress)
-    summary["wall_time_s"] = time.perf_counter() - start
-    summary["stages_s"] = {k: round(v, 3) for k, v in watch.stages.items()}
-    write_json(folder / "summary.json", summary)
+    summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
+    try:
+        write_json(folder / "summary.json", summary)
+    except OSError as problem:
+        gaps = (*gaps, f"summary.json tells nothing of the pictures: {problem}")
     advice = (*_assumed_reed(scene), *(str(a) for a in result.advice))
     files = (folder / "summary.json", folder / "result.h5", folder / "seat.h5", *pictures)
     return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)

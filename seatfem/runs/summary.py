@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from impact.stress import PeakStress
 from seatfem.planning.plan import Plan
 from seatfem.runs.budget import KEYS
 from seatfem.runs.rounds import Round
+from seatfem.runs.stopwatch import Stopwatch
 
 
 def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | None = None) -> dict[str, object]:
@@ -72,6 +74,14 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
         **{f"plan_predicted_error_{KEYS[name]}": error for name, error in plan.error.items()},
+    }
+
+
+def timing_keys(watch: Stopwatch, start: float) -> dict[str, object]:
+    """Time spent up to now [s], in all since ``start`` (`time.perf_counter`) and by stage."""
+    return {
+        "wall_time_s": time.perf_counter() - start,
+        "stages_s": {stage: round(spent, 3) for stage, spent in watch.stages.items()},
     }
 
 

@@ -84,3 +84,17 @@ def test_seats_that_are_not_meshed_leave_the_store_alone(scene, tmp_path, monkey
     spring = scene.model_copy(update={"seat": SimpleNamespace(kind="spring")})
     drawn(spring, tmp_path / "out", [], monkeypatch)
     assert not (tmp_path / "store").exists()
+
+
+def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_told(scene, tmp_path, monkeypatch):
+    (tmp_path / "store").write_text("a file where the folder should be")
+
+    def broken(path):
+        raise MemoryError
+
+    of_seat = [("mesh.png", write), ("modes.png", broken)]
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
+    files, gaps = pictures.draw_run(scene, SeatAnswer(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
+    assert "mesh.png" in {file.name for file in files}
+    assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"
+    assert gaps[1].startswith("pictures of the seat are not kept for later runs: ")

@@ -372,7 +372,7 @@ def assert_whole(folder: Path) -> None:
         ("coarser mesh, for the error estimate", 0.0, set()),
         ("stepping", 0.0, {"seat.h5"}),
         ("stepping", 1.0, {"seat.h5"}),
-        ("pictures", 0.0, {"seat.h5", "result.h5", "force.png"}),
+        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "force.png"}),
     ],
 )
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
@@ -407,6 +407,66 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     assert any(line.startswith("note: skipped pictures: ") and "matplotlib" in line for line in notes), notes
     assert any(line.startswith("note: skipped pictures: ") and "pyvista" in line for line in notes), notes
     assert len(notes) == len(set(notes))
+
+
+@pytest.mark.parametrize(
+    "problem", [OSError(28, "No space left on device"), MemoryError(), RuntimeError("VTK lost it")]
+)
+def test_a_picture_that_fails_is_told_and_costs_no_number(
+    problem: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever it raises: the other pictures follow, summary.json names it, the target stays met."""
+    stand_in = r"\x89PNG"
+
+    def fail(*given: object, **options: object) -> None:
+        assert (tmp_path / "out" / "result.h5").exists()
+        before = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+        assert DEMANDED | {"error_bar_impulse_Ns", "stages_s"} <= set(before)  # numbers first
+        raise problem
+
+    for name in ("plot_force", "plot_energy"):
+        monkeypatch.setattr(pictures, name, lambda *given, **options: given[-1].write_text(stand_in))
+    monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: path.write_text(stand_in))
+    monkeypatch.setattr(pictures, "plot_motion", fail)
+    found = run(SPRING, tmp_path / "out")
+    wanted = f"skipped pictures: motion.png: {type(problem).__name__}: {str(problem) or 'no reason given'}"
+    assert [text for text in found.outcome.messages if "picture" in text] == [wanted]
+    assert found.summary["pictures_missing"] == wanted
+    assert found.outcome.met
+    assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
+        "force.png", "energy.png", "greens.png"
+    }  # fmt: skip
+    assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
+
+
+def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
+    """As a fault in a graphics driver: the process is gone at once."""
+    (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
+    crash = "import os; from seatfem.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
+    command = [sys.executable, "-c", f"{crash}; from seatfem.cli import main; main()", "run", "s.toml", "-o", "out"]
+    assert told(command, tmp_path).returncode == 139
+    left = {path.name for path in (tmp_path / "out").iterdir()}
+    assert left == {"summary.json", "result.h5", "seat.h5", "force.png"}
+    assert_whole(tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert set(summary) >= DEMANDED
+    assert "pictures_missing" not in summary  # nobody was left to tell
+
+
+def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill(*given: object) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+        def full(path: Path, data: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(pipeline, "write_json", full)
+        return (), ()
+
+    monkeypatch.setattr(pipeline, "draw_run", fill)
+    found = run(SPRING, tmp_path / "out")
+    assert any("summary.json tells nothing of the pictures" in text for text in found.outcome.messages)
+    assert set(found.summary) >= DEMANDED
 
 
 @pytest.mark.parametrize(
