@@ -1,12 +1,14 @@
 """Strings with units, at the edges of the program: `"3 mm"` -> 0.003.
 
-The number is split from the unit by a strict pattern, and only the unit goes to pint, because pint alone reads
-"0,3 mm" as 0 m and "1 500 rpm" as 500 rpm. Inside the program every quantity is an SI float.
+The number is split from the unit by a strict pattern, because pint alone reads "0,3 mm" as 0 m and "1 500 rpm" as
+500 rpm. The usual units are in a table; only others go to pint, which takes longer to load than many a scene to plan.
+Inside the program every quantity is an SI float.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -33,7 +35,8 @@ class Dimension:
     name: str
     si: str
     example: str
-    suggestions: tuple[str, ...]
+    usual: Mapping[str, str]
+    """Units that need no pint, each in SI units: a decimal number as pint has it."""
     sane: tuple[float, float]
     made_of: tuple[str, ...] = ()
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
@@ -42,21 +45,70 @@ class Dimension:
 DIMENSIONS: Final = {
     dimension.name: dimension
     for dimension in (
-        Dimension("length", "m", "3 mm", ("mm", "um", "m", "cm", "inch"), (1e-9, 1e4)),
-        Dimension("area", "m^2", "4 mm^2", ("mm^2", "m^2", "um^2"), (1e-18, 1e8)),
-        Dimension("time", "s", "3 ms", ("ms", "us", "ns", "s"), (1e-15, 1e9)),
-        Dimension("mass", "kg", "5 g", ("g", "kg", "mg"), (1e-18, 1e12)),
-        Dimension("velocity", "m/s", "2 m/s", ("m/s", "mm/s", "mm/us"), (1e-12, 1e5)),
-        Dimension("density", "kg/m^3", "7850 kg/m^3", ("kg/m^3", "g/cm^3"), (1e-6, 1e9)),
-        Dimension("pressure", "Pa", "200 GPa", ("GPa", "MPa", "kPa", "Pa", "psi"), (1e-3, 1e18)),
-        Dimension("stiffness", "N/m", "20 N/um", ("N/m", "N/mm", "N/um", "kN/mm"), (1e-12, 1e21)),
-        Dimension("frequency", "Hz", "1 MHz", ("MHz", "kHz", "Hz", "GHz"), (1e-6, 1e15), made_of=("hertz",)),
-        Dimension("bedding", "N/m^3", "2 GPa/mm", ("GPa/mm", "MPa/mm", "N/mm^3", "N/m^3"), (1e-6, 1e24)),
-        Dimension("area damping", "N s/m^3", "4e7 N*s/m^3", ("N*s/m^3", "N*s/mm^3", "Pa*s/m"), (1e-6, 1e21)),
-        Dimension("angle", "rad", "60 deg", ("deg", "rad"), (1e-9, 1e3), made_of=("degree", "radian")),
-        Dimension("Hertz stiffness", "N/m^1.5", "5 GN/m^1.5", ("N/m^1.5", "GN/m^1.5", "N/mm^1.5"), (1e-12, 1e24)),
-        Dimension("slowness", "s/m", "0.1 s/m", ("s/m", "s/mm", "us/mm"), (1e-9, 1e9)),
-        Dimension("rate", "1/s", "10 1/s", ("1/s", "1/ms", "1/us"), (1e-9, 1e18), made_of=("second", "minute", "hour")),
+        Dimension(
+            "length", "m", "3 mm", {"mm": "1e-3", "um": "1e-6", "m": "1", "cm": "1e-2", "inch": "0.0254"}, (1e-9, 1e4)
+        ),
+        Dimension("area", "m^2", "4 mm^2", {"mm^2": "1e-6", "m^2": "1", "um^2": "1e-12"}, (1e-18, 1e8)),
+        Dimension("time", "s", "3 ms", {"ms": "1e-3", "us": "1e-6", "ns": "1e-9", "s": "1"}, (1e-15, 1e9)),
+        Dimension("mass", "kg", "5 g", {"g": "1e-3", "kg": "1", "mg": "1e-6"}, (1e-18, 1e12)),
+        Dimension("velocity", "m/s", "2 m/s", {"m/s": "1", "mm/s": "1e-3", "mm/us": "1e3"}, (1e-12, 1e5)),
+        Dimension("density", "kg/m^3", "7850 kg/m^3", {"kg/m^3": "1", "g/cm^3": "1e3"}, (1e-6, 1e9)),
+        Dimension(
+            "pressure",
+            "Pa",
+            "200 GPa",
+            {"GPa": "1e9", "MPa": "1e6", "kPa": "1e3", "Pa": "1", "psi": "6894.757293168361336722673443"},
+            (1e-3, 1e18),
+        ),
+        Dimension(
+            "stiffness", "N/m", "20 N/um", {"N/m": "1", "N/mm": "1e3", "N/um": "1e6", "kN/mm": "1e6"}, (1e-12, 1e21)
+        ),
+        Dimension(
+            "frequency",
+            "Hz",
+            "1 MHz",
+            {"MHz": "1e6", "kHz": "1e3", "Hz": "1", "GHz": "1e9"},
+            (1e-6, 1e15),
+            made_of=("hertz",),
+        ),
+        Dimension(
+            "bedding",
+            "N/m^3",
+            "2 GPa/mm",
+            {"GPa/mm": "1e12", "MPa/mm": "1e9", "N/mm^3": "1e9", "N/m^3": "1"},
+            (1e-6, 1e24),
+        ),
+        Dimension(
+            "area damping",
+            "N s/m^3",
+            "4e7 N*s/m^3",
+            {"N*s/m^3": "1", "N*s/mm^3": "1e9", "Pa*s/m": "1"},
+            (1e-6, 1e21),
+        ),
+        Dimension(
+            "angle",
+            "rad",
+            "60 deg",
+            {"deg": "0.01745329251994329576923690768", "rad": "1"},
+            (1e-9, 1e3),
+            made_of=("degree", "radian"),
+        ),
+        Dimension(
+            "Hertz stiffness",
+            "N/m^1.5",
+            "5 GN/m^1.5",
+            {"N/m^1.5": "1", "GN/m^1.5": "1e9", "N/mm^1.5": "31622.77660168379331998893544"},
+            (1e-12, 1e24),
+        ),
+        Dimension("slowness", "s/m", "0.1 s/m", {"s/m": "1", "s/mm": "1e3", "us/mm": "1e-3"}, (1e-9, 1e9)),
+        Dimension(
+            "rate",
+            "1/s",
+            "10 1/s",
+            {"1/s": "1", "1/ms": "1e3", "1/us": "1e6"},
+            (1e-9, 1e18),
+            made_of=("second", "minute", "hour"),
+        ),
     )
 }
 
@@ -81,10 +133,7 @@ def parse_quantity(text: str, dimension: str) -> float:
     """
     wanted = DIMENSIONS[dimension]
     number, unit = _split(text, wanted)
-    parsed = _parse_unit(text, unit, wanted)
-    if not _is_of(parsed, wanted):
-        raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {_need(wanted)}")
-    value = float(number * _factor(str(parsed), wanted.si))
+    value = float(number * _in_si(text, unit, wanted))
     if not isfinite(value):
         raise UnitError(f"{text!r} is beyond the largest number; {_need(wanted)}")
     return value
@@ -115,14 +164,25 @@ def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
     return Decimal(match[0]), rest
 
 
+def _in_si(text: str, unit: str, wanted: Dimension) -> Decimal:
+    """One ``unit`` in the SI unit of the dimension."""
+    usual = wanted.usual.get(_POWER.sub("^", unit))
+    if usual is not None:
+        return Decimal(usual)
+    parsed = _parse_unit(text, unit, wanted)
+    if not _is_of(parsed, wanted):
+        raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {_need(wanted)}")
+    return _factor(str(parsed), wanted.si)
+
+
 def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
     import pint
 
     try:
         return _registry().parse_units(_POWER.sub("^", unit))
     except (pint.PintError, ValueError, TypeError, AttributeError):
-        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.suggestions], n=1, cutoff=0.6)
-        hint = [known for known in wanted.suggestions if close and known.lower() == close[0]]
+        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], n=1, cutoff=0.6)
+        hint = [known for known in wanted.usual if close and known.lower() == close[0]]
         advice = f"did you mean {hint[0]!r}?" if hint else _need(wanted)
         raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None
 

@@ -1,7 +1,11 @@
 """Strings with units: right, or refused with a message that helps."""
 
 import math
+import subprocess
+import sys
+from decimal import Decimal
 
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -70,6 +74,20 @@ def test_what_is_refused(text: str, dimension: str, message: str) -> None:
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, dimension)
     assert message in str(caught.value)
+
+
+def test_the_table_of_usual_units_is_pints() -> None:
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    for dimension in DIMENSIONS.values():
+        assert dimension.usual
+        for unit, factor in dimension.usual.items():
+            assert Decimal(factor) == registry.Quantity(Decimal(1), unit).to(dimension.si).magnitude, unit
+
+
+def test_usual_units_are_read_without_pint() -> None:
+    """It takes a third of a second to load: more than all pre-runs of a plan."""
+    code = "import sys; from seatfem.units import parse_quantity as p; p('3 mm', 'length'); p('1 kg/m3', 'density')"
+    subprocess.run([sys.executable, "-c", f"{code}; assert 'pint' not in sys.modules"], check=True)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(DIMENSIONS)))
