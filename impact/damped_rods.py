@@ -15,6 +15,8 @@ from impact.modal import ModalGreens, Residual
 
 Term = Callable[[complex], NDArray[np.complex128]]
 _MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a step remembers nothing
+_AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
+_TINY, _SMALL = 1e-4, 0.4  # |q| up to which the power series of the dilogarithm is summed
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class DampedFixedRod(ExactPort):
     """
 
     kind: ClassVar[str] = "damped_fixed_rod"
+    most_poles: ClassVar[tuple[int, float]] = 20_000, 1e9
+    """Poles, and poles times steps, up to which it is marched by poles: these tell the energy stored from that lost."""
     impedance: float
     transit: float
     damping_ratio: float
@@ -39,6 +43,12 @@ class DampedFixedRod(ExactPort):
     def omega_1(self) -> float:
         """First angular frequency pi c/(2 l) [rad/s]."""
         return math.pi / (2 * self.transit)
+
+    @property
+    def slowest_decay(self) -> float:
+        """Smallest of all decay rates: zeta w_1, above critical damping w_1/(zeta + sqrt(zeta^2 - 1)) [1/s]."""
+        z = self.damping_ratio
+        return self.omega_1 * (z if z < 1 else 1 / (z + math.sqrt(z * z - 1)))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g(t) [m/(N s)]; at t = 0 its limit from the right."""
@@ -50,7 +60,10 @@ class DampedFixedRod(ExactPort):
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
-        return self.over_exponents(lambda rate: (legendre_chi2(np.exp(rate * time)) - math.pi**2 / 8) / rate)
+        moving = time < _AT_REST / self.slowest_decay
+        now, out = time[moving], np.full(time.shape, self.transit / self.impedance)
+        out[moving] = self.over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
+        return out
 
     def over_exponents(self, term: Term) -> Array:
         """4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
@@ -67,18 +80,35 @@ class DampedFixedRod(ExactPort):
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """The modes that outlive a step and the compliance of those that do not: exact to round-off at this step.
 
-        A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many such modes, exact weights.
+        A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many that do not, exact weights.
         """
-        z, w = self.damping_ratio, self.omega_1
-        slow = z if z < 1 else 1 / (z + math.sqrt(z * z - 1))
-        count = int(min(_MEMORYLESS / (slow * w * dt) / 2 + 1, 1e9))
-        if count > 20_000 or count * float(n_steps) > 5e9:
+        count = self.lasting_modes(dt)
+        if not self.marches(dt, n_steps):
             return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
-        omega = (2.0 * np.arange(1, count + 1, dtype=np.float64) - 1.0) * np.float64(w)
+        return StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
+
+    def modes(self, count: int) -> ModalGreens:
+        """The first ``count`` modes, and the compliance of the rest."""
+        omega = (2.0 * np.arange(1, count + 1, dtype=np.float64) - 1.0) * np.float64(self.omega_1)
         factor = 2 / (self.impedance * self.transit)
         tail = max(self.transit / self.impedance - math.fsum(factor / omega**2), 0.0)
-        modal = ModalGreens(omega, np.full(count, z), np.full((count, 1), math.sqrt(factor)), Residual.spring(tail))
-        return StepKernel(modal, None, f"pole recursion, {count} poles (all that outlive a step)")
+        damping, shapes = np.full(count, self.damping_ratio), np.full((count, 1), math.sqrt(factor))
+        return ModalGreens(omega, damping, shapes, Residual.spring(tail))
+
+    def marches(self, dt: float, n_steps: float) -> bool:
+        """Whether its memory is that of poles, over ``n_steps`` of ``dt`` [s]; else of exact step weights."""
+        (most, most_in_all), count = self.most_poles, self.lasting_modes(dt)
+        return count <= most and count * float(n_steps) <= most_in_all
+
+    def lasting_modes(self, dt: float) -> int:
+        """How many modes are not at rest again within a step ``dt`` [s]."""
+        return int(min(_MEMORYLESS / (self.slowest_decay * dt) / 2 + 1, 1e9))
+
+
+class BareFixedRod(DampedFixedRod):
+    """The same rod where nobody asks for its energies: by step weights as soon as these are faster."""
+
+    most_poles: ClassVar[tuple[int, float]] = 500, math.inf  # the benchmark `rod_kernels`
 
 
 @dataclass(frozen=True)
@@ -166,7 +196,21 @@ def legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
 
 def dilogarithm(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Li_2(q) = sum q^k/k^2, complex |q| <= 1."""
+    """Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as it is once a rod is nearly at rest."""
     from scipy.special import spence  # here, as it would be a third of the time to import this package
 
-    return np.asarray(spence(1 - q))
+    q = np.asarray(q)
+    size, out = np.abs(q), np.empty_like(q)
+    parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
+    for here, terms in parts:
+        out[here] = _power_sum(q[here], terms)
+    large = ~(size <= _SMALL)
+    out[large] = spence(1 - q[large])
+    return out
+
+
+def _power_sum(q: NDArray[np.complex128], terms: int) -> NDArray[np.complex128]:
+    total = np.zeros_like(q)
+    for k in range(terms, 0, -1):
+        total = q * (1 / k**2 + total)
+    return total

@@ -31,29 +31,29 @@ def port_displacement(discrete: Discrete, force: Array) -> Array:
 
 def _modal(modal: ModalGreens, dt: float, force: Array) -> Array:
     a, b = oscillator.transition(dt, modal.omega, modal.zeta)
-    rates, rest = modal.residual.rates, modal.residual.shapes[:, 0]
+    square, rates = modal.shapes[:, 0] ** 2, modal.residual.rates
+    modes = np.array([a[0, 0], a[0, 1] * a[1, 0], a[1, 1], square * b[0], square * a[0, 1] * b[1]])
     none = np.zeros(len(rates))
-    decay, gain = np.exp(-rates * dt), dt * oscillator.expm1_over(-rates * dt)
-    modes = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1]])
-    relaxations = np.array([decay, none, none, none, gain, none])
-    steps = np.ascontiguousarray(np.concatenate([modes, relaxations], axis=1))
-    seen = np.concatenate([modal.shapes[:, 0], rest])
-    return np.asarray(_displaced(steps, seen, force)) + float(modal.residual.compliance[0, 0]) * force
+    gain = modal.residual.shapes[:, 0] ** 2 * dt * oscillator.expm1_over(-rates * dt)
+    rows, state = history.streams(
+        np.concatenate([modes, np.array([np.exp(-rates * dt), none, none, gain, none])], axis=1)
+    )
+    return np.asarray(_displaced(rows, state, force)) + float(modal.residual.compliance[0, 0]) * force
 
 
-@njit(cache=True)
-def _displaced(steps, shape, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    a11, a12, a21, a22, b1, b2 = steps
-    q, p = np.zeros(shape.size), np.zeros(shape.size)
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _displaced(rows, state, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(n,) sum of the poles, their shapes squared in b1 and b2; as in `impact.history.Poles` p stands for a12 q'."""
+    a11, a21, a22, b1, b2 = rows
+    q, p = state
     out = np.empty(force.size)
     for m in range(force.size):
-        total = 0.0
-        for k in range(shape.size):
-            f = shape[k] * force[m]
-            x = a11[k] * q[k] + a12[k] * p[k] + b1[k] * f + FLOOR
-            p[k] = a21[k] * q[k] + a22[k] * p[k] + b2[k] * f + FLOOR
-            q[k] = x
-        for k in range(shape.size):
-            total += shape[k] * q[k]
+        f, total = force[m], 0.0
+        for k in range(q.size):
+            x, y = q[k], p[k]
+            r = a11[k] * x + (y + b1[k] * f)
+            q[k] = r
+            p[k] = a21[k] * x + (a22[k] * y + (b2[k] * f + FLOOR))
+            total += r
         out[m] = total
     return out

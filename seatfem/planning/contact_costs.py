@@ -7,23 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.damped_rods import DampedFixedRod
+from impact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens import GreensFunction
 from seatfem.planning.machine import Machine
-from seatfem.planning.seat_costs import ALL_MODES, SeatModel
+from seatfem.planning.seat_costs import SeatModel, highest_pole
 from seatfem.runs.contact import striker_of, time_step
 from seatfem.scene import Cantilever, ElasticSeat, Rod, Scene
 from seatfem.scene.seats import BarSeat
 from seatfem.seats.solids import solid
 
-HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
-HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
-STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
 BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
 CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
 COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
-ROD_MARCHED: Final = 20_000, 5e9  # poles of a rod, and poles times steps, up to which it is marched by poles
-ROD_MEMORY: Final = 36.7  # decay over a step beyond which a pole of a rod has none
 ARRAYS: Final = 44  # histories that live at once
 SAVED: Final = 22  # histories written to the file
 WEIGHTS: Final = 30  # poles that take as long as exact step weights
@@ -63,7 +58,8 @@ def contact_model(scene: Scene, seat: SeatModel | None) -> ContactModel:
         return ContactModel(steps, seat.poles, modes, seat.poles, BUDGET_RUNS)
     if rod is None:
         return ContactModel(steps, 0.0, modes, 0.0, CLOSED_RUNS)
-    poles, coarse = _rod_poles(rod, dt, steps), _rod_poles(rod, 2 * dt, steps / 2)
+    bare = BareFixedRod(rod.impedance, rod.transit, rod.damping_ratio)
+    poles, coarse = _rod_poles(rod, dt, steps), _rod_poles(bare, 2 * dt, steps / 2)
     return ContactModel(steps, poles, modes, coarse, CLOSED_RUNS)
 
 
@@ -103,16 +99,10 @@ def _step(scene: Scene, reed: GreensFunction, seat: SeatModel | None, rod: Green
     dt = time_step(scene, reed, reed if rod is None else rod)
     if seat is None or not isinstance(scene.seat, ElasticSeat):
         return dt
-    stricter = STRICTER if seat.runs > 1 else 1.0
-    over = HIGHEST * math.sqrt(stricter / scene.seat.greens.tolerance)
-    if seat.sizes.counts.dof <= ALL_MODES:
-        over = HIGHEST_OF_ALL
+    over = highest_pole(seat, scene.seat.greens.tolerance)
     return min(dt, 1 / (4 * 2 * math.pi * over * scene.seat.greens.bandwidth))
 
 
 def _rod_poles(rod: DampedFixedRod, dt: float, steps: float) -> float:
-    """Poles that outlive a step, where they are marched; as `DampedFixedRod.step_kernel` chooses."""
-    z = rod.damping_ratio
-    slow = z if z < 1 else 1 / (z + math.sqrt(z * z - 1))
-    count = ROD_MEMORY / (slow * rod.omega_1 * dt) / 2 + 1
-    return count if count <= ROD_MARCHED[0] and count * steps <= ROD_MARCHED[1] else WEIGHTS * math.log2(steps + 2)
+    """Poles that are marched, or as many as take the time of exact step weights."""
+    return rod.lasting_modes(dt) if rod.marches(dt, steps) else WEIGHTS * math.log2(steps + 2)

@@ -8,7 +8,7 @@ import pytest
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
 from impact.closed_form import DelayRod, PowerLaw
-from impact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
+from impact.damped_rods import BareFixedRod, DampedFixedRod, DampedFreeRod, damped_start, dilogarithm
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 
@@ -61,6 +61,55 @@ def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -
     # differences of S, known to about 1e-14 of its largest value 1/6 on either side
     np.testing.assert_allclose(ours, exact, atol=1e-13)
     assert kernel.self_weight(dt)[0, 0] == pytest.approx(float(rod.step_response(dt)), abs=1e-13)
+
+
+@pytest.mark.parametrize("zeta", [0.1, 1.5])
+@pytest.mark.parametrize("kind", [DampedFixedRod, BareFixedRod])
+def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], zeta: float) -> None:
+    rod, most = kind(impedance=6.0, transit=1.0, damping_ratio=zeta), kind.most_poles[0]
+    dt = 1e-3 * rod.lasting_modes(1e-3) / most  # the number of modes goes like 1/dt
+    poles, weights = rod.step_kernel(1.01 * dt, 200), rod.step_kernel(0.99 * dt, 200)
+    assert poles.modal is not None
+    assert 0.98 * most < len(poles.modal.omega) == rod.lasting_modes(1.01 * dt) <= most
+    assert weights.modal is None
+    assert weights.weights is not None
+
+
+def test_a_rod_gives_up_its_energies_in_long_runs_only() -> None:
+    rod = DampedFixedRod(impedance=6.0, transit=1.0, damping_ratio=0.1)
+    poles, most = rod.lasting_modes(0.05), rod.most_poles[1]
+    assert rod.marches(0.05, 0.99 * most / poles)
+    assert not rod.marches(0.05, 1.01 * most / poles)
+
+
+def test_a_rod_without_its_energies_is_the_same_rod() -> None:
+    """By 2,337 poles and by step weights: the same force, the sums in another order."""
+    rod, bare = (kind(impedance=6.0, transit=1.0, damping_ratio=0.1) for kind in (DampedFixedRod, BareFixedRod))
+    assert rod.marches(0.05, 400) != bare.marches(0.05, 400)
+    forces = []
+    for greens in (rod, bare):
+        problem = impact.ContactProblem(impact.rigid_mass(mass=5.0, velocity=-1.0), impact.Body(greens))
+        forces.append(impact.solve(problem, dt=0.05, duration=20.0).force)
+    assert forces[0].max() > 1.0
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * forces[0].max())
+
+
+def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
+    """Where the step response becomes the static compliance, both are the same to round-off."""
+    rod = impact.fixed_rod(**ROD, damping_ratio=0.1)
+    assert isinstance(rod, DampedFixedRod)
+    end = 40 / rod.slowest_decay
+    response = np.asarray(rod.step_response(end * np.array([0.5, 0.999, 1.001, 100.0])))
+    assert abs(response[0] - 1 / 6) > 1e-10  # exp(-20) = 2e-9 is left
+    np.testing.assert_allclose(response[1:], 1 / 6, rtol=1e-15)
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.99e-4, 1.01e-4, 0.399, 0.401, 0.45])
+def test_the_dilogarithm_is_its_series(size: float) -> None:
+    """On either side of each change of method, at eight angles; 90 terms leave 0.45^90 = 1e-31."""
+    q = size * np.exp(2j * np.pi * np.arange(8) / 8)
+    expected = sum(q**k / k**2 for k in range(90, 0, -1))
+    np.testing.assert_allclose(dilogarithm(q), expected, rtol=2e-15)
 
 
 def test_kernel_of_a_hardly_damped_rod_is_its_weights() -> None:
