@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import impact
 from impact.greens import GreensFunction
-from impact.storage import StorageError, load_greens
 from seatfem.scene import Scene
 from seatfem.seats.store import Store
 
@@ -39,7 +39,9 @@ def kept_seat(
     candidates: Iterator[tuple[Fineness, Scene]], lasts: float, folder: Path | None, store: Store
 ) -> tuple[Fineness, Scene, str] | None:
     """The first of the filled scenes whose seat is there and valid for ``lasts`` [s], and where it is."""
-    here = _read(folder) if folder is not None else None
+    here = _read(folder) if folder is not None and folder.is_file() else None
+    if here is None and not any(store.folder.glob("*.h5")):
+        return None  # with nothing kept, no key need be formed
     for fineness, scene in candidates:
         key = scene.seat_key()
         if here is not None and _serves(here, key, lasts):
@@ -52,8 +54,8 @@ def kept_seat(
 
 def _read(path: Path) -> GreensFunction | None:
     try:
-        return load_greens(path)
-    except StorageError:
+        return impact.load_greens(path)
+    except impact.StorageError:
         return None
 
 

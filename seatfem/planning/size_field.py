@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from impact.greens import Array
 from seatfem.geometry.profile import Point
 from seatfem.mesh.spec import MeshSpec
-from seatfem.model import Array
 
 COARSEST = 24  # squares along the longer side of the rectangle that is searched
 HALVINGS = 10

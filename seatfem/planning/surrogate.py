@@ -18,7 +18,6 @@ import impact
 from impact.greens import GreensFunction
 from impact.half_space import disk_compliance
 from impact.modal import ModalGreens, Residual
-from impact.storage import load_greens
 from seatfem.planning.patch import Patch, patch_of
 from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, GreensFile, Rod, Scene, Spring
 from seatfem.scene.imported import UniversalModes
@@ -59,7 +58,7 @@ def surrogate_of(scene: Scene) -> Surrogate:
         case Spring():
             return Surrogate(impact.spring(stiffness=seat.stiffness), True, "the spring itself")
         case GreensFile():
-            return Surrogate(load_greens(seat.file), True, f"the function in {seat.file.name}")
+            return Surrogate(impact.load_greens(seat.file), True, f"the function in {seat.file.name}")
         case UniversalModes():
             from seatfem.seats.imported_seats import from_modes  # its readers take half a second to load
 

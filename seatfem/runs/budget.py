@@ -39,8 +39,10 @@ def measured(result: ImpactResult, filter_width: float, stress: float | None = N
     return values_of(result.force, result.dt, filter_width, result.target_displacement, stress)
 
 
-def values_of(force: Array, dt: float, filter_width: float, displacement: Array, stress: float | None) -> Values:
-    """The measures, from the force of one contact and the seat's displacement, (n + 1,) both.
+def values_of(
+    force: Array, dt: float, filter_width: float, displacement: Array | None, stress: float | None
+) -> dict[str, float]:
+    """The measures, from the force of one contact and the seat's displacement, (n + 1,) both, as far as known.
 
     A contact that never was has duration 0.
     """
@@ -49,9 +51,12 @@ def values_of(force: Array, dt: float, filter_width: float, displacement: Array,
         "impulse": float(np.sum(force[1:])) * dt,
         "filtered_peak": float(np.max(averaged(force[1:], dt, filter_width, MOVING_AVERAGE))),
         "contact_duration": float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0,
-        "seat_displacement": float(np.max(np.abs(displacement))),
     }
-    return values if stress is None else {**values, "stress": stress}
+    if displacement is not None:
+        values["seat_displacement"] = float(np.max(np.abs(displacement)))
+    if stress is not None:
+        values["stress"] = stress
+    return values
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class KeyProblem(ValueError):
 class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
 
 
 def default(written: object, description: str) -> Any:

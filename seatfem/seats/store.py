@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+import impact
 from impact.atomic import whole_file
 from impact.greens import GreensFunction
-from impact.storage import StorageError, load_greens, save_greens
 
 SCHEMA = 1  # raise it when the same key would no longer mean the same function
 VARIABLE = "SEATFEM_STORE"
@@ -88,8 +88,8 @@ class Store:
         if not path.is_file():
             return None
         try:
-            greens = load_greens(path)
-        except StorageError as problem:
+            greens = impact.load_greens(path)  # with h5py, on first use
+        except impact.StorageError as problem:
             if self.tell is not None and path.is_file():
                 self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
             return None
@@ -101,7 +101,7 @@ class Store:
         """Keep ``greens``; the file's path. Raises `StoreError` if the folder cannot be written to."""
         path = self.path(key)
         try:
-            save_greens(greens, path)
+            impact.save_greens(greens, path)
         except OSError as problem:
             raise StoreError(
                 f"{self.folder}: cannot be written to ({problem}); set {VARIABLE} to a folder of your own"
