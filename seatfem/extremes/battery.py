@@ -8,6 +8,7 @@ import numpy as np
 
 from seatfem.extremes.alike import alike_cells
 from seatfem.extremes.bodies import body_cells
+from seatfem.extremes.bouncing import bouncing_cells
 from seatfem.extremes.cell import Cell
 from seatfem.extremes.encounters import encounter_cells
 from seatfem.extremes.marching import marching_cells
@@ -20,6 +21,7 @@ from seatfem.extremes.together import together_cells
 PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     marching_cells,
     encounter_cells,
+    bouncing_cells,
     body_cells,
     record_cells,
     solid_cells,

@@ -1,29 +1,22 @@
-"""How bodies meet: speed, grazing, no gap, preload, release at contact, contact for ever, thousands of bounces."""
+"""How bodies meet: speed, grazing, no gap, preload, release at contact, contact for ever."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from impact import (
     Body,
     ContactProblem,
-    ContactStepper,
     Hertz,
     HuntCrossley,
-    LinearSpring,
-    ModalGreens,
-    Residual,
     Signorini,
     measures,
-    prepare,
     rigid_mass,
     solve,
     spring,
 )
-from impact.greens import Array
 from seatfem.extremes import scenes
 from seatfem.extremes.cell import Cell, Finding, chosen, swept
 
@@ -42,8 +35,6 @@ def encounter_cells() -> tuple[Cell, ...]:
         *swept("miss / amplitude", [10.0**k for k in range(-15, 0)], miss),
         *swept("preload / stiffness, m", [10.0**k for k in range(-12, 7)], preload),
         *swept("perpetual contact, mass / impedance / s", [10.0**k for k in range(-6, 7)], perpetual),
-        *swept("bounces", [10.0, 100.0, 1000.0, 10_000.0], bouncing),
-        *swept("Zeno, restitution", [0.14, 0.3, 0.5, 0.8, 0.9, 0.97, 0.99], zeno),
         *chosen("zero gap", zero_gap, ("at rest", "parting", "pressed", "striking", "released there")),
     )
 
@@ -150,73 +141,6 @@ def perpetual(ratio: float) -> Finding:
     )
 
 
-def bouncing(bounces: float) -> Finding:
-    """A ball under gravity on a lossless spring, conserving step: it leaves as fast as it came, after every bounce."""
-    gravity, dt, n = 0.2, 0.05, int(bounces)
-    flight = 2 / gravity + math.pi
-    problem = ContactProblem(scenes.pushed_mass(1.0, -1.0, -gravity), scenes.rigid_wall(), law=LinearSpring(1.0))
-    stepper = ContactStepper(prepare(problem, dt, n * flight, "conserving"))
-    stepper.advance(stepper.prepared.steps)
-    gap, force = stepper.gap[:, 0], stepper.force[:, 0]
-    free = np.flatnonzero((force[1:] == 0) & (force[:-1] == 0))  # steps that are flight from end to end
-    speed = np.diff(gap)[free + 1] / dt
-    middle = (gap[free + 1] + gap[free + 2]) / 2 + gravity * dt**2 / 8
-    energy = speed**2 / 2 + gravity * middle
-    return Finding(float(np.abs(energy / 0.5 - 1).max()), 1e-9, (), f"energy in flight, {_count(force)} bounces")
-
-
-def zeno(e: float) -> Finding:
-    """Bounces that end in finite time: a ball on a spring beside a dashpot, rigid contact, then rest.
-
-    Without gravity e = exp(-2 z acos(z)/sqrt(1 - z^2)); with it each contact m x'' + c x' + K x = -m G is solved in
-    closed form up to N = 0. The step adds damping w h/4; at the end the seat carries the weight.
-    """
-    damping = brentq(lambda z: 2 * z * math.acos(z) / math.sqrt(1 - z * z) + math.log(e), 1e-6, 1 - 1e-9)
-    gravity, dt = 0.01, 0.005
-    seat = ModalGreens(
-        np.zeros(0),
-        np.zeros(0),
-        np.zeros((0, 1)),
-        Residual.relaxing(1.0, 1 / (2 * damping)),
-        origin={"kind": "dashpot"},
-    )
-    speeds = _speeds(damping, gravity, dt)
-    duration = 2 / gravity * sum(speeds) + 40 * (len(speeds) + 2)
-    striker = scenes.pushed_mass(1.0, -1.0, -gravity)
-    stepper = ContactStepper(prepare(ContactProblem(striker, Body(seat)), dt, duration))
-    stepper.advance(stepper.prepared.steps)
-    found = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
-    n = min(len(found), len(speeds) - 1)
-    early = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
-    rest = abs(float(stepper.force[-100:].mean()) / gravity - 1)
-    return Finding(max(early, rest), 0.02, (), f"speed after each of {n} bounces / the first, weight at rest")
-
-
-def _speeds(z: float, gravity: float, dt: float) -> list[float]:
-    """Speeds of approach, bounce by bounce, while a flight lasts longer than 20 relaxation times of the seat."""
-    speeds, w_d = [1.0], math.sqrt(1 - z * z)
-    while 2 * speeds[-1] / gravity > 40 * z + 20 * dt and len(speeds) < 2000:
-        v = speeds[-1]
-        b = (-v + z * gravity) / w_d  # x + G = exp(-z t) (G cos + b sin)
-
-        def both(t: float, b: float = b) -> tuple[float, float]:
-            decay, c, s = math.exp(-z * t), math.cos(w_d * t), math.sin(w_d * t)
-            x = decay * (gravity * c + b * s) - gravity
-            return x, -z * (x + gravity) + decay * w_d * (b * c - gravity * s)
-
-        times = np.linspace(1e-9, 2 * math.pi / w_d, 4000)
-        force = [-(2 * z * both(t)[1] + both(t)[0]) for t in times]
-        end = next((i for i, f in enumerate(force) if f < 0), None)
-        if end is None or end == 0:
-            break
-        t = brentq(lambda t: 2 * z * both(t)[1] + both(t)[0], times[end - 1], times[end])
-        x, leaving = both(t)
-        if leaving <= 0 or leaving**2 + 2 * gravity * x <= 0:
-            break
-        speeds.append(math.sqrt(leaving**2 + 2 * gravity * x))
-    return speeds
-
-
 def zero_gap(name: str) -> Finding:
     """Bodies that touch without force, part, press from t = 0, or strike at t = 0."""
     mass = rigid_mass(mass=1.0, velocity=0.0)
@@ -241,16 +165,3 @@ def zero_gap(name: str) -> Finding:
     result = scenes.run(striker, Body(spring(stiffness=1.0)), Signorini(), 1e-3, 4000)
     exact = (1 - np.cos(math.sqrt(2.0) * (result.time[1:]))) / 2
     return Finding(float(np.abs(result.force[1:] - exact).max()), 2e-3, scenes.said(result), "force")
-
-
-def _count(force: Array) -> int:
-    closed = force > 0
-    return int(np.sum(closed[1:] & ~closed[:-1])) + int(closed[0])
-
-
-def _speeds_after(gap: Array, force: Array, dt: float) -> Array:
-    """Speed at which the ball falls back, from the height of each flight that has ended: sqrt(2 G h)."""
-    closed = force > 0
-    ends = np.flatnonzero(closed[:-1] & ~closed[1:])
-    starts = np.flatnonzero(closed[1:] & ~closed[:-1])
-    return np.array([(starts[starts > end][0] - end) * dt * 0.01 / 2 for end in ends if np.any(starts > end)])
