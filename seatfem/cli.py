@@ -108,20 +108,25 @@ def run(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> in
 
 
 @app.command
-def plan(scene: Path, /, *, common: Common = COMMON) -> int:
+def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
     """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error.
 
     Parameters
     ----------
     scene:
         The scene file (TOML).
+    json:
+        Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
     """
     checked = _load(scene)
     from seatfem.planning.planner import plan_scene
+    from seatfem.views.plan_json import plan_json
     from seatfem.views.plan_view import choices_table, costs_table, shares_line, stages_line
 
     planned = plan_scene(checked)
-    if not common.quiet:
+    if json and not common.quiet:
+        sys.stdout.write(plan_json(planned) + "\n")
+    elif not common.quiet:
         console = _console()
         console.print(choices_table(planned))
         console.print(costs_table(planned))

@@ -1,0 +1,47 @@
+"""A plan, for other programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+
+from seatfem.planning.plan import Cost, Plan
+
+
+def plan_json(plan: Plan) -> str:
+    """One JSON object; times in s, memory in bytes, errors relative, ``scene`` in SI units with every key filled.
+
+    A number that is not finite, such as the error of a measure that is zero, is null.
+    """
+    scene = plan.scene
+    data = {
+        "title": scene.title,
+        "level": plan.level,
+        "kept": plan.kept,
+        "target": scene.accuracy.target,
+        "meets_target": plan.meets_target,
+        "choices": [asdict(choice) for choice in plan.choices],
+        **_cost(plan.cost),
+        "error": dict(plan.error),
+        "shares": {source: dict(share) for source, share in plan.shares.items()},
+        "alternatives": [
+            {"what": other.what, **_cost(other.cost), "error": dict(other.error)} for other in plan.alternatives
+        ],
+        "notes": list(plan.notes),
+        "scene": scene.model_dump(mode="json"),
+    }
+    return json.dumps(_finite(data), indent=1, allow_nan=False)
+
+
+def _cost(cost: Cost) -> dict[str, object]:
+    return {"time_s": cost.seconds, "stages_s": dict(cost.parts), "memory_bytes": cost.memory}
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
