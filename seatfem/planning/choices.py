@@ -8,7 +8,6 @@ from typing import Any, Final
 from impact.modal import ModalGreens
 from seatfem.planning.deciding import Decision
 from seatfem.planning.filling import has_key, is_given
-from seatfem.planning.ladders import Changes
 from seatfem.planning.mesh_size import Sizes, per_wavelength
 from seatfem.planning.options import (
     BAND,
@@ -23,7 +22,8 @@ from seatfem.planning.options import (
 )
 from seatfem.planning.plan import Choice
 from seatfem.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
-from seatfem.runs.variations import FEWER, NARROWER
+from seatfem.planning.sensitivity import Changes
+from seatfem.runs.variations import FEWER
 from seatfem.scene import DrawnSeat, MeshFile, Scene
 
 
@@ -71,6 +71,10 @@ def _value(scene: Scene, key: str) -> Any:
     return value
 
 
+def _of(decision: Decision, key: str) -> Changes:
+    return decision.changes.get(key, {})
+
+
 def _most(changes: Changes) -> str:
     """The measure that changes most, and by how much."""
     if not changes:
@@ -80,17 +84,17 @@ def _most(changes: Changes) -> str:
 
 
 def _level(decision: Decision, scene: Scene) -> str:
-    return decision.why
+    return decision.seat.why
 
 
 def _band(decision: Decision, scene: Scene) -> str:
     if decision.level == "spring":
         return "no waves are asked for"
-    return f"what lies above, and the last factor of {NARROWER:g} below, changes {_most(decision.changes(BAND))}"
+    return f"the highest modes of the reduction, and all above them, change {_most(_of(decision, BAND))}"
 
 
 def _tolerance(decision: Decision, scene: Scene) -> str:
-    return f"that much of g changes {_most(decision.changes(TOLERANCE))}"
+    return f"that much of g changes {_most(_of(decision, TOLERANCE))}"
 
 
 def _method(decision: Decision, scene: Scene) -> str:
@@ -109,11 +113,11 @@ def _method(decision: Decision, scene: Scene) -> str:
 
 def _size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
-    if patch is None or decision.fineness is None:
+    if patch is None or decision.seat.fineness is None:
         return "follows the shear wavelength at the band edge: the geometry is known to gmsh only"
     sizes = Sizes(_value(scene, SIZE), _value(scene, CONTACT_SIZE))
-    waves = per_wavelength(patch, decision.fineness.band, sizes)
-    return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(decision.changes(SIZE))}"
+    waves = per_wavelength(patch, decision.seat.fineness.band, sizes)
+    return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(_of(decision, SIZE))}"
 
 
 def _contact_size(decision: Decision, scene: Scene) -> str:
@@ -129,11 +133,11 @@ def _order(decision: Decision, scene: Scene) -> str:
 
 
 def _modes(decision: Decision, scene: Scene) -> str:
-    return f"{FEWER:g} times fewer change {_most(decision.changes(MODES))}"
+    return f"{FEWER:g} times fewer, or half of half as many, change {_most(_of(decision, MODES))}"
 
 
 def _step(decision: Decision, scene: Scene) -> str:
-    return f"twice as long a step changes {_most(decision.changes(STEP))}"
+    return f"leaves {_most(_of(decision, STEP))}, by longer ones"
 
 
 def _asked(scene: Scene) -> str:

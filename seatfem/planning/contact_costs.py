@@ -10,15 +10,12 @@ from typing import Final
 from impact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens import GreensFunction
 from seatfem.planning.machine import Machine
-from seatfem.planning.seat_costs import ALL_MODES, SeatModel
+from seatfem.planning.seat_costs import SeatModel, highest_pole
 from seatfem.runs.contact import striker_of, time_step
 from seatfem.scene import Cantilever, ElasticSeat, Rod, Scene
 from seatfem.scene.seats import BarSeat
 from seatfem.seats.solids import solid
 
-HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
-HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
-STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
 BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
 CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
 COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
@@ -102,10 +99,7 @@ def _step(scene: Scene, reed: GreensFunction, seat: SeatModel | None, rod: Green
     dt = time_step(scene, reed, reed if rod is None else rod)
     if seat is None or not isinstance(scene.seat, ElasticSeat):
         return dt
-    stricter = STRICTER if seat.runs > 1 else 1.0
-    over = HIGHEST * math.sqrt(stricter / scene.seat.greens.tolerance)
-    if seat.sizes.counts.dof <= ALL_MODES:
-        over = HIGHEST_OF_ALL
+    over = highest_pole(seat, scene.seat.greens.tolerance)
     return min(dt, 1 / (4 * 2 * math.pi * over * scene.seat.greens.bandwidth))
 
 

@@ -7,10 +7,9 @@ from typing import Final
 from seatfem.planning.contact_costs import contact_model, contact_seconds
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, PlannedLevel
-from seatfem.planning.seat_costs import DISCRETE, SeatModel, coarse_of, seat_memory, seat_model, seat_seconds
+from seatfem.planning.seat_costs import SeatModel, coarse_of, discrete_level, seat_memory, seat_model, seat_seconds
 from seatfem.scene import MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat
-from seatfem.seats.levels import Level, applicable
 
 __all__ = ["Cost", "predict_cost"]
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
@@ -42,7 +41,7 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
     if seat is not None:
         parts |= seat_seconds(seat, rates, static=level == "spring")
     if seat is not None and isinstance(scene.seat, DrawnSeat):
-        coarser = coarse_of(scene, _discrete(scene, level))
+        coarser = coarse_of(scene, discrete_level(scene, level))
         parts["mesh error"] = sum(seat_seconds(coarser, rates, static=level == "spring").values())
     contact = contact_model(scene, None if level == "spring" else seat)
     parts |= contact_seconds(contact, rates)
@@ -53,17 +52,7 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
 def _seat(scene: Scene, level: PlannedLevel) -> SeatModel | None:
     if not isinstance(scene.seat, DrawnSeat | MeshFile) or level in ("rod", "closed form"):
         return None
-    return seat_model(scene, _discrete(scene, level))
-
-
-def _discrete(scene: Scene, level: PlannedLevel) -> Level:
-    """The level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
-    found = next((name for name in DISCRETE if name == level), None)
-    if found is not None:
-        return found
-    if not isinstance(scene.seat, DrawnSeat):
-        return "3d"
-    return next(a.level for a in applicable(scene.seat) if a.applies and a.level in DISCRETE)
+    return seat_model(scene, discrete_level(scene, level))
 
 
 def _has_views(seat: SeatModel | None, level: PlannedLevel) -> bool:

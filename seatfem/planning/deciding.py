@@ -1,38 +1,28 @@
-"""The cheapest model that meets a target: level, rungs of every ladder, and what error they leave."""
+"""The cheapest way to meet a target, among all combinations of seat model, time step and number of reed modes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
+import numpy as np
+
+from impact.greens import Array
+from seatfem.planning.contact_options import ContactOption, contact_options
 from seatfem.planning.filling import filled
 from seatfem.planning.kept import Fineness
-from seatfem.planning.ladders import Changes, Ladder, Position, climb, errors, shares
-from seatfem.planning.options import (
-    MODEL,
-    MODES,
-    SIZE,
-    STEP,
-    TOLERANCE,
-    Seen,
-    fill_seat,
-    lowest_band,
-    mesh_ladder,
-    run_ladders,
-    seat_ladders,
-)
+from seatfem.planning.options import BEHIND, MODEL, MODES, STEP, Seen, fill_seat
 from seatfem.planning.plan import PlannedLevel
-from seatfem.planning.sensitivity import worst
+from seatfem.planning.seat_options import SeatOption, seat_options
+from seatfem.planning.sensitivity import Changes
 from seatfem.runs.budget import SAFETY, Source
-from seatfem.scene import BarSeat, DrawnSeat, ElasticSeat, Scene
-from seatfem.scene.imported import Matrices
-from seatfem.seats.levels import applicable, choose_level, clamp_error
-from seatfem.seats.rods import love_rod, rod_of
+from seatfem.scene import DrawnSeat, Scene
 
-OF_LEVEL: Final = 0.125  # part of the target that waves may use up which a spring leaves out
-RODS: Final = 0.5  # part of the target that a rod may use up: it has neither mesh nor reduction
-DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
+AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
+SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
+FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
 
 
 @dataclass(frozen=True)
@@ -40,161 +30,110 @@ class Decision:
     """What is chosen for one target.
 
     Attributes:
-        seen: what it is chosen from.
-        level: of the seat.
-        why: it.
-        ladders, position: the rung chosen of each ladder.
-        fixed: by source, what is left whatever the rungs.
-        fineness: of the seat; ``None`` without finite elements.
+        seen: the scene.
+        seat, contact: what is chosen.
     """
 
     seen: Seen
-    level: PlannedLevel
-    why: str
-    ladders: tuple[Ladder, ...]
-    position: Position
-    fixed: Mapping[Source, Changes]
-    fineness: Fineness | None
+    seat: SeatOption
+    contact: ContactOption
 
     @property
-    def error(self) -> Mapping[str, float]:
-        """Predicted bar of each measure, relative."""
-        return errors(self.ladders, self.position, self.fixed)
+    def level(self) -> PlannedLevel:
+        """Of the seat."""
+        return self.seat.level
+
+    @property
+    def changes(self) -> Mapping[str, Changes]:
+        """By key, the relative error that the choice leaves in each measure."""
+        both = dict(self.contact.changes)
+        for key, left in self.seat.changes.items():
+            both[key] = left
+        return both
 
     @property
     def shares(self) -> Mapping[Source, Changes]:
         """By source."""
-        return shares(self.ladders, self.position, self.fixed)
+        parts: dict[Source, Changes] = {}
+        for key, left in self.changes.items():
+            before = parts.get(BEHIND[key], {})
+            parts[BEHIND[key]] = {name: value + before.get(name, 0.0) for name, value in left.items()}
+        return parts
 
-    def ladder(self, key: str) -> Ladder | None:
-        """The ladder of a key, where there is one."""
-        return next((ladder for ladder in self.ladders if ladder.key == key), None)
-
-    def value(self, key: str) -> float | None:
-        """What was chosen of a ladder."""
-        ladder = self.ladder(key)
-        return None if ladder is None else ladder.values[self.position[key]]
-
-    def changes(self, key: str) -> Changes:
-        """What the chosen rung leaves."""
-        ladder = self.ladder(key)
-        return {} if ladder is None else ladder.changes[self.position[key]]
+    @property
+    def error(self) -> Mapping[str, float]:
+        """Predicted bar of each measure, relative, as `seatfem.runs.budget` will state it."""
+        parts = self.shares.values()
+        names = dict.fromkeys(name for part in parts for name in part)
+        return {name: SAFETY * sum(part.get(name, 0.0) for part in parts) for name in names}
 
     def scene(self, fineness: Fineness | None = None) -> Scene:
         """Every open key filled; ``fineness``: of another seat than the one chosen."""
-        scene, seat = self.seen.scene, fineness or self.fineness
-        if seat is not None:
-            scene = fill_seat(self.seen, seat.band, seat.tolerance, seat.mesh)
-        values: dict[str, object] = {MODEL: self.level} if isinstance(scene.seat, DrawnSeat) else {}
-        if (n := self.value(MODES)) is not None:
-            values[MODES] = round(n)
-        if (dt := self.value(STEP)) is not None:
-            values[STEP] = dt
+        scene, fine = self.seen.scene, fineness or self.seat.fineness
+        if fine is not None:
+            scene = fill_seat(self.seen, fine.band, fine.tolerance, fine.mesh)
+        values: dict[str, object] = {STEP: self.contact.dt}
+        if isinstance(scene.seat, DrawnSeat):
+            values[MODEL] = self.level
+        if self.contact.n_modes is not None:
+            values[MODES] = self.contact.n_modes
         return filled(scene, values)
 
 
-def decide(seen: Seen, target: float, without: tuple[PlannedLevel, ...] = ()) -> Decision:
-    """The coarsest rungs that meet ``target``, at the cheapest level that does and is not among ``without``."""
-    contact = run_ladders(seen)
-    seat = seen.scene.seat
-    if not isinstance(seat, ElasticSeat | Matrices):
-        return Decision(seen, "closed form", _closed(seen), contact, climb(contact, target, {}), {}, None)
-    of_seat = seat_ladders(seen)
-    found, why, fixed = _level(seen, target, without, of_seat)
-    if found == "rod":
-        return Decision(seen, found, why, contact, climb(contact, target, fixed), fixed, None)
-    if found == "spring":
-        return _at_band(seen, found, why, fixed, target, contact, (), lowest_band(seen))
-    band, tolerance = of_seat
-    whole = [
-        _at_band(seen, found, why, fixed, target, contact, (band.only(rung), tolerance), band.values[rung])
-        for rung in range(len(band.values))
-    ]
-    meet = [decision for decision in whole if worst(decision.error) <= target]
-    return min(meet, key=_effort) if meet else min(whole, key=lambda decision: worst(decision.error))
+@dataclass(frozen=True)
+class Choices:
+    """All that can be chosen for a scene.
+
+    Attributes:
+        seen: the scene.
+        without: levels that are not to be chosen.
+    """
+
+    seen: Seen
+    without: tuple[PlannedLevel, ...] = ()
+
+    @cached_property
+    def seats(self) -> tuple[SeatOption, ...]:
+        """Models of the seat."""
+        return seat_options(self.seen, self.without)
+
+    @cached_property
+    def contacts(self) -> tuple[ContactOption, ...]:
+        """Steps and reed modes."""
+        return contact_options(self.seen, closed=self.seats[0].level == "closed form")
+
+    @cached_property
+    def _worst(self) -> Array:
+        """(seats, contacts) predicted bar of the worst measure."""
+        measures = self.seen.scene.accuracy.measures
+        seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
+        return np.asarray(SAFETY * np.max(seats[:, None] + contacts[None], axis=2), dtype=np.float64)
+
+    @cached_property
+    def _cost(self) -> Array:
+        """(seats, contacts) [s]."""
+        seconds, poles = (np.array([getattr(o, name) for o in self.seats]) for name in ("seconds", "poles"))
+        start, each = (np.array([getattr(o, name) for o in self.contacts]) for name in ("seconds", "per_pole"))
+        return np.asarray(seconds[:, None] + start + poles[:, None] * each, dtype=np.float64)
+
+    def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
+        """The least cost that meets ``target``; where nothing does, that comes close to the least error.
+
+        Args:
+            longest, memory: what a seat may take [s, bytes]; the cheapest one may take more.
+        """
+        within = np.array([o.seconds <= longest and o.memory <= memory for o in self.seats])
+        if not within.any():
+            within[np.argmin([o.seconds for o in self.seats])] = True
+        worst = np.where(within[:, None], self._worst, np.inf)
+        least = float(worst.min())
+        aim = max(AIM * target, min(target, SPARE * least) if least <= target else SPARE * least)
+        score = np.where(worst <= aim, self._cost * (1 + FREE * worst / aim), np.inf)
+        seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
+        return Decision(self.seen, self.seats[seat], self.contacts[contact])
 
 
-def _at_band(
-    seen: Seen,
-    level: PlannedLevel,
-    why: str,
-    fixed: Mapping[Source, Changes],
-    target: float,
-    contact: tuple[Ladder, ...],
-    of_seat: tuple[Ladder, ...],
-    band: float,
-) -> Decision:
-    """The coarsest rungs at one band: of a solid's mesh first, for it costs most."""
-    mesh = mesh_ladder(seen, band)
-    ladders = (*contact, *mesh, *of_seat) if level in ("axisymmetric", "harmonics") else (*mesh, *of_seat, *contact)
-    position = climb(ladders, target, fixed)
-    decision = Decision(seen, level, why, ladders, position, fixed, None)
-    seat = seen.scene.seat
-    assert isinstance(seat, ElasticSeat | Matrices)
-    fineness = Fineness(band, decision.value(TOLERANCE) or seat.greens.tolerance, decision.value(SIZE) or 0.0)
-    return replace(decision, fineness=fineness)
-
-
-def _effort(decision: Decision) -> float:
-    """Grows as the seat's cost does: elements, times vectors for the band."""
-    seat, fineness = decision.scene().seat, decision.fineness
-    assert fineness is not None
-    size = seat.mesh.size if isinstance(seat, DrawnSeat) else None
-    dimension = 2 if decision.level in ("axisymmetric", "harmonics") else 3
-    return fineness.band * (size or 1.0 / fineness.band) ** -dimension
-
-
-def _level(
-    seen: Seen, target: float, without: tuple[PlannedLevel, ...], of_seat: tuple[Ladder, ...]
-) -> tuple[PlannedLevel, str, Mapping[Source, Changes]]:
-    """Level, why, and what it leaves in the measures."""
-    seat = seen.scene.seat
-    if not isinstance(seat, DrawnSeat):
-        return "3d", "as the file has it", {}
-    limit = OF_LEVEL * target / SAFETY
-    spring = {name: DOUBT * value for name, value in seen.sensitivity.spring.items()}
-    if seat.model == "spring":
-        return "spring", f"a spring instead of waves changes the measures by {worst(spring):.1g}", {"model": spring}
-    if seat.model == "auto" and "spring" not in without and worst(spring) <= limit:
-        why = f"waves in the seat change the measures by {worst(spring):.1g} at most: its static compliance is enough"
-        return "spring", why, {"model": spring}
-    band = of_seat[0].values[of_seat[0].coarsest(limit)]
-    banded = fill_seat(seen, band, seat.greens.tolerance, 0.05).seat
-    assert isinstance(banded, DrawnSeat)
-    rod = _as_rod(seen, banded) if seat.model in ("auto", "rod") and "rod" not in without else None
-    if rod is not None and (worst(rod) <= RODS * target / SAFETY or seat.model == "rod"):
-        return (
-            "rod",
-            f"lateral inertia and the clamped end, which a rod leaves out, change {_most(rod)}",
-            {"model": rod},
-        )
-    chosen = choose_level(banded, 0.0)
-    left = seen.per_g(chosen.error)
-    fixed: Mapping[Source, Changes] = {"model": left} if chosen.error else {}
-    words = f"; {_percent(chosen.error)} of g is {_percent(worst(left))} of the measures" if chosen.error else ""
-    return chosen.level, chosen.reason + words, fixed
-
-
-def _as_rod(seen: Seen, seat: DrawnSeat) -> Changes | None:
-    """What a rod in place of a bar changes; ``None`` where it does not apply."""
-    if not isinstance(seat, BarSeat) or not _applies(seat, "rod"):
-        return None
-    inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
-    return {name: value + end[name] for name, value in inertia.items()}
-
-
-def _applies(seat: DrawnSeat, level: PlannedLevel) -> bool:
-    return any(found.level == level and found.applies for found in applicable(seat))
-
-
-def _most(changes: Changes) -> str:
-    name = max(changes, key=lambda measure: changes[measure])
-    return f"{name} by {_percent(changes[name])}"
-
-
-def _closed(seen: Seen) -> str:
-    return f"seat.kind = {seen.scene.seat.kind!r}: nothing to discretise"
-
-
-def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %"
+def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:
+    """(options, measures) sum over the keys."""
+    rows = [[sum(left[name] for left in option.values()) for name in measures] for option in changes]
+    return np.array(rows, dtype=np.float64).reshape(len(changes), len(measures))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
 from typing import Final
 
 from seatfem.planning.costs import predict_cost
-from seatfem.planning.deciding import Decision
-from seatfem.planning.kept import Fineness
+from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
-from seatfem.planning.options import SIZE
 from seatfem.planning.plan import Cost, Plan
 from seatfem.scene import Scene
 from seatfem.seats.memory_need import available_memory
@@ -29,15 +27,10 @@ def cost_of(scene: Scene, decision: Decision, machine: Machine | None, *, kept: 
     return Cost(sum(parts.values()), cost.memory, parts)
 
 
-def affordable(decision: Decision, machine: Machine | None) -> Decision:
-    """``decision``, its mesh made coarser until memory and time allow it."""
-    mesh = decision.ladder(SIZE)
-    while mesh is not None and decision.position[SIZE] > 0 and _too_much(decision, machine):
-        rung = decision.position[SIZE] - 1
-        assert decision.fineness is not None
-        fineness = Fineness(decision.fineness.band, decision.fineness.tolerance, mesh.values[rung])
-        decision = replace(decision, position={**decision.position, SIZE: rung}, fineness=fineness)
-    return decision
+def within_means(choices: Choices, target: float) -> Decision:
+    """The cheapest that meets the target, among the seats that memory and time allow."""
+    there = available_memory()
+    return choices.cheapest(target, LONGEST, math.inf if there is None else MEMORY * there)
 
 
 def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine | None) -> tuple[str, ...]:
@@ -61,9 +54,3 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     if not window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")
     return tuple(found)
-
-
-def _too_much(decision: Decision, machine: Machine | None) -> bool:
-    cost, there = cost_of(decision.scene(), decision, machine), available_memory()
-    of_seat = sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT)
-    return of_seat > LONGEST or (there is not None and cost.memory > MEMORY * there)

@@ -9,16 +9,17 @@ from typing import Final
 
 from impact.progress import Progress, silent
 from seatfem.planning.choices import choices_of
-from seatfem.planning.deciding import Decision, decide
+from seatfem.planning.deciding import Choices, Decision
+from seatfem.planning.filling import is_given
 from seatfem.planning.kept import Fineness, finer, kept_seat
 from seatfem.planning.machine import Machine
-from seatfem.planning.means import affordable, cost_of, notes_on
+from seatfem.planning.means import cost_of, notes_on, within_means
 from seatfem.planning.mesh_size import ERRORS
-from seatfem.planning.options import BAND, TOLERANCE, TOLERANCES, Seen
+from seatfem.planning.options import BAND, BANDS, TOLERANCE, TOLERANCES, Seen
 from seatfem.planning.plan import Alternative, Plan, PlannedLevel
 from seatfem.planning.prerun import Bench, first_look
 from seatfem.planning.refining import finer_keys
-from seatfem.planning.sensitivity import BANDS, Sensitivity
+from seatfem.planning.sensitivity import Sensitivity
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
 from seatfem.runs.contact import check_length, check_step
@@ -55,13 +56,13 @@ def plan_scene(
         LevelError: a level that does not describe the seat is asked for.
     """
     check_step(scene)
-    seen = _look(scene, progress)
-    wanted = decide(seen, scene.accuracy.target, without)
+    choices = Choices(_look(scene, machine or Machine.known(), progress), without)
+    wanted = choices.cheapest(scene.accuracy.target)
     found = _kept(wanted, folder, Store.default() if store is None else store)
     if found is not None:
         decision, complete = wanted, found[1]
     else:
-        decision = affordable(wanted, machine)
+        decision = within_means(choices, scene.accuracy.target)
         complete = decision.scene()
     check_length(complete, complete.run.time_step or complete.run.filter_width)
     progress("planning", 0.9)
@@ -71,7 +72,7 @@ def plan_scene(
         choices=choices_of(decision, complete, "" if found is None else found[2]),
         cost=cost_of(complete, decision, machine, kept=found is not None),
         error=decision.error,
-        alternatives=_alternatives(decision, machine, without),
+        alternatives=_alternatives(choices, decision, machine),
         shares=decision.shares,
         kept=found is not None,
         asked=scene,
@@ -80,7 +81,7 @@ def plan_scene(
     return replace(plan, notes=notes_on(plan, wanted, decision, machine))
 
 
-def _look(scene: Scene, progress: Progress) -> Seen:
+def _look(scene: Scene, machine: Machine, progress: Progress) -> Seen:
     surrogate = surrogate_of(scene)
     progress("planning", 0.1)
     window = first_look(scene, surrogate.greens)
@@ -88,36 +89,33 @@ def _look(scene: Scene, progress: Progress) -> Seen:
     sensitivity = Sensitivity(
         Bench(scene, surrogate.greens, window), scene.accuracy.measures, finest, exact=surrogate.exact
     )
-    return Seen(scene, surrogate, sensitivity)
+    return Seen(scene, surrogate, sensitivity, machine)
 
 
 def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Fineness, Scene, str] | None:
-    if decision.fineness is None or not isinstance(decision.seen.scene.seat, ElasticSeat):
+    seen, fineness = decision.seen, decision.seat.fineness
+    if fineness is None or not isinstance(seen.scene.seat, ElasticSeat):
         return None
 
     def candidates() -> Iterator[tuple[Fineness, Scene]]:
-        open_to = {key: decision.ladder(key) is not None for key in (BAND, TOLERANCE)}
-        assert decision.fineness is not None
-        for fineness in finer(
-            decision.fineness,
-            BANDS if open_to[BAND] else (),
-            TOLERANCES if open_to[TOLERANCE] else (),
-            ERRORS if decision.fineness.mesh else (),
+        for finer_one in finer(
+            fineness,
+            () if is_given(seen.scene, BAND) else BANDS,
+            () if is_given(seen.scene, TOLERANCE) else TOLERANCES,
+            ERRORS if fineness.mesh else (),
         ):
-            yield fineness, decision.scene(fineness)
+            yield finer_one, decision.scene(finer_one)
 
     return kept_seat(candidates(), memory(decision.scene()), None if folder is None else folder / "seat.h5", store)
 
 
-def _alternatives(
-    decision: Decision, machine: Machine | None, without: tuple[PlannedLevel, ...]
-) -> tuple[Alternative, ...]:
+def _alternatives(choices: Choices, decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
     """The plans for a target looser and tighter by `STEP_UP`."""
     target = decision.seen.scene.accuracy.target
     found = []
     for other in (STEP_UP * target, target / STEP_UP):
         if other < 1:
-            plan = decide(decision.seen, other, without)
+            plan = choices.cheapest(other)
             if plan.scene() == decision.scene():
                 continue
             found.append(Alternative(f"target = {100 * other:.2g} %", cost_of(plan.scene(), plan, machine), plan.error))

@@ -11,9 +11,8 @@ from seatfem.planning.choices import described
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.filling import replaced
 from seatfem.planning.machine import Machine
-from seatfem.planning.options import BAND, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE
+from seatfem.planning.options import BAND, BANDS, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE
 from seatfem.planning.plan import Plan
-from seatfem.planning.sensitivity import BANDS
 from seatfem.runs.budget import Source
 from seatfem.runs.variations import FEWER
 from seatfem.scene import Scene

@@ -11,9 +11,10 @@ from typing import Final
 from seatfem.planning.bodies import section_of, solid_of
 from seatfem.planning.element_counts import Sizes, in_numbers, of_nodes, predicted_sizes
 from seatfem.planning.machine import Machine
+from seatfem.planning.plan import PlannedLevel
 from seatfem.scene import ElasticSeat, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat, RevolvedSeat
-from seatfem.seats.levels import Level, sectors
+from seatfem.seats.levels import Level, applicable, sectors
 from seatfem.seats.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, memory_need
 from seatfem.seats.needs import COARSENING, memory, mesh_spec
 from seatfem.seats.solids import solid
@@ -26,6 +27,10 @@ FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
 NODE: Final = 120  # bytes of a mesh file for each of its nodes
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
+TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
+HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
+HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
+STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
 ALL_MODES: Final = 600  # unknowns up to which all modes are computed
 
 
@@ -49,6 +54,10 @@ class SeatModel:
     hexahedra: bool = False
     drawn: bool = True
 
+    def stricter(self, ratio: float) -> SeatModel:
+        """With the tolerance of the reduction times ``ratio``."""
+        return replace(self, vectors=min(self.vectors * ratio**TOLERANCE_POWER, self.sizes.counts.dof))
+
     @property
     def poles(self) -> float:
         """Poles of its Green's function."""
@@ -69,6 +78,24 @@ def seat_model(scene: Scene, level: Level, coarser: float = 1.0) -> SeatModel:
     vectors = min(krylov_vectors(scene, seat, modes_in_band(seat, level)), sizes.counts.dof)
     around = harmonics(seat) if level == "harmonics" else 1.0
     return SeatModel(sizes, vectors, around, level in ("axisymmetric", "harmonics"), spec.shape == "hex")
+
+
+def discrete_level(scene: Scene, level: PlannedLevel) -> Level:
+    """The level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
+    found = next((name for name in DISCRETE if name == level), None)
+    if found is not None:
+        return found
+    if not isinstance(scene.seat, DrawnSeat):
+        return "3d"
+    return next(a.level for a in applicable(scene.seat) if a.applies and a.level in DISCRETE)
+
+
+def highest_pole(model: SeatModel | None, tolerance: float) -> float:
+    """Frequency of the highest pole of a reduction, over the band edge."""
+    if model is not None and model.sizes.counts.dof <= ALL_MODES:
+        return HIGHEST_OF_ALL
+    stricter = STRICTER if model is not None and model.runs > 1 else 1.0
+    return HIGHEST * math.sqrt(stricter / tolerance)
 
 
 def modes_in_band(seat: DrawnSeat, level: Level) -> float:
@@ -95,7 +122,7 @@ def krylov_vectors(scene: Scene, seat: ElasticSeat, modes: float) -> float:
     if seat.rayleigh is not None:
         ratio = seat.rayleigh.mass / (2 * k) + seat.rayleigh.stiffness * k / 2
     ratio = min(1.0, ratio + 0.15 / (k * memory(scene)))
-    return float(3.2 * (modes + 8) ** 0.4 * ratio**-0.286 * seat.greens.tolerance**-0.141)
+    return float(3.2 * (modes + 8) ** 0.4 * ratio**-0.286 * seat.greens.tolerance**TOLERANCE_POWER)
 
 
 def harmonics(seat: DrawnSeat) -> float:

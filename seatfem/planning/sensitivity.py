@@ -1,8 +1,8 @@
 """How much each open key moves the measures: pre-runs with one thing changed at a time.
 
 Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
-bar that the run will state: half the step's change from 2 h to h, fewer reed modes by `FEWER`, a band narrower by
-`NARROWER`, and g larger by a few percent. The pre-runs of a ladder go on while something is still to be gained.
+bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few
+percent (`seatfem.runs.variations`). The pre-runs of a ladder go on while something is still to be gained.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from impact.modal import ModalGreens
 from impact.sums import ScaledGreens
 from seatfem.planning.prerun import Bench, relative_changes
 from seatfem.runs.budget import Values
-from seatfem.runs.variations import FEWER, NARROWER, narrowed
+from seatfem.runs.variations import FEWER, FINE, HALF, NARROWER, narrowed
 from seatfem.scene import Cantilever
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
@@ -32,8 +32,6 @@ SHORTEST: Final = 640
 STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
 MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
 OFF: Final = 0.02  # relative change of g behind its sensitivity
-BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
-"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
 
 Changes = Mapping[str, float]
 
@@ -62,6 +60,8 @@ class Sensitivity:
     finest: float
     exact: bool = False
     _runs: dict[tuple[int, float], Values] = field(default_factory=dict, repr=False, compare=False)
+    _steps: dict[float, Values] = field(default_factory=dict, repr=False, compare=False)
+    _cuts: dict[int, Values] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def step(self) -> float:
@@ -82,17 +82,20 @@ class Sensitivity:
         return self.bench.measures(dt=self.step, n_modes=self.n_modes)
 
     def of_modes(self, n_modes: int) -> Changes:
-        """What the reed's modes between ``n_modes``/1.4 and ``n_modes`` change."""
-        return self._between_modes(max(1, round(n_modes / FEWER)), n_modes)
+        """What fewer modes of the reed than ``n_modes`` change, as the budget sees it: by 1.4, or half of by two."""
+        some, few = (self._between_modes(max(1, round(n_modes / ratio)), n_modes) for ratio in (FEWER, HALF))
+        return _larger(some, _times(1 / 2, few))
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
         """Numbers of reed modes from few to many, up to where they change nothing any more."""
         rungs: list[Rung] = []
-        n = FEWEST
-        while n < MOST and not _settled(rungs, self.finest):
-            few, n = n, min(MOST, round(n * FEWER))
-            rungs.append(Rung(n, self._between_modes(few, n)))
+        numbers = [max(1, round(FEWEST / FEWER)), FEWEST]
+        while numbers[-1] < MOST and not _settled(rungs, self.finest):
+            numbers.append(min(MOST, round(numbers[-1] * FEWER)))
+            half, some, n = numbers[-3:]  # two ratios of 1.4 are two
+            change = _larger(self._between_modes(some, n), _times(1 / 2, self._between_modes(half, n)))
+            rungs.append(Rung(n, change))
         return tuple(rungs)
 
     def _between_modes(self, few: int, many: int) -> Changes:
@@ -102,8 +105,7 @@ class Sensitivity:
         for factor in seats:
             one, other = (self._with_modes(n, factor) for n in (many, few))
             found = _larger(found, self._of(one, other))
-        margin = 1.0 if self.exact else MARGIN
-        return {name: margin * value for name, value in found.items()}
+        return _times(1.0 if self.exact else MARGIN, found)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
@@ -112,50 +114,61 @@ class Sensitivity:
         return self._runs[n_modes, factor]
 
     def of_step(self, dt: float) -> Changes:
-        """What a step of ``dt`` changes against one of 2 ``dt``; where that is too long, ``dt``/2 against ``dt``."""
-        width = self.bench.scene.run.filter_width
-        longer = 2 * dt if 4 * dt <= width else dt
-        one, other = (self.bench.measures(dt=h, n_modes=self.n_modes) for h in (longer / 2, longer))
-        return self._of(one, other)
+        """What a step of ``dt`` leaves, as the budget sees it: from steps of 2 ``dt`` and 4 ``dt``, or ``dt``/2.
+
+        Of one that a pre-run cannot afford, in proportion to what the shortest affordable one leaves.
+        """
+        width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
+        if least > dt * (1 + 1e-9):
+            return _times(dt / least, self.of_step(least))
+        here = self._with_step(dt)
+        doubled = self._of(here, self._with_step(2 * dt)) if 4 * dt <= width else dict.fromkeys(self.measures, 0.0)
+        if FINE * dt <= width:
+            return _larger(doubled, _times(1 / 3, self._of(here, self._with_step(4 * dt))))
+        if self.bench.affords(dt / 2):
+            return _larger(doubled, _times(2.0, self._of(here, self._with_step(dt / 2))))
+        return doubled
+
+    def _with_step(self, dt: float) -> Values:
+        if dt not in self._steps:
+            self._steps[dt] = self.bench.measures(dt=dt, n_modes=self.n_modes)
+        return self._steps[dt]
 
     @cached_property
     def steps(self) -> tuple[Rung, ...]:
-        """Time steps from long to short [s], each half as long as the one before.
-
-        Where a pre-run cannot afford the step, the change halves with it: the march is of first order.
-        """
+        """Time steps from long to short [s], each half as long as the one before."""
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
-        before = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
         while parts < SHORTEST and not _settled(rungs, self.finest):
             parts *= 2
-            if self.bench.affords(width / parts):
-                here = self.bench.measures(dt=width / parts, n_modes=self.n_modes)
-                rungs.append(Rung(width / parts, self._of(here, before)))
-                before = here
-            else:
-                halved = {name: change / 2 for name, change in rungs[-1].changes.items()}
-                rungs.append(Rung(width / parts, halved))
+            rungs.append(Rung(width / parts, self.of_step(width / parts)))
         return tuple(rungs)
 
-    @cached_property
-    def bands(self) -> tuple[Rung, ...]:
-        """Band edges from narrow to wide [Hz]: what a band narrower by 1.6, or everything beyond it, changes."""
+    def above(self, frequency: float) -> Changes:
+        """What a seat with its modes up to ``frequency`` [Hz] leaves: those from there down to 1.6 below, or all above.
+
+        No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
+        """
         seat = self.bench.seat
+        found: Changes = dict.fromkeys(self.measures, 0.0)
         if not isinstance(seat, ModalGreens) or len(seat.omega) == 0:
-            return ()
-        cut: dict[int, Values] = {}
+            return found
+        rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
+        while NARROWER ** (rung - 1) < highest:
+            here = self._up_to(NARROWER**rung)
+            change = _larger(self._of(here, self._up_to(NARROWER ** (rung - 1))), self._of(self.base, here))
+            found, rung = _larger(found, change), rung + 1
+        return found
 
-        def without(band: float) -> Values:
-            kept = int(np.sum(seat.omega <= 2 * math.pi * band))
-            if kept not in cut:
-                less = seat if kept == len(seat.omega) else narrowed(seat, band)
-                cut[kept] = self.bench.measures(dt=self.step, n_modes=self.n_modes, seat=less)
-            return cut[kept]
-
-        beyond = [_larger(self._of(without(b), without(b / NARROWER)), self._of(self.base, without(b))) for b in BANDS]
-        return tuple(Rung(band, changes) for band, changes in zip(BANDS, beyond, strict=True))
+    def _up_to(self, frequency: float) -> Values:
+        seat = self.bench.seat
+        assert isinstance(seat, ModalGreens)
+        kept = int(np.sum(seat.omega <= 2 * math.pi * frequency))
+        if kept not in self._cuts:
+            less = seat if kept == len(seat.omega) else narrowed(seat, frequency)
+            self._cuts[kept] = self._with(less)
+        return self._cuts[kept]
 
     @cached_property
     def of_g(self) -> Changes:
@@ -188,8 +201,20 @@ def worst(changes: Changes) -> float:
     return max(changes.values(), default=0.0)
 
 
+def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
+    """From coarse to fine; a rung counts as no better than any finer one: a small change may be an accident."""
+    found: list[Rung] = []
+    for rung in reversed(rungs):
+        found.append(Rung(rung.value, _larger(rung.changes, found[-1].changes)) if found else rung)
+    return tuple(reversed(found))
+
+
 def _larger(one: Changes, other: Changes) -> Changes:
     return {name: max(one[name], other[name]) for name in one}
+
+
+def _times(factor: float, changes: Changes) -> Changes:
+    return {name: factor * value for name, value in changes.items()}
 
 
 def _settled(rungs: list[Rung], finest: float) -> bool:

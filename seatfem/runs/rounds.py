@@ -16,7 +16,7 @@ from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
 from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.budget import KEYS, SAFETY, Budget, Source
+from seatfem.runs.budget import KEYS, SAFETY, Budget, Source, Values
 from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
@@ -29,6 +29,7 @@ MOST_ROUNDS: Final = 4
 LONGEST: Final = 600.0  # predicted time of a further round [s]
 MEMORY: Final = 0.8  # part of the available memory that a further round may take
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
+BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
 REMEDIES: Final[Mapping[Source, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
@@ -132,16 +133,21 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         stress = peak_stress(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
         left = error_budget(scene, seat, striker, result, stress.value if wanted and stress is not None else None)
-    return Round(plan, seat, reused, striker, result, stress, _with_spring(plan, left))
+    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left))
 
 
-def _with_spring(plan: Plan, left: Budget) -> Budget:
-    """A spring in place of the seat leaves its waves out: the plan's pre-runs say what these and the reed change."""
-    if plan.level != "spring" or "model" not in left.parts:
-        return left
-    planned, measured = plan.shares.get("model", {}), left.parts["model"]
-    model = {name: max(part, planned.get(name, 0.0) * abs(left.values[name])) for name, part in measured.items()}
-    return replace(left, parts={**left.parts, "model": model})
+def _at_least_planned(plan: Plan, left: Budget) -> Budget:
+    """No less of step and model than the plan's pre-runs say, which also know finer steps, more modes, and waves.
+
+    A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
+    """
+
+    def at_least(source: Source, part: Values) -> Values:
+        planned = plan.shares.get(source, {})
+        return {name: max(value, planned.get(name, 0.0) * abs(left.values[name])) for name, value in part.items()}
+
+    raised = {source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts}
+    return replace(left, parts={**left.parts, **raised})
 
 
 def _next(done: Round) -> tuple[Plan | None, str]:

@@ -40,7 +40,8 @@ def error_budget(
       and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
-    - reduction: the seat's modes above bandwidth/1.6 moved into the residual, and g larger by the reduction's error.
+    - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
+      the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
     - model: fewer modes of the reed, by 1.4, or half of what half of them change; g larger by the error of the level of
       modelling (a bar as a rod); what a cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
@@ -84,8 +85,10 @@ def _of_reduction(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Va
     part, greens = _of_g(seat, seat.greens.error_estimate.reduction, base, run), seat.greens
     if part is None or not isinstance(scene.seat, ElasticSeat) or not isinstance(greens, ModalGreens):
         return part
-    narrow = narrowed(greens, scene.seat.greens.bandwidth / NARROWER)
-    return part if len(narrow.omega) == len(greens.omega) else total(part, changes(base, run(narrow)))
+    if len(greens.omega) == 0:
+        return part
+    highest = float(greens.omega.max()) / (2 * np.pi)
+    return total(part, changes(base, run(narrowed(greens, highest / NARROWER))))
 
 
 def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
