@@ -12,6 +12,7 @@ from seatfem.geometry.sectors import cut, patches_in
 from seatfem.mesh._gmsh_arrays import arrays
 from seatfem.mesh._gmsh_cad import Imported, check_faces, import_part, recall
 from seatfem.mesh._gmsh_messages import stage
+from seatfem.mesh._gmsh_model import KeptModel
 from seatfem.mesh._gmsh_sizes import set_sizes
 from seatfem.mesh.healing import LADDER, Rung, climb
 from seatfem.mesh.spec import MeshSpec
@@ -47,11 +48,14 @@ def build(
     return tags, imported.regions or {"seat": [tag for _, tag in gmsh.model.getEntities(3)]}
 
 
-def name_groups(gmsh: Any, tags: dict[str, list[int]], regions: dict[str, list[int]]) -> None:
+def build_and_name(gmsh: Any, geometry: Geometry, sectors: int, heal: bool) -> dict[str, list[int]]:
+    """The face tags of the groups, which the model knows by name from now on."""
+    tags, regions = build(gmsh, geometry, sectors, heal)
     for name, solids in regions.items():
         gmsh.model.addPhysicalGroup(3, solids, name=name)
     for name, faces in tags.items():
         gmsh.model.addPhysicalGroup(2, faces, name=name)
+    return tags
 
 
 def generate(gmsh: Any, spec: MeshSpec, unit: float) -> None:
@@ -100,7 +104,7 @@ def write_msh(gmsh: Any, path: str, scale: float) -> None:
     gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
 
 
-def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
@@ -109,16 +113,15 @@ def make(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
 
     def attempt(rung: Rung) -> None:
         if rung is not LADDER[0]:
-            gmsh.clear()
+            model.forget()
         for option, value in rung.options.items():
             gmsh.option.setNumber(option, value)
         stage("building the geometry", 0.0)
-        tags, regions = build(gmsh, geometry, job["sectors"], rung.heal)
+        tags = model.built(gmsh, job, lambda: build_and_name(gmsh, geometry, job["sectors"], rung.heal), rung.heal)
         edges = gmsh.model.getBoundary([(2, tag) for tag in tags["contact"]], combined=False, oriented=False)
         set_sizes(gmsh, spec, tags["contact"], [tag for _, tag in edges], 1.0 / unit)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", max(spec.curvature, rung.curvature))
         gmsh.option.setNumber("Mesh.MeshSizeMin", LEAST_OF_PATCH * spec.patch_size / unit)
-        name_groups(gmsh, tags, regions)
         generate(gmsh, spec, unit)
         results.append(tags)
 

@@ -1,4 +1,6 @@
-"""The gmsh process: `python -m seatfem.mesh._gmsh_worker JOB.json`, started by `seatfem.mesh.gmsh_process` only.
+"""The gmsh process: `python -m seatfem.mesh._gmsh_worker`, started by `seatfem.mesh.gmsh_process` only.
+
+Jobs come as JSON lines on standard input, until it is closed.
 
 Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
 the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
@@ -31,6 +33,7 @@ from seatfem.geometry.sectors import cut
 from seatfem.geometry.step_colours import paint
 from seatfem.mesh._gmsh_arrays import arrays
 from seatfem.mesh._gmsh_messages import send, stage
+from seatfem.mesh._gmsh_model import KeptModel
 from seatfem.mesh._gmsh_section import mesh_section, plane_arrays
 from seatfem.mesh._gmsh_solid import build, make
 from seatfem.mesh.spec import MeshSpec
@@ -48,21 +51,32 @@ OPTIONS = {
     "Mesh.MeshSizeFromPoints": 0,
     "Mesh.MeshSizeFromCurvature": 0,
     "Mesh.MshFileVersion": 4.1,
+    # gmsh's own defaults, of what the job before may have set
+    "Mesh.Algorithm": 6,
+    "Mesh.Algorithm3D": 1,
+    "Mesh.MeshSizeMin": 0,
+    "Mesh.RecombineAll": 0,
+    "Mesh.RecombinationAlgorithm": 1,
+    "Mesh.SecondOrderLinear": 0,
+    "Mesh.SubdivisionAlgorithm": 0,
 }
+"""Set before each job."""
 
 
-def read(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "read": a mesh file -> arrays."""
     stage("reading the mesh", 0.0)
-    gmsh.open(job["path"])
+    model.built(gmsh, job, lambda: gmsh.open(job["path"]))
+    model.forget()
     return arrays(gmsh, job["unit"])
 
 
-def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
     geometry: Geometry = decode(job["geometry"])
     stage("building the geometry", 0.0)
-    build(gmsh, geometry)
+    model.built(gmsh, job, lambda: build(gmsh, geometry))
+    model.forget()
     gmsh.write(job["step"])
     # The order of faces is the file's, not that of the model it came from: select again in what was written.
     gmsh.clear()
@@ -75,35 +89,31 @@ def export(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     return {}
 
 
-def section(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "section": the half section of a solid of revolution -> plane arrays."""
     geometry: Revolved = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = model_unit(geometry)
     stage("building the section", 0.0)
-    lines = revolved.section(geometry, gmsh.model.occ)
-    gmsh.model.occ.synchronize()
+
+    def built() -> dict[str, list[int]]:
+        lines: dict[str, list[int]] = revolved.section(geometry, gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        return lines
+
+    lines = model.built(gmsh, job, built)
     stage("meshing the section", 0.3)
     mesh_section(gmsh, spec, lines["contact"], unit)
     return plane_arrays(gmsh, spec, lines, {}, unit)
 
 
-def plan(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
+def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
     geometry: Extruded = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = model_unit(geometry)
-    recipe = family_of(geometry).plan
-    assert recipe is not None
     stage("building the plan", 0.0)
-    occ = gmsh.model.occ
-    areas = recipe(geometry, occ)
-    if job["sectors"] > 1:
-        whole = [tag for _, tag in occ.getEntities(2)]
-        pieces = dict(zip(whole, cut(occ, 2, job["sectors"]), strict=True))
-        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
-        areas = {name: tags for name, tags in areas.items() if tags}
-    occ.synchronize()
+    areas = model.built(gmsh, job, lambda: _plan_areas(gmsh, geometry, job["sectors"]))
     struck = {name for names in geometry.plan.top.values() for name in names}
     faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
     edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
@@ -115,7 +125,20 @@ def plan(gmsh: Any, job: dict[str, Any]) -> dict[str, Any]:
     return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
 
 
-TASKS: dict[str, Callable[[Any, dict[str, Any]], dict[str, Any]]] = {
+def _plan_areas(gmsh: Any, geometry: Extruded, sectors: int) -> dict[str, list[int]]:
+    recipe, occ = family_of(geometry).plan, gmsh.model.occ
+    assert recipe is not None
+    areas: dict[str, list[int]] = recipe(geometry, occ)
+    if sectors > 1:
+        whole = [tag for _, tag in occ.getEntities(2)]
+        pieces = dict(zip(whole, cut(occ, 2, sectors), strict=True))
+        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
+        areas = {name: tags for name, tags in areas.items() if tags}
+    occ.synchronize()
+    return areas
+
+
+TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
     "mesh": make,
     "plan": plan,
     "read": read,
@@ -135,20 +158,22 @@ def import_gmsh() -> Any:
     return gmsh
 
 
-def run(job: dict[str, Any]) -> None:
-    gmsh = import_gmsh()
-    gmsh.initialize([], readConfigFiles=False, interruptible=False)
+def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
     for option, value in OPTIONS.items():
         gmsh.option.setNumber(option, value)
-    result = TASKS[job["task"]](gmsh, job)
+    result = TASKS[job["task"]](gmsh, job, model)
     np.savez(job["arrays"], gmsh_version=np.array(gmsh.__version__), **result)
     stage("reading gmsh's arrays", 0.95)
-    gmsh.finalize()
+    send(finished=job["task"])
 
 
-def main(job_path: str) -> int:
+def main() -> int:
     try:
-        run(json.loads(Path(job_path).read_text(encoding="utf-8")))
+        gmsh, model = import_gmsh(), KeptModel()
+        gmsh.initialize([], readConfigFiles=False, interruptible=False)
+        for line in sys.stdin:
+            run(gmsh, json.loads(line), model)
+        gmsh.finalize()
     except GeometryError as error:
         send(error=str(error), kind="geometry")
     except Exception as error:
@@ -162,4 +187,4 @@ if __name__ == "__main__":
     # Messages keep the pipe to themselves: OpenCASCADE prints to descriptor 1, which now leads to the log.
     sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    sys.exit(main(sys.argv[1]))
+    sys.exit(main())

@@ -1,7 +1,7 @@
 """Runs gmsh in a process of its own.
 
 gmsh keeps global state, crashes when two threads use it, and can abort the process it lives in; apart from that
-its licence stays apart too. Job in: JSON. Result out: named arrays.
+its licence stays apart too. Jobs in: JSON lines. Results out: named arrays.
 """
 
 from __future__ import annotations
@@ -13,8 +13,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,28 +33,76 @@ class MeshingError(RuntimeError):
     """gmsh failed, crashed, or cannot be loaded; the message says where and how to mend it."""
 
 
-def run_gmsh(job: Mapping[str, Any], progress: Progress = silent) -> Arrays:
-    """Carry out one job of `seatfem.mesh._gmsh_worker` and return its arrays.
+class Gmsh(Protocol):
+    """Carries out one job of `seatfem.mesh._gmsh_worker` and returns its arrays.
 
-    Interrupting the caller kills the gmsh process. Raises `GeometryError` where the geometry is at fault,
-    `MeshingError` where gmsh is.
+    Raises `GeometryError` where the geometry is at fault, `MeshingError` where gmsh is.
     """
-    with tempfile.TemporaryDirectory(prefix="seatfem-") as folder:
-        job_file, result, log = (Path(folder) / name for name in ("job.json", "arrays.npz", "log.txt"))
-        job_file.write_text(json.dumps(dict(job) | {"arrays": str(result)}), encoding="utf-8")
-        command = [sys.executable, "-m", "seatfem.mesh._gmsh_worker", str(job_file)]
-        with (
-            log.open("wb") as stderr,
-            subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True, env=_environment()) as process,
-        ):
-            try:
-                last = _listen(process, progress)
-            except BaseException:
-                process.kill()
-                raise
-        _check(process.returncode, last, log.read_text(encoding="utf-8", errors="replace"))
-        with np.load(result) as arrays:
-            return dict(arrays)
+
+    def __call__(self, job: Mapping[str, Any], progress: Progress = ..., /) -> Arrays: ...
+
+
+class GmshSession:
+    """One gmsh process for several jobs, started by the first: ``with GmshSession() as gmsh: gmsh(job)``.
+
+    A job with the geometry of the one before costs its elements only. Leaving the block, by an interrupt too, kills
+    the process; so does a job that fails, and the next begins with another process.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[str] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+
+    def __enter__(self) -> GmshSession:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
+        """As `Gmsh`."""
+        process, folder = self._started()
+        result, log = folder / "arrays.npz", folder / "log.txt"
+        try:
+            last = _told(process, json.dumps(dict(job) | {"arrays": str(result)}), progress)
+            if "finished" not in last:
+                process.wait()
+                _check(process.returncode, last, log.read_text(encoding="utf-8", errors="replace"))
+            with np.load(result) as arrays:
+                return dict(arrays)
+        except BaseException:
+            self._end()
+            raise
+
+    def _started(self) -> tuple[subprocess.Popen[str], Path]:
+        if self._process is None or self._folder is None:
+            self._folder = tempfile.TemporaryDirectory(prefix="seatfem-")
+            with (Path(self._folder.name) / "log.txt").open("wb") as log:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "seatfem.mesh._gmsh_worker"],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=log,
+                    text=True,
+                    env=_environment(),
+                )
+        return self._process, Path(self._folder.name)
+
+    def _end(self) -> None:
+        process, folder = self._process, self._folder
+        self._process = self._folder = None
+        if process is not None:
+            process.kill()  # its results are read: nothing is lost
+            with suppress(BrokenPipeError), process:
+                pass
+        if folder is not None:
+            folder.cleanup()
+
+
+def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
+    """One job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
+    with GmshSession() as gmsh:
+        return gmsh(job, progress)
 
 
 def _environment() -> dict[str, str]:
@@ -62,15 +111,20 @@ def _environment() -> dict[str, str]:
     return dict(os.environ) | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
-def _listen(process: subprocess.Popen[str], progress: Progress) -> dict[str, Any]:
-    """Pass progress on until the process ends; the last message tells where it was."""
+def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
+    """Hand over the job and pass progress on until it is finished or the process ends; the last message."""
     last: dict[str, Any] = {"stage": "starting gmsh"}
+    assert process.stdin is not None
     assert process.stdout is not None
+    with suppress(BrokenPipeError):  # why it has ended, its messages tell
+        process.stdin.write(job + "\n")
+        process.stdin.flush()
     for line in process.stdout:
         last = json.loads(line)
         if "stage" in last:
             progress(STAGE, last["done"])
-    process.wait()
+        if "finished" in last:
+            break
     return last
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from impact.progress import Progress, silent
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, GeometryError, Stopper, encode
 from seatfem.geometry.plan import EVERYWHERE
-from seatfem.mesh.gmsh_process import run_gmsh
+from seatfem.mesh.gmsh_process import Gmsh, run_gmsh
 from seatfem.mesh.io import MeshArrays
 from seatfem.mesh.layers import graded
 from seatfem.mesh.plan_grid import cut_lines, rectangle_plan
@@ -31,21 +31,25 @@ class Hexes:
     cad_areas: Mapping[str, float]
 
 
-def make_hexes(geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress = silent) -> Hexes:
+def make_hexes(
+    geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress = silent, gmsh: Gmsh = run_gmsh
+) -> Hexes:
     """Hexahedra of a solid of revolution or of an extruded one, or of one of its equal sectors.
 
     Raises `GeometryError` for a geometry that is neither.
     """
     if isinstance(geometry, AnnularSeat | ConicalSeat):
-        return _revolved(geometry, spec, sectors, progress)
+        return _revolved(geometry, spec, sectors, progress, gmsh)
     if isinstance(geometry, CadPart):
         raise GeometryError(f"{geometry.path}: a CAD part is meshed by tetrahedra; set shape = 'tet'")
-    return _extruded(geometry, spec, sectors, progress)
+    return _extruded(geometry, spec, sectors, progress, gmsh)
 
 
-def _revolved(geometry: AnnularSeat | ConicalSeat, spec: MeshSpec, sectors: int, progress: Progress) -> Hexes:
+def _revolved(
+    geometry: AnnularSeat | ConicalSeat, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
+) -> Hexes:
     job = {"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}
-    section = run_gmsh(job, progress)
+    section = gmsh(job, progress)
     profile = geometry.profile
     around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
     layers = math.ceil(around / sectors)
@@ -54,9 +58,9 @@ def _revolved(geometry: AnnularSeat | ConicalSeat, spec: MeshSpec, sectors: int,
     return Hexes(arrays, str(section["gmsh_version"]), profile.volume / sectors, areas)
 
 
-def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress) -> Hexes:
+def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
     plan = geometry.plan
-    plane, version, cad = _plane(geometry, spec, sectors, progress)
+    plane, version, cad = _plane(geometry, spec, sectors, progress, gmsh)
     if sectors > 1:
         plane = cut_lines(plane, sectors)
     fractions = (
@@ -80,7 +84,7 @@ def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress) -
 
 
 def _plane(
-    geometry: Any, spec: MeshSpec, sectors: int, progress: Progress
+    geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
 ) -> tuple[dict[str, NDArray[Any]], str, dict[str, float]]:
     """Plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
     if isinstance(geometry, Bar):
@@ -90,7 +94,7 @@ def _plane(
         whole, patch = geometry.width * geometry.depth, geometry.patch_width * geometry.patch_depth
         return rectangle_plan(geometry, spec, sectors), "", {EVERYWHERE: whole / sectors, "patch": patch / sectors}
     job = {"task": "plan", "geometry": encode(geometry), "spec": asdict(spec), "sectors": sectors}
-    plane = run_gmsh(job, progress)
+    plane = gmsh(job, progress)
     cad = {key.removeprefix("cad:"): float(value) for key, value in plane.items() if key.startswith("cad:")}
     return plane, str(plane["gmsh_version"]), cad
 

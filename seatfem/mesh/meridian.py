@@ -16,7 +16,7 @@ from skfem.assembly import Dofs
 from impact.progress import Progress, silent
 from seatfem.geometry import GeometryError, Profile, Revolved, encode, fingerprint
 from seatfem.geometry.profile import profile_of
-from seatfem.mesh.gmsh_process import STAGE, Arrays, run_gmsh
+from seatfem.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.mesh.seat_mesh import MeshProvenance
 from seatfem.mesh.spec import MeshSpec
 
@@ -56,14 +56,16 @@ class MeridianMesh:
     provenance: MeshProvenance
 
 
-def make_meridian(geometry: Revolved, spec: MeshSpec, progress: Progress = silent) -> MeridianMesh:
+def make_meridian(
+    geometry: Revolved, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
+) -> MeridianMesh:
     """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
 
-    ``spec.shape`` = "tet" gives triangles, "hex" quadrilaterals. Raises `GeometryError` for a geometry that is no
-    solid of revolution, and `MeshingError` where gmsh fails.
+    ``spec.shape`` = "tet" gives triangles, "hex" quadrilaterals; ``gmsh``: as in `make_mesh`. Raises
+    `GeometryError` for a geometry that is no solid of revolution, and `MeshingError` where gmsh fails.
     """
     profile = profile_of(geometry)
-    section = make_section(geometry, spec, progress)
+    section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
     mesh = plane_mesh(section)
     source = f"meridian of {type(geometry).__name__}"
     provenance = MeshProvenance(
@@ -80,13 +82,8 @@ def make_meridian(geometry: Revolved, spec: MeshSpec, progress: Progress = silen
     return MeridianMesh(mesh, spec.order, quality, provenance)
 
 
-def make_section(geometry: Revolved, spec: MeshSpec, progress: Progress = silent) -> Arrays:
-    """Plane arrays of the half section: "points" (n, 2) = (r, z), "cells", and "line:NAME" per group."""
-    return run_gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
-
-
 def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
-    """scikit-fem's mesh of plane arrays, with every "line:NAME" as a boundary."""
+    """scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
     cells, points = section["cells"], section["points"]
     corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
     used, t = np.unique(cells[:, :corners], return_inverse=True)

@@ -15,7 +15,7 @@ from impact.progress import Progress, silent
 from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, CadPart, Geometry, GeometryError, encode, fingerprint
 from seatfem.geometry.cad import check_readable
 from seatfem.geometry.sectors import check_sectors
-from seatfem.mesh.gmsh_process import STAGE, Arrays, MeshingError, run_gmsh
+from seatfem.mesh.gmsh_process import STAGE, Arrays, Gmsh, MeshingError, run_gmsh
 from seatfem.mesh.hexes import make_hexes
 from seatfem.mesh.io import MeshError, from_gmsh
 from seatfem.mesh.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
@@ -42,12 +42,19 @@ def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
 
 
 def make_mesh(
-    geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, sector: int = 1, msh: Path | None = None
+    geometry: Geometry,
+    spec: MeshSpec,
+    progress: Progress = silent,
+    *,
+    sector: int = 1,
+    msh: Path | None = None,
+    gmsh: Gmsh = run_gmsh,
 ) -> SeatMesh:
     """Mesh a geometry, or the first of its ``sector`` equal sectors.
 
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
     2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names (tetrahedra only).
+    ``gmsh``: what carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
     Raises `GeometryError` for a geometry that cannot be built or cut or whose faces cannot be told, `MeshingError`
     where gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
@@ -58,13 +65,13 @@ def make_mesh(
         if msh is not None:
             raise GeometryError(f"{msh}: only meshes of tetrahedra are written as .msh")
         notes: tuple[str, ...] = ()
-        hexes = make_hexes(geometry, spec, sector, progress)
+        hexes = make_hexes(geometry, spec, sector, progress, gmsh)
         arrays, version = hexes.arrays, hexes.gmsh_version
         cad_volume, cad = hexes.cad_volume, dict(hexes.cad_areas)
     else:
         job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
         with _replacing(msh) as temporary:
-            found = run_gmsh(job | {"msh": temporary}, progress)
+            found = gmsh(job | {"msh": temporary}, progress)
         arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
         cad = {name: float(value) for name, value in _group(found, "cad").items()}
         cad_volume = cad.pop("volume")

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from impact.progress import Progress, silent
 from seatfem.elements.assembly import assemble
 from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.geometry import GeometryError
-from seatfem.mesh.gmsh_process import MeshingError
+from seatfem.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.mesh.spec import MeshSpec
 from seatfem.model import ModelError, SecondOrderModel
 from seatfem.planning.before_meshing import check_before_meshing
+from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import Cad, MeshFile
 from seatfem.scene.parts import AnySupport
 from seatfem.scene.seats import DrawnSeat, ElasticSeat, RevolvedSeat
 from seatfem.seats.levels import Level, sectors
+from seatfem.seats.needs import COARSENING
 from seatfem.seats.solids import Solid, solid
 
 NAMES: Mapping[Level, str] = {
@@ -40,18 +42,35 @@ class Discretisation:
     model: SecondOrderModel
 
 
-def draw(seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = silent) -> SeatMesh | MeridianMesh:
+def draw(
+    seat: DrawnSeat, spec: MeshSpec, level: Level, progress: Progress = silent, gmsh: Gmsh = run_gmsh
+) -> SeatMesh | MeridianMesh:
     """The mesh of a level, unless it would be far too large; what is wrong with a CAD file's faces names the file."""
     try:
         check_before_meshing(seat, spec, level)
         if level in ("axisymmetric", "harmonics"):
             assert isinstance(seat, RevolvedSeat)
-            return make_meridian(seat.geometry(), spec, progress)
-        return make_mesh(seat.geometry(), spec, progress, sector=sectors(seat) if level == "sector" else 1)
+            return make_meridian(seat.geometry(), spec, progress, gmsh=gmsh)
+        count = sectors(seat) if level == "sector" else 1
+        return make_mesh(seat.geometry(), spec, progress, sector=count, gmsh=gmsh)
     except (GeometryError, MeshingError) as error:
         if isinstance(seat, Cad) and str(seat.file) not in str(error):
             raise type(error)(f"{seat.file}: {error}") from error
         raise
+
+
+def draw_both(
+    seat: DrawnSeat, spec: MeshSpec, level: Level, watch: Stopwatch, progress: Progress, *, coarser: bool
+) -> tuple[SeatMesh | MeridianMesh, SeatMesh | MeridianMesh | None]:
+    """The mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
+    with GmshSession() as gmsh:
+        with watch("mesh"):
+            mesh = draw(seat, spec, level, progress, gmsh)
+        if not coarser:
+            return mesh, None
+        with watch("mesh error"):
+            coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+            return mesh, draw(seat, coarse, level, gmsh=gmsh)
 
 
 def matrices(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:

@@ -19,7 +19,6 @@ from seatfem import scene as scenes
 from seatfem.formats.mesh_files import read_mesh
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.mesh.seat_mesh import SeatMesh
-from seatfem.mesh.spec import MeshSpec
 from seatfem.model import SecondOrderModel
 from seatfem.roads.greens import reduce_model
 from seatfem.roads.harmonics import ring_greens
@@ -28,7 +27,7 @@ from seatfem.roads.ring_patches import RingPatch
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
-from seatfem.seats.discretise import NAMES, draw, matrices, rayleigh_of, sliding_faces, solids, supports_of
+from seatfem.seats.discretise import NAMES, draw_both, matrices, rayleigh_of, sliding_faces, solids, supports_of
 from seatfem.seats.imported_seats import from_matrices, from_modes, from_response
 from seatfem.seats.levels import Level, choose_level, clamp_error
 from seatfem.seats.memory_need import check_seat
@@ -124,14 +123,13 @@ def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Pr
         assert isinstance(seat, scenes.BarSeat)
         return SeatAnswer(rod_of(seat), about={**about, "seat_model": NAMES["rod"]}, level_error=clamp_error(seat))
     spec = mesh_spec(seat, level.level)
-    with watch("mesh"):
-        mesh = draw(seat, spec, level.level, progress)
+    mesh, coarse = draw_both(seat, spec, level.level, watch, progress, coarser=mesh_error)
     answer = _solved(scene, seat, mesh, level.level, watch, progress)
     answer = replace(answer, about={**answer.about, **about})
-    if not mesh_error:
+    if coarse is None:
         return answer
     with watch("mesh error"):
-        return _with_mesh_error(scene, seat, spec, level.level, answer, progress)
+        return _with_mesh_error(scene, seat, coarse, level.level, answer, progress)
 
 
 def _solved(
@@ -211,15 +209,19 @@ def _from_mesh(greens: GreensFunction, mesh: SeatMesh | MeridianMesh) -> GreensF
 
 
 def _with_mesh_error(
-    scene: Scene, seat: DrawnSeat, spec: MeshSpec, level: Level, answer: SeatAnswer, progress: Progress
+    scene: Scene,
+    seat: DrawnSeat,
+    mesh: SeatMesh | MeridianMesh,
+    level: Level,
+    answer: SeatAnswer,
+    progress: Progress,
 ) -> SeatAnswer:
     """``answer`` with the mesh error filled in from a coarser mesh of the same seat."""
-    coarse_spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
 
     def quiet(stage: str, done: float) -> None:
         progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
 
-    coarse = _solved(scene, seat, draw(seat, coarse_spec, level), level, Stopwatch(), quiet)
+    coarse = _solved(scene, seat, mesh, level, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     width = 1.0 / seat.greens.bandwidth
     t = np.linspace(0.0, min(memory(scene), 60 * width), 600)

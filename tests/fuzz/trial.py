@@ -27,7 +27,7 @@ from impact.storage import load_results
 from impact.time_series import read_time_series
 from seatfem.cli import run_command
 from seatfem.formats.uff import read_impulse_response_uff
-from seatfem.mesh.gmsh_process import MeshingError
+from seatfem.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.planning.machine import Machine
 from seatfem.runs import contact, pipeline
 from seatfem.seats.store import VARIABLE, Store
@@ -247,8 +247,7 @@ def _pictures(case: Case) -> Iterator[None]:
     if not drawn:
         changes.append((pipeline, "draw_run", lambda *_: ((), ())))
     if case.specimen.entry == "draw":
-        users = [m for name, m in sys.modules.items() if name.startswith("seatfem.") and hasattr(m, "run_gmsh")]
-        changes += [(module, "run_gmsh", _stop) for module in users]
+        changes.append((GmshSession, "__call__", _stop))
     kept = [(owner, name, getattr(owner, name)) for owner, name, _ in changes]
     for owner, name, value in changes:
         setattr(owner, name, value)
