@@ -49,6 +49,7 @@ class Discrete:
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
         rest: (P,) port forces carried since ever: the preload [N].
         rest_loads: (L,) load amplitudes carried since ever [N].
+        free: (P, n + 1) displacement without contact [m], where it is known.
     """
 
     body: Body
@@ -57,6 +58,7 @@ class Discrete:
     loads: Array
     rest: Array
     rest_loads: Array
+    free: Array | None = None
 
     @staticmethod
     def of(body: Body, dt: float, n: int) -> Discrete:
@@ -75,6 +77,12 @@ class Discrete:
         """Whether the body moves, or is deflected, without contact."""
         b = self.body
         return b.velocity != 0.0 or b.state is not None or len(b.loads) > 0 or bool(np.any(self.rest))
+
+    def free_motion(self) -> Array:
+        """(P, n + 1) displacement [m] without contact: initial state, loads and preload."""
+        if self.free is not None:
+            return self.free
+        return self.motion(np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)).displacement
 
     def motion(self, force: Array) -> Motion:
         """Under port forces (P, n) along the normal, constant over each step."""

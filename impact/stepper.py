@@ -76,11 +76,28 @@ def prepare(
     rule: str = "passive",
     engine: Engine = "auto",
     block: int | None = None,
+    bodies: tuple[Discrete, ...] | None = None,
 ) -> Prepared:
-    """Discretise the bodies and their free motion; raises `ContactError` for what cannot be marched."""
-    n, code = _steps(dt, duration), _rule(problem, rule)
+    """Discretise the bodies and their free motion.
+
+    Args:
+        problem: what touches.
+        dt: step [s].
+        duration: of the run [s].
+        rule: "passive" or "conserving".
+        engine: which remembers the past.
+        block: steps summed directly by the blocked FFT.
+        bodies: the problem's bodies where they are discretised already, at this step and over this duration: several
+            problems may share them.
+
+    Raises:
+        ContactError: what cannot be marched; ``bodies`` of another problem, step or duration.
+    """
+    n, code = step_count(dt, duration), _rule(problem, rule)
     _refuse_ill_posed(problem)
-    bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
+    if bodies is None:
+        bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
+    _refuse_other(problem, bodies, dt, n)
     turns = [problem.directions(b.body) for b in bodies]
     rest = np.zeros(len(problem.contacts))
     if problem.preload:
@@ -101,8 +118,7 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
-            held = np.repeat(body.rest[:, None], n, axis=1)
-            gaps += (turn.T @ body.motion(held).displacement).T
+            gaps += (turn.T @ body.free_motion()).T
     return gaps
 
 
@@ -356,7 +372,8 @@ def _rule(problem: ContactProblem, rule: str) -> int:
     return RULES[rule]
 
 
-def _steps(dt: float, duration: float) -> int:
+def step_count(dt: float, duration: float) -> int:
+    """Steps of ``dt`` [s] that cover ``duration`` [s]; raises `ContactError` for too many, or none."""
     for name, value in (("dt", dt), ("duration", duration)):
         if not (value > 0 and math.isfinite(value)):
             raise ContactError(f"{name} = {value} s must be positive and finite")
@@ -369,6 +386,15 @@ def _steps(dt: float, duration: float) -> int:
             f"use dt >= {duration / MOST_STEPS:.2g} s, or a shorter duration"
         )
     return math.ceil(count * (1 - 1e-12))
+
+
+def _refuse_other(problem: ContactProblem, bodies: tuple[Discrete, ...], dt: float, n: int) -> None:
+    same = len(bodies) == len(problem.bodies) and all(
+        discrete.body is body and discrete.dt == dt and discrete.loads.shape[1] == n
+        for discrete, body in zip(bodies, problem.bodies, strict=True)
+    )
+    if not same:
+        raise ContactError(f"bodies: not those of the problem over {n} steps of {dt:g} s")
 
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:

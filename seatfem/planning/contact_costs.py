@@ -49,9 +49,8 @@ class ContactModel:
 
 def contact_model(scene: Scene, seat: SeatModel | None) -> ContactModel:
     """Of a filled scene; ``seat``: its finite elements, ``None`` for a closed form."""
-    reed = striker_of(scene).greens
     rod = rod_of(scene) if seat is None else None
-    dt = scene.run.time_step or _step(scene, reed, seat, rod)
+    dt = scene.run.time_step or _step(scene, striker_of(scene).greens, seat, rod)
     steps = max(1.0, scene.run.duration / dt)
     modes = float(scene.reed.n_modes) if isinstance(scene.reed, Cantilever) else 1.0
     if seat is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -18,9 +18,10 @@ from impact import measures, oscillator
 from impact.body import Body, ModalState
 from impact.greens import Array, GreensFunction
 from impact.modal import ModalGreens
+from impact.motion import Discrete
 from impact.replay import port_displacement
 from impact.spectrum import MOVING_AVERAGE, averaged
-from impact.stepper import Prepared
+from impact.stepper import Prepared, step_count
 from seatfem.runs.budget import Values, values_of
 from seatfem.runs.contact import law_of, peak_stress, striker_of
 from seatfem.scene import Cantilever, Scene
@@ -58,7 +59,7 @@ def first_look(scene: Scene, seat: GreensFunction) -> Window:
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     duration, longest = min(scene.run.duration, 5 * LOOK * dt), MOST * width / LEAST
-    force = _force(_prepared(scene, few, seat, dt, duration))
+    force = _force(impact.prepare(_problem(scene, few, Body(seat)), dt, duration))
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
@@ -76,6 +77,10 @@ class Bench:
     scene: Scene
     seat: GreensFunction
     window: Window
+    _strikers: dict[tuple[float, int | None], Discrete] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
@@ -88,15 +93,32 @@ class Bench:
     def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
         """The measures that the scene asks for, in the window [SI]."""
         asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
-        start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
-        striker = advanced(striker_of(self.scene, n_modes), start)
-        prepared = _prepared(self.scene, striker, self.seat if seat is None else seat, dt, self.window.duration)
+        striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
+        problem = _problem(self.scene, striker.body, target.body)
+        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
         force = _force(prepared)
         displacement = port_displacement(prepared.bodies[1], -force) if "seat_displacement" in asked else None
         force = np.concatenate([prepared.rest, force])
-        stress = peak_stress(self.scene, striker, force, dt, coarsely=True) if "stress" in asked else None
+        stress = peak_stress(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
         values = values_of(force, dt, width, displacement, None if stress is None else stress.value)
         return {name: value for name, value in values.items() if name in asked}
+
+    def _striker(self, dt: float, n_modes: int | None) -> Discrete:
+        """With its free motion, which all runs of this step share."""
+        if (dt, n_modes) not in self._strikers:
+            start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
+            body = advanced(striker_of(self.scene, n_modes), start)
+            discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
+            self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
+        return self._strikers[dt, n_modes]
+
+    def _target(self, dt: float, seat: GreensFunction) -> Discrete:
+        """The step weights of a closed form take longer than the march."""
+        if seat is not self.seat:
+            return Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+        if dt not in self._seats:
+            self._seats[dt] = Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+        return self._seats[dt]
 
 
 def advanced(body: Body, time: float) -> Body:
@@ -122,9 +144,8 @@ def _modes_of(scene: Scene) -> int:
     return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
 
 
-def _prepared(scene: Scene, striker: Body, seat: GreensFunction, dt: float, duration: float) -> Prepared:
-    problem = impact.ContactProblem(striker, Body(seat), gap=scene.contact.gap, law=law_of(scene))
-    return impact.prepare(problem, dt, duration)
+def _problem(scene: Scene, striker: Body, seat: Body) -> impact.ContactProblem:
+    return impact.ContactProblem(striker, seat, gap=scene.contact.gap, law=law_of(scene))
 
 
 def _force(prepared: Prepared) -> Array:
