@@ -13,7 +13,7 @@ from pathlib import Path
 from table import Table, publish
 
 from seatfem.planning.planner import plan_scene
-from seatfem.runs.budget import KEYS, SAFETY, SOURCES
+from seatfem.runs.budget import KEYS, SOURCES, safety
 from seatfem.runs.contact import peak_stress, run_contact, striker_of
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
@@ -49,8 +49,8 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     found = []
     for measure in planned.accuracy.measures:
         value = abs(left.values[measure])
-        stated = {source: SAFETY * part[measure] / value for source, part in left.parts.items()}
-        shares = {source: SAFETY * plan.shares.get(source, {}).get(measure, 0.0) for source in SOURCES}
+        stated = {source: safety(measure) * part[measure] / value for source, part in left.parts.items()}
+        shares = {source: safety(measure) * plan.shares.get(source, {}).get(measure, 0.0) for source in SOURCES}
         parts = (f"{100 * shares[s]:.2g} / {100 * stated.get(s, 0.0):.2g}" for s in SOURCES)
         whole = f"{100 * plan.error[measure]:.2g} / {100 * left.relative(measure):.2g}"
         found.append((name, plan.level, KEYS[measure], f"{100 * scene.accuracy.target:g}", whole, *parts))

@@ -17,7 +17,7 @@ from seatfem.planning.options import BEHIND, MODEL, MODES, STEP, Seen, fill_seat
 from seatfem.planning.plan import PlannedLevel
 from seatfem.planning.seat_options import SeatOption, seat_options
 from seatfem.planning.sensitivity import Changes
-from seatfem.runs.budget import SAFETY, Source
+from seatfem.runs.budget import Source, safety
 from seatfem.scene import DrawnSeat, Scene
 
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
@@ -65,7 +65,7 @@ class Decision:
         """Predicted bar of each measure, relative, as `seatfem.runs.budget` will state it."""
         parts = self.shares.values()
         names = dict.fromkeys(name for part in parts for name in part)
-        return {name: SAFETY * sum(part.get(name, 0.0) for part in parts) for name in names}
+        return {name: safety(name) * sum(part.get(name, 0.0) for part in parts) for name in names}
 
     def scene(self, fineness: Fineness | None = None) -> Scene:
         """Every open key filled; ``fineness``: of another seat than the one chosen."""
@@ -107,7 +107,8 @@ class Choices:
         """(seats, contacts) predicted bar of the worst measure."""
         measures = self.seen.scene.accuracy.measures
         seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
-        return np.asarray(SAFETY * np.max(seats[:, None] + contacts[None], axis=2), dtype=np.float64)
+        bars = (seats[:, None] + contacts[None]) * [safety(name) for name in measures]
+        return np.asarray(bars.max(axis=2), dtype=np.float64)
 
     @cached_property
     def _cost(self) -> Array:

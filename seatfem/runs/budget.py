@@ -22,6 +22,7 @@ from impact.spectrum import MOVING_AVERAGE, averaged
 Source = Literal["mesh", "reduction", "time_step", "model"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model")
 SAFETY: Final = 1.5  # on the sum of the sources, which need not be independent
+STRESS_SAFETY: Final = 2.25  # likewise: the largest stress of all times and places jumps from one to another
 KEYS: Final = {
     "impulse": "impulse_Ns",
     "filtered_peak": "filtered_peak_force_N",
@@ -73,8 +74,8 @@ class Budget:
     parts: Mapping[Source, Values] = field(default_factory=dict)
 
     def bar(self, measure: str) -> float:
-        """Half width of the error bar [SI]: `SAFETY` times the sum over the sources."""
-        return SAFETY * sum(part[measure] for part in self.parts.values())
+        """Half width of the error bar [SI]: `safety` times the sum over the sources."""
+        return safety(measure) * sum(part[measure] for part in self.parts.values())
 
     def relative(self, measure: str) -> float:
         """The bar over the value; infinite for a value of zero with an error."""
@@ -95,6 +96,11 @@ class Budget:
         bars: dict[str, object] = {f"error_bar_{KEYS[name]}": self.bar(name) for name in self.values}
         shares = {f"error_{source}_{KEYS[name]}": part[name] for source, part in self.parts.items() for name in part}
         return bars | shares | {"error_unknown": ", ".join(self.unknown)}
+
+
+def safety(measure: str) -> float:
+    """The error bar of a measure over the sum of what its sources leave."""
+    return STRESS_SAFETY if measure == "stress" else SAFETY
 
 
 def changes(one: Values, other: Values) -> Values:

@@ -16,7 +16,7 @@ from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
 from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.budget import KEYS, SAFETY, Budget, Source, Values
+from seatfem.runs.budget import KEYS, Budget, Source, Values, safety
 from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
@@ -156,7 +156,7 @@ def _next(done: Round) -> tuple[Plan | None, str]:
         return None, f"{MOST_ROUNDS} rounds at most"
     accuracy, left = done.plan.scene.accuracy, done.left
     worst = max(accuracy.measures, key=left.relative)
-    allowed = accuracy.target * abs(left.values[worst]) / SAFETY
+    allowed = accuracy.target * abs(left.values[worst]) / safety(worst)
     if allowed == 0.0:
         return None, f"{KEYS[worst]} is zero, a relative error means nothing"
     stated = []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from seatfem.trading.ladder import BY_HAND
 from seatfem.trading.trade import AS_FILED, PLANNED, Trade
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ FAMILIES: Final = {
 }
 MARKERS: Final = {
     "diagonal": ("o", "mesh and band"),
-    "by hand": ("s", "by hand"),
+    "by hand": ("s", "guess by hand, no error bar"),
     "mesh": ("v", "mesh alone"),
     "order": ("D", "order 1"),
     "band": ("^", "band alone"),
@@ -51,7 +52,8 @@ _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
 def draw_trade(trade: Trade, path: Path) -> None:
     """One panel for each measure the scene asks for.
 
-    Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front.
+    Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front, without the guesses
+    (hollow).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -83,9 +85,10 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
         if point.varied in MARKERS:
             cost, error = trade.cost(point.name), 100 * trade.trusted_error(point.name, measure)
             marker = MARKERS[point.varied][0]
+            guess, colour = point.varied == BY_HAND, COLOURS[point.family]
             axes.plot(
-                cost, error, marker, color=COLOURS[point.family], markersize=5, alpha=0.85, markeredgecolor="white",
-                markeredgewidth=0.4, zorder=3,
+                cost, error, marker, color="none" if guess else colour, markersize=5, alpha=0.85,
+                markeredgecolor=colour if guess else "white", markeredgewidth=1.0 if guess else 0.4, zorder=3,
             )  # fmt: skip
     _front(axes, trade, measure)
     axes.axhline(100 * trade.target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)

@@ -23,6 +23,7 @@ from seatfem.trading.column import column_of
 from seatfem.trading.point import Point
 from seatfem.trading.settings import Settings, written
 
+BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
 RATIO: Final = 1.6  # between neighbouring rungs
 BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
 DEPTH: Final = 3  # rungs of the diagonal below the centre
@@ -97,7 +98,7 @@ def ladder(scene: Scene, *, quick: bool = False) -> tuple[Point, ...]:
     points = [*_by_hand(scene), *_diagonals(scene, centre, depth), *_around(scene, centre)]
     if not quick:
         return tuple(points)
-    return tuple(p for p in points if p.varied in ("by hand", "diagonal") or p.name in _QUICK)
+    return tuple(p for p in points if p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
 
 
 _QUICK: Final = ("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter")
@@ -122,11 +123,11 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
         "area": f"{column.area!r} m^2",
         "damping_ratio": seat.damping_ratio,
     }
-    yield Point("rod, column", "rod", "by hand", {"seat": rod})
+    yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
 
 
 def _spring_point(name: str, stiffness: float) -> Point:
-    return Point(name, "spring", "by hand", {"seat": {"kind": "spring", "stiffness": f"{stiffness!r} N/m"}})
+    return Point(name, "spring", BY_HAND, {"seat": {"kind": "spring", "stiffness": f"{stiffness!r} N/m"}})
 
 
 def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:

@@ -62,6 +62,7 @@ def summary_of(trade: Trade) -> dict[str, object]:
         "planner_excess": trade.excess(PLANNED),
         "planner_excess_of_measure": {m: trade.excess(PLANNED, m) for m in trade.measures},
         "planner_excess_at_target": trade.excess_at_target(PLANNED),
+        "planner_excess_with_guesses": trade.excess(PLANNED, guesses=True),
     }
 
 

@@ -15,7 +15,7 @@ from seatfem.planning.plan import Plan
 from seatfem.planning.planner import plan_scene
 from seatfem.scene import Scene, load_scene
 from seatfem.seats.store import Store
-from seatfem.trading.ladder import RATIO, centre_of, finer_rung, ladder, reference_point, solid_level
+from seatfem.trading.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point, solid_level
 from seatfem.trading.pareto import cost_excess, pareto_front
 from seatfem.trading.point import Outcome, Point
 from seatfem.trading.runner import TIME_LIMIT, run_point, run_points
@@ -83,25 +83,32 @@ class Trade:
         error = self.error(name, measure)
         return error if math.isnan(error) else max(error, self.floor[measure])
 
+    def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
+        """Names of the points that can be chosen; ``guesses``: also those by hand.
+
+        A stiffness guessed by hand has no error bar: that it is right is known only once the reference is there.
+        """
+        return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
+
     def front(self, measure: str | None = None) -> tuple[str, ...]:
-        """Names of the points that none beats in time and error, the cheapest first; by default of the worst error."""
-        names = [point.name for point in self.points]
+        """The contenders that none beats in time and error, the cheapest first; by default in the worst error."""
+        names = self.contenders()
         errors = [self.trusted_error(name, measure) for name in names]
         return tuple(names[i] for i in pareto_front([self.cost(name) for name in names], errors))
 
-    def excess(self, name: str, measure: str | None = None) -> float:
+    def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
         """Cost of a point over the least cost of an equal or smaller error; by default of the worst error."""
-        names = [point.name for point in self.points]
+        names = self.contenders(guesses=guesses)
         errors = [self.trusted_error(each, measure) for each in names]
         costs = [self.cost(each) for each in names]
         return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
 
-    def excess_at_target(self, name: str) -> float:
+    def excess_at_target(self, name: str, *, guesses: bool = False) -> float:
         """Cost of a point over that of the cheapest that meets the target in all measures; NaN where it misses it."""
         if not self.trusted_error(name) <= self.target:
             return math.nan
-        meeting = [self.cost(p.name) for p in self.done() if self.trusted_error(p.name) <= self.target]
-        return self.cost(name) / min(meeting)
+        meeting = [self.cost(n) for n in self.contenders(guesses=guesses) if self.trusted_error(n) <= self.target]
+        return self.cost(name) / min(meeting, default=self.cost(name))
 
 
 def measure_trade(

@@ -10,7 +10,7 @@ import impact
 from impact.greens import GreensFunctionError
 from impact.modal import ModalGreens, Residual
 from impact.sums import ScaledGreens
-from seatfem.runs.budget import KEYS, SAFETY, Budget, measured
+from seatfem.runs.budget import KEYS, SAFETY, Budget, measured, safety
 from seatfem.runs.contact import run_contact, striker_of
 from seatfem.runs.variations import error_budget, narrowed
 from seatfem.scene import Scene, load_scene
@@ -97,6 +97,7 @@ def test_a_budget_adds_up_and_names_what_dominates() -> None:
     found = Budget(values, {"mesh": dict.fromkeys(KEYS, 0.3), "time_step": dict.fromkeys(KEYS, 0.1)})
     assert found.bar("impulse") == pytest.approx(SAFETY * 0.4)
     assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
+    assert safety("stress") > safety("impulse") == SAFETY
     assert found.dominant("impulse") == "mesh"
     assert found.unknown == ("reduction", "model")
     assert found.keys()["error_mesh_impulse_Ns"] == 0.3

@@ -15,11 +15,12 @@ from seatfem.scene import SceneError, load_scene
 from seatfem.seats.levels import applicable
 from seatfem.trading import runner, trade
 from seatfem.trading.column import column_of
-from seatfem.trading.ladder import RATIO, centre_of, ladder, reference_point
+from seatfem.trading.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
 from seatfem.trading.pareto import cost_excess, pareto_front
 from seatfem.trading.point import Outcome, Point, carry_out
 from seatfem.trading.runner import run_point, run_points
 from seatfem.trading.settings import ALL_OPEN, scene_with
+from seatfem.trading.table import summary_of
 from seatfem.trading.trade import PLANNED, Trade
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -302,6 +303,18 @@ def test_errors_below_the_floor_do_not_count():
     assert found.excess_at_target("2") == pytest.approx(4 / 3)
     assert math.isnan(found.excess_at_target("1"))
     assert math.isnan(found.error("never", "impulse"))
+
+
+def test_a_lucky_guess_is_no_rival_but_is_told():
+    """A stiffness by hand that happens to be right: nobody could know before."""
+    found = trade_of([1.0, 2.0, 3.0], [1.0, 1.015, 1.01], [1.0, 1.015, 1.01])
+    guess = replace(found.points[0], varied=BY_HAND)
+    found = replace(found, points=(guess, *found.points[1:]))
+    assert found.front() == ("1", PLANNED)
+    assert found.excess(PLANNED) == 1.0
+    assert found.excess(PLANNED, guesses=True) == 3.0
+    assert found.excess_at_target(PLANNED) == 1.5
+    assert summary_of(found)["planner_excess_with_guesses"] == 3.0
 
 
 def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
