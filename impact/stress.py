@@ -20,6 +20,7 @@ from impact.result import ImpactResult
 
 POINTS_PER_WAVE = 8  # of the shortest wave kept: where a peak is looked for along the reed
 TIMES_PER_RADIAN = 2  # of the highest frequency kept: when it is looked for
+ROUND_OFF = 1e-12  # relative, of sums over modes
 _BLOCK = 1024  # times held at once
 
 
@@ -66,8 +67,8 @@ def bending_stress(
     Source: R. E. Cornwell, R. R. Craig and C. P. Johnson, On the application of the mode-acceleration method to
     structural engineering problems, Earthquake Eng. Struct. Dyn. 11 (1983) 679.
     """
-    places = np.atleast_1d(np.asarray(x, dtype=float))
-    return np.concatenate(list(_stresses(force, dt, reed, beam, places, contact_at, 1)), axis=1)
+    fields = _fields(reed, beam, np.atleast_1d(np.asarray(x, dtype=float)), contact_at)
+    return np.concatenate([fields.T @ part.T for part in _coordinates(force, dt, reed, 1)], axis=1)
 
 
 def peak_bending_stress(
@@ -77,54 +78,57 @@ def peak_bending_stress(
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave kept and at `TIMES_PER_RADIAN` of the highest frequency,
     ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+
+    Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
     omega = _modal(reed).omega
     share = 2 if coarsely else 1
     places = np.linspace(0.0, beam.length, max(1, len(omega) * POINTS_PER_WAVE // (2 * share)) + 1)
     stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
+    fields = _fields(reed, beam, places, contact_at)
+    reach = np.abs(fields).max(axis=1)
     peak, first = PeakStress(0.0, 0.0, 0.0), 0
-    for block in _stresses(force, dt, reed, beam, places, contact_at, stride):
-        if block.size == 0:  # a last block shorter than the stride
-            continue
-        here = np.abs(block)
-        row, column = np.unravel_index(int(here.argmax()), here.shape)
-        if here[row, column] > peak.value:
-            time = float((first + column) * stride * dt)
-            peak = PeakStress(float(here[row, column]), float(places[row]), time)
-        first += here.shape[1]
+    for part in _coordinates(force, dt, reed, stride):
+        near = np.flatnonzero(np.abs(part) @ reach > (1 - ROUND_OFF) * peak.value)
+        stress = np.abs(part[near] @ fields)
+        if stress.max(initial=0.0) > peak.value:
+            row, column = np.unravel_index(int(stress.argmax()), stress.shape)
+            time = float((first + near[row]) * stride * dt)
+            peak = PeakStress(float(stress[row, column]), float(places[column]), time)
+        first += len(part)
     return peak
 
 
-def _stresses(
-    force: Array, dt: float, reed: Body, beam: Cantilever, x: Array, contact_at: float | None, stride: int
-) -> Iterator[Array]:
-    """(X, ...) blocks of the stress at every ``stride``-th time, the first at t = 0."""
+def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: float | None) -> Array:
+    """(M + 1, X) stress per unit of each of `_coordinates`: of the modes, and r(x) of the followed force."""
+    greens = _modal(reed)
+    curvature = beam.curvatures(len(greens.omega), x)
+    at = beam.length if contact_at is None else contact_at
+    left_out = np.maximum(at - x, 0.0) / beam.rigidity - (greens.shapes[:, 0] / greens.omega**2) @ curvature
+    return np.asarray(beam.young * beam.thickness / 2 * np.vstack([curvature, left_out]))
+
+
+def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
+    """(..., M + 1) blocks of modal coordinates and followed force at every ``stride``-th time, the first at t = 0."""
     greens = _modal(reed)
     if force.ndim != 1 or len(greens.ports) != 1:
         raise StressError(
             f"force {force.shape} and a reed with {len(greens.ports)} contacts: the stress is that of a single one"
         )
-    count = len(greens.omega)
-    curvature = beam.curvatures(count, x)
-    at = beam.length if contact_at is None else contact_at
-    scaled = greens.shapes[:, 0] / greens.omega**2
-    left_out = np.maximum(at - x, 0.0) / beam.rigidity - scaled @ curvature
-    to_stress = beam.young * beam.thickness / 2
     rates = greens.residual.rates
     decay = float(np.exp(-dt * (rates[0] if rates.size else 2 * greens.omega.max())))
     start = reed.modal_start()
-    q, v = start.displacement + scaled * force[0], start.velocity.copy()
+    q, v = start.displacement + greens.shapes[:, 0] / greens.omega**2 * force[0], start.velocity.copy()
     transition, gain = oscillator.transition(dt, greens.omega, greens.zeta)
     step = np.array([transition[0, 0], transition[0, 1], transition[1, 0], transition[1, 1], gain[0], gain[1]])
-    shapes = np.column_stack([greens.shapes, *(load.shape for load in reed.loads)])
+    shapes = np.vstack([greens.shapes.T, *(load.shape for load in reed.loads)])
     slow = np.array([force[0]])
-    yield to_stress * (q @ curvature + slow[0] * left_out)[:, None]
+    yield np.append(q, slow)[None, :]
     for first in range(1, len(force), _BLOCK * stride):
         part = slice(first, min(first + _BLOCK * stride, len(force)))
         middle = np.asarray(dt * (np.arange(part.start, part.stop) - 0.5), dtype=np.float64)
         channels = np.stack([force[part], *(load.amplitude(middle) for load in reed.loads)])
-        seen, followed = _advance(step, decay, shapes, channels, q, v, slow, stride)
-        yield to_stress * (curvature.T @ seen.T + left_out[:, None] * followed)
+        yield _advance(step, decay, shapes, channels, q, v, slow, stride)
 
 
 def _modal(reed: Body) -> ModalGreens:
@@ -137,23 +141,28 @@ def _modal(reed: Body) -> ModalGreens:
 
 @njit(cache=True)
 def _advance(step, decay, shapes, channels, q, v, slow, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Modal coordinates (times, M) and the followed force (times,) after every ``stride``-th step; states go on."""
-    a11, a12, a21, a22, b1, b2 = step
-    steps = channels.shape[1]
-    seen, followed = np.empty((steps // stride, q.size)), np.empty(steps // stride)
+    """(times, M + 1) modal coordinates and the followed force after every ``stride``-th step; the states go on."""
+    a11, a12, a21, a22, b1, b2 = step[0], step[1], step[2], step[3], step[4], step[5]
+    steps, modes = channels.shape[1], q.size
+    seen, drive = np.empty((steps // stride, modes + 1)), np.empty(modes)
     for m in range(steps):
         slow[0] = channels[0, m] + decay * (slow[0] - channels[0, m])
-        for k in range(q.size):
-            f = 0.0
-            for c in range(channels.shape[0]):
-                f += shapes[k, c] * channels[c, m]
-            x, y = q[k], v[k]
-            q[k] = a11[k] * x + a12[k] * y + b1[k] * f + FLOOR
-            v[k] = a21[k] * x + a22[k] * y + b2[k] * f + FLOOR
+        f, shape = channels[0, m], shapes[0]
+        for k in range(modes):
+            drive[k] = shape[k] * f
+        for c in range(1, channels.shape[0]):
+            f, shape = channels[c, m], shapes[c]
+            for k in range(modes):
+                drive[k] += shape[k] * f
+        for k in range(modes):
+            x, y, g = q[k], v[k], drive[k]
+            q[k] = a11[k] * x + a12[k] * y + b1[k] * g + FLOOR
+            v[k] = a21[k] * x + a22[k] * y + b2[k] * g + FLOOR
         if (m + 1) % stride == 0:
-            seen[(m + 1) // stride - 1] = q
-            followed[(m + 1) // stride - 1] = slow[0]
-    return seen, followed
+            row = (m + 1) // stride - 1
+            seen[row, :modes] = q
+            seen[row, modes] = slow[0]
+    return seen
 
 
 def rod_stress(result: ImpactResult, rod: DelayRod, *, area: float, at: float = 1.0) -> Array:
