@@ -12,6 +12,7 @@ from seatfem.extremes.bouncing import bouncing_cells
 from seatfem.extremes.cell import Cell
 from seatfem.extremes.encounters import encounter_cells
 from seatfem.extremes.marching import marching_cells
+from seatfem.extremes.ports import port_cells
 from seatfem.extremes.records import record_cells
 from seatfem.extremes.scene_files import scene_file_cells
 from seatfem.extremes.solids import solid_cells
@@ -23,6 +24,7 @@ PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     encounter_cells,
     bouncing_cells,
     body_cells,
+    port_cells,
     record_cells,
     solid_cells,
     alike_cells,

@@ -84,7 +84,7 @@ def sinking(e: float) -> Finding:
     speed, middle = (gap[flight + 1] - gap[flight]) / dt, (gap[flight] + gap[flight + 1]) / 2 + gravity * dt**2 / 8
     found = np.sqrt(np.maximum(speed**2 + 2 * gravity * middle, 0.0))
     n = sum(v >= 5 * gravity * dt for v in speeds[1:])
-    off = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if len(found) >= n else math.inf
+    off = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if len(found) >= n else 1.0
     rest = abs(float(force[-200:].mean()) / gravity - 1)
     return Finding(max(off, rest), 2e-3, (), f"speed after each of {n} bounces / the first, weight at rest")
 

@@ -8,10 +8,11 @@ import traceback
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Literal, TypeVar
+from typing import Final, Generic, Literal, TypeVar
 
 Verdict = Literal["right", "advised", "warned", "refused", "wrong"]
 _PACKAGES = ("impact", "seatfem")
+EXCUSED: Final = 0.5  # largest error that any advice excuses: beyond it not even the order of magnitude is known
 T = TypeVar("T", float, str)
 
 
@@ -30,6 +31,11 @@ class Finding:
     stated: float
     advice: tuple[str, ...] = ()
     note: str = ""
+
+
+def worst(*pairs: tuple[float, float]) -> tuple[float, float]:
+    """Of several (error, stated), the one that is nearest to its limit, or farthest beyond; not a number beats all."""
+    return max(pairs, key=lambda pair: pair[0] / pair[1] if math.isfinite(pair[0]) else math.inf)
 
 
 @dataclass(frozen=True)
@@ -104,7 +110,10 @@ def carry_out(cell: Cell) -> Outcome:
 
 
 def judged(finding: Finding, seconds: float) -> Outcome:
-    """The verdict on a finding; an error that is not a number is wrong whatever the program said."""
+    """The verdict on a finding.
+
+    Advice excuses an error up to `EXCUSED`; one that is not a number is wrong whatever the program said.
+    """
     reason = "; ".join(part for part in (finding.note, *finding.advice) if part)
     if not math.isfinite(finding.error):
         return Outcome("wrong", finding.error, finding.stated, f"not finite; {reason}", seconds)
@@ -112,7 +121,7 @@ def judged(finding: Finding, seconds: float) -> Outcome:
     if finding.error <= finding.stated:
         verdict = "advised" if finding.advice else "right"
     else:
-        verdict = "warned" if finding.advice else "wrong"
+        verdict = "warned" if finding.advice and finding.error <= EXCUSED else "wrong"
     return Outcome(verdict, finding.error, finding.stated, reason, seconds)
 
 

@@ -13,6 +13,7 @@ from impact.greens import Array
 from impact.laws import Law
 
 FIXED_ROD = DelayRod(1.0, 2.0, -1.0)  # Z = 1, transit l/c = 1, hence stiffness 1 and mass 1
+FREE_ROD = DelayRod(1.0, 2.0, 1.0)  # the same, nothing holds its end
 FIRST_BLOW = 1.0 + 2.0 * float(np.exp(-1.0 - np.exp(-2.0) / 2))
 """Impulse of a unit mass at unit speed on `FIXED_ROD`: N = exp(-t) up to t = 2, then (2 + exp(-2) - 2 s) exp(-s),
 s = t - 2, up to s = 1 + exp(-2)/2 (d'Alembert, by steps of the round trip)."""
@@ -114,3 +115,25 @@ def clinging_force(greens: ModalGreens, mass: float, t: float) -> float:
     state = np.zeros(2 * m + 2)
     state[0] = 1.0
     return float(force @ expm(matrix * t) @ state)
+
+
+def sprung_force(greens: ModalGreens, mass: float, dt: float, n: int) -> Array:
+    """Forces at dt, 2 dt, ... n dt of a mass that strikes a body with a bare compliance c at unit speed, and stays.
+
+    With states x, x' of the mass and q, q' of the modes: N = (x - sum phi q)/c, m x'' = -N, powers of one exponential.
+    """
+    m, phi = len(greens.omega), greens.shapes[:, 0]
+    force = np.concatenate([[1.0, 0.0], -phi, np.zeros(m)]) / float(greens.residual.compliance[0, 0])
+    matrix = np.zeros((2 * m + 2, 2 * m + 2))
+    matrix[0, 1] = 1.0
+    matrix[1] = -force / mass
+    matrix[2 : m + 2, m + 2 :] = np.eye(m)
+    matrix[m + 2 :] = np.outer(phi, force)
+    matrix[m + 2 :, 2 : m + 2] -= np.diag(greens.omega**2)
+    matrix[m + 2 :, m + 2 :] -= np.diag(2 * greens.zeta * greens.omega)
+    step, state, out = expm(matrix * dt), np.zeros(2 * m + 2), np.empty(n)
+    state[1] = 1.0
+    for k in range(n):
+        state = step @ state
+        out[k] = force @ state
+    return out

@@ -15,10 +15,12 @@ from impact import Cantilever, TimoshenkoCantilever, half_space_patch
 from seatfem.elements.assembly import assemble
 from seatfem.extremes import scenes
 from seatfem.extremes.blocks import box, compliance
-from seatfem.extremes.cell import Cell, Finding, swept
+from seatfem.extremes.cell import Cell, Finding, swept, worst
 from seatfem.materials import Material
+from seatfem.model import SecondOrderModel
 from seatfem.roads.damping import damping_of
 from seatfem.roads.krylov import krylov_greens
+from seatfem.roads.modes import solve_modes
 
 SIDES = ("left", "right", "front", "back")
 NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
@@ -93,16 +95,22 @@ def guided_column(nu: float) -> Finding:
 def bonded_block(nu: float) -> Finding:
     """A block bonded to its base, the test of locking: against displacement and pressure as separate unknowns.
 
-    The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh.
+    The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh; five cells across leave
+    2.3 % between them where the solid hardly changes its volume.
     """
     mesh = box((2.0, 2.0, 0.5), (5, 5, 2), hexes=False)
     material = Material(1.0, nu, 1.0)
     model = assemble(mesh, material, fixed="fixed", ports={"contact": "contact"}, order=2)
-    return Finding(scenes.relative(compliance(model), _mixed_compliance(mesh, material)), 0.05, (), "static compliance")
+    stated = 5e-3 if nu <= 0.45 else 0.03
+    error = scenes.relative(compliance(model), _mixed_compliance(mesh, material))
+    return Finding(error, stated, (), "static compliance")
 
 
 def slivers(height: float) -> Finding:
-    """Patch test: uniform strain is exact however flat the elements, to eps/height; height 0 is no solid."""
+    """Patch test: uniform strain is exact however flat the elements, to eps/height; height 0 is no solid.
+
+    And the column's lowest frequency, (pi/2) sqrt((lambda + 2 mu)/rho)/l: three quadratic elements leave 7e-4 at most.
+    """
     mesh = box((1.0, 1.0, 1.0), (3, 3, 3), hexes=False)
     points = mesh.p.copy()
     low = np.isclose(points[2], 1 / 3)
@@ -110,25 +118,50 @@ def slivers(height: float) -> Finding:
     mesh = skfem.MeshTet(points, mesh.t, _boundaries=mesh.boundaries)
     material = Material(1.0, 0.3, 1.0)
     lam, mu = material.lame
-    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
-    error = scenes.relative(compliance(model), 1 / (lam + 2 * mu))
-    return Finding(error, 1e-12 + 1e-14 / max(height, 1e-300), (), "static compliance")
+    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"}, order=2)
+    static = scenes.relative(compliance(model), 1 / (lam + 2 * mu))
+    lowest = scenes.relative(float(solve_modes(model, 1).omega[0]), np.pi / 2 * np.sqrt(lam + 2 * mu))
+    pairs = (static, 1e-12 + 1e-14 / max(height, 1e-300)), (lowest, 1e-3)
+    return Finding(*worst(*pairs), note="static compliance, lowest frequency")
 
 
 def patch_elements(number: float) -> Finding:
-    """A square patch pressed on a block, 1 to 3 quadratic hexes wide: from below, first order (singular edges)."""
+    """A square patch pressed on a block, 1 to 3 quadratic hexes wide: scikit-fem's own assembly gives the same.
+
+    The stress jumps at the edge of the patch: first order, squared in the energy but for the corners' share. Against
+    1, 2 and 4 across, extrapolated (Aitken), it comes from below and is off by less than 0.08/n^1.5.
+    """
     n = int(number)
-    ours, reference = (_patch_compliance(k) for k in (n, 4))
-    error = scenes.relative(ours, reference)
-    return Finding(error, 0.2 / n, (), "static compliance against 4 across")
+    one, two, four = (compliance(_patch_model(k)) for k in (1, 2, 4))
+    limit = four + (four - two) ** 2 / (2 * two - one - four)
+    ours = compliance(_patch_model(n))
+    known = _plain_compliance(n)
+    return Finding(
+        *worst((scenes.relative(ours, known), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
+        note="static compliance",
+    )
 
 
-def _patch_compliance(n: int) -> float:
+def _patch_mesh(n: int) -> Any:
     mesh = box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
-    middle = mesh.with_boundaries(
+    return mesh.with_boundaries(
         {"patch": lambda x: (x[2] > 1.5 - 1e-9) & (np.abs(x[0] - 1.5) < 0.5) & (np.abs(x[1] - 1.5) < 0.5)}
     )
-    return compliance(assemble(middle, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2))
+
+
+def _patch_model(n: int) -> SecondOrderModel:
+    return assemble(_patch_mesh(n), Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2)
+
+
+def _plain_compliance(n: int) -> float:
+    """The same by scikit-fem's forms, facet integrals and boundary conditions; the patch is a unit square."""
+    lam, mu = Material(1.0, 0.3, 1.0).lame
+    u = skfem.Basis(_patch_mesh(n), skfem.ElementVector(skfem.ElementHex2()), intorder=4)
+    form = skfem.BilinearForm(lambda u, v, _: 2 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * div(u) * div(v))
+    surface = skfem.FacetBasis(u.mesh, u.elem, facets=u.mesh.boundaries["patch"], intorder=4)
+    load = skfem.asm(skfem.LinearForm(lambda v, _: v[2]), surface)
+    free = np.setdiff1d(np.arange(u.N), u.get_dofs(u.mesh.boundaries["fixed"]).all())
+    return float(load[free] @ splu(skfem.asm(form, u)[free][:, free].tocsc()).solve(load[free]))
 
 
 def _mixed_compliance(mesh: Any, material: Material) -> float:

@@ -19,6 +19,7 @@ from seatfem.roads.factorization import Backend, Factorization, factorize
 from seatfem.roads.mode_shift import lower_shift, null_limit
 from seatfem.roads.rigid import default_shift, rigid_shapes
 
+_SURE = 1e-6  # of s^2: an eigenvalue above it is not zero, whatever the largest of K/M
 _DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
 _STARTS = 6
 _COUNTED = 1e-3  # residual of a first solve up to which pivots are counted
@@ -81,7 +82,8 @@ def solve_modes(
     if n < 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
     shift = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
-    if model.size <= max(_DENSE, n + 2):
+    flat = null_limit(model) > _SURE * shift**2  # elements: round-off of K, but not of 1/(w^2 + s^2)
+    if model.size <= n + 2 or (model.size <= _DENSE and not flat):
         return _dense_modes(model, min(n, model.size), shift)
     wanted, missing, name = min(n + 4, model.size - 1), n, "K + s^2 M"
     factor = factorize(model.K + shift**2 * model.M, backend=backend, name=name)
@@ -127,6 +129,7 @@ def modal_greens(
     width = 1 / bandwidth
     t = error_times(duration, width)
     cutoff, found, error = 3.0 * bandwidth, 0, np.inf
+    modes: Modes | None = None
     while True:
         n = _count_below(model, cutoff, backend)
         if n > max_modes:
@@ -135,7 +138,8 @@ def modal_greens(
                 f"(tolerance {tolerance:.1e}): use method='krylov'"
             )
         progress("reduction", min(0.9, n / max_modes))
-        modes = _counted(model, n, cutoff, backend, progress)
+        if modes is None or found < model.size:  # all of a small model are found at once
+            modes = _counted(model, n, cutoff, backend, progress)
         found = len(modes.omega)
         shapes = modes.shapes.T @ model.port_matrix
         extra = _left_out(model, modes, shapes, backend)
@@ -250,6 +254,13 @@ def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, 
     if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
         shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)
         zero = np.arange(len(values)) < known
+    elif zero.any() and limit > _SURE * shift**2:
+        zero = values < _SURE * shift**2
+        if backend == "lapack":
+            raise ConvergenceError(
+                f"round-off of K, {limit:.1e} 1/s^2, hides the lowest eigenvalues: some elements are far flatter than "
+                "the others; mesh the body more evenly"
+            )
     square = np.where(zero, 0.0, np.maximum(values, 0.0))
     return Modes(
         np.sqrt(square) / (2 * np.pi), shapes, eigen_residuals(model, square, shapes, shift), complete, backend

@@ -90,3 +90,25 @@ def test_indefinite_stiffness_is_refused(thin):
     bad = replace(disc, K=(disc.K - 1e-2 * (TWO_DIAMETERS * unit(0.1)) ** 2 * disc.M).tocsr())
     with pytest.raises(ModelError, match="indefinite"):
         solve_modes(bad, 8)
+
+
+def held_column(height):
+    """Between smooth walls, clamped below; its lowest layer of quadratic tetrahedra ``height`` times as high."""
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for n in (2, 2, 3)))
+    points = mesh.p.copy()
+    points[2, np.isclose(points[2], 1 / 3)] *= height
+    mesh = skfem.MeshTet(points, mesh.t).with_boundaries(
+        {"fixed": lambda x: x[2] < 1e-12, "top": lambda x: x[2] > 1 - 1e-9}
+        | {f"side {i}{e}": lambda x, i=i, e=e: np.abs(x[i] - e) < 1e-9 for i in (0, 1) for e in (0, 1)}
+    )
+    sides = [f"side {i}{e}" for i in (0, 1) for e in (0, 1)]
+    return assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", sliding=sides, ports={"contact": "top"}, order=2)
+
+
+@pytest.mark.parametrize("height", [1e-4, 1e-6, 1e-8])
+def test_one_layer_of_flat_elements_turns_no_mode_of_a_held_body_into_a_rigid_one(height):
+    """It raises max K/M, hence the limit, far beyond the lowest w^2 = (pi/2)^2 (lambda + 2 mu)."""
+    model = held_column(height)
+    lam, mu = Material(1.0, 0.3, 1.0).lame
+    assert (null_limit(model) > (math.pi / 2) ** 2 * (lam + 2 * mu)) == (height < 1e-6)
+    assert solve_modes(model, 1).omega[0] == pytest.approx(math.pi / 2 * math.sqrt(lam + 2 * mu), rel=1e-3)
