@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import impact
 from impact.greens import GreensFunction
 from seatfem.scene import Scene
 from seatfem.seats.store import Store
+
+RUNGS: Final = 6  # seats that much finer than needed are not looked for: each is a key to form
 
 
 @dataclass(frozen=True)
@@ -24,15 +27,11 @@ class Fineness:
 def finer(
     wanted: Fineness, bands: Sequence[float], tolerances: Sequence[float], meshes: Sequence[float]
 ) -> Iterator[Fineness]:
-    """``wanted`` and what is at least as fine in all three, the nearest first."""
-    found = [
-        Fineness(band, tolerance, mesh)
-        for band in sorted({wanted.band, *bands})
-        for mesh in sorted({wanted.mesh, *meshes}, reverse=True)
-        for tolerance in sorted({wanted.tolerance, *tolerances}, reverse=True)
-        if band >= wanted.band and tolerance <= wanted.tolerance and mesh <= wanted.mesh
-    ]
-    return iter(found)
+    """``wanted`` and what is at least as fine in all three, the nearest `RUNGS` of each, the nearest first."""
+    wider = sorted({wanted.band, *(band for band in bands if band > wanted.band)})[:RUNGS]
+    denser = sorted({wanted.mesh, *(mesh for mesh in meshes if mesh < wanted.mesh)}, reverse=True)[:RUNGS]
+    stricter = sorted({wanted.tolerance, *(t for t in tolerances if t < wanted.tolerance)}, reverse=True)[:RUNGS]
+    return (Fineness(band, tolerance, mesh) for band in wider for mesh in denser for tolerance in stricter)
 
 
 def kept_seat(

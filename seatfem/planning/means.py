@@ -37,7 +37,7 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     """Targets that are out of reach, and why."""
     found = []
     target = plan.scene.accuracy.target
-    if wanted is not decision:
+    if wanted.seat != decision.seat:
         cost = cost_of(wanted.scene(), wanted, machine)
         found.append(
             f"accuracy.target = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is the "

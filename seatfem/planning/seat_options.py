@@ -111,7 +111,7 @@ def _rod(seen: Seen, seat: BarSeat) -> Iterator[SeatOption]:
 
 
 def _waves(seen: Seen, level: PlannedLevel, why: str) -> Iterator[SeatOption]:
-    """Finite elements, reduced."""
+    """Finite elements, reduced; no band is tried beyond one above which nothing counts."""
     for band in _bands(seen):
         for error, mesh in _meshes(seen, band):
             effort = _effort(seen, level, Fineness(band, _tolerances(seen)[0], error))
@@ -119,6 +119,8 @@ def _waves(seen: Seen, level: PlannedLevel, why: str) -> Iterator[SeatOption]:
                 reach = band * max(1.0, FEWER_POLES * effort.reach(tolerance))
                 left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
                 yield effort.option(level, why, Fineness(band, tolerance, error), left)
+        if worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
+            return
 
 
 @dataclass(frozen=True)

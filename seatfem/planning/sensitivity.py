@@ -62,6 +62,7 @@ class Sensitivity:
     _runs: dict[tuple[int, float], Values] = field(default_factory=dict, repr=False, compare=False)
     _steps: dict[float, Values] = field(default_factory=dict, repr=False, compare=False)
     _cuts: dict[int, Values] = field(default_factory=dict, repr=False, compare=False)
+    _rungs: dict[int, Changes] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def step(self) -> float:
@@ -156,10 +157,14 @@ class Sensitivity:
             return found
         rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
         while NARROWER ** (rung - 1) < highest:
-            here = self._up_to(NARROWER**rung)
-            change = _larger(self._of(here, self._up_to(NARROWER ** (rung - 1))), self._of(self.base, here))
-            found, rung = _larger(found, change), rung + 1
+            found, rung = _larger(found, self._at_rung(rung)), rung + 1
         return found
+
+    def _at_rung(self, rung: int) -> Changes:
+        if rung not in self._rungs:
+            here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
+            self._rungs[rung] = _larger(self._of(here, below), self._of(self.base, here))
+        return self._rungs[rung]
 
     def _up_to(self, frequency: float) -> Values:
         seat = self.bench.seat
