@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import ctypes
 import importlib
+import os
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final, Literal
 
 import numpy as np
 import pymetis
@@ -20,6 +23,7 @@ from scipy.sparse.linalg import splu
 from seatfem.model import Array, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
+MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
 _REMEDY = "; fix a body that can move freely, or look for inside-out elements and a material without stiffness"
 
 
@@ -96,10 +100,23 @@ def factorize(
 
 
 def _pardiso_class() -> Any:
+    """pypardiso's solver; told where MKL is, as each one would search all files of the environment for it."""
+    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
+        os.environ[MKL_RUNTIME] = str(path)
     try:
         return importlib.import_module("pypardiso").PyPardisoSolver
-    except ImportError:
+    except (ImportError, OSError):
         return None
+
+
+def _mkl_runtime() -> Path | None:
+    """The library that the package mkl has installed; ``None`` for another installation."""
+    try:
+        files = metadata.files("mkl") or ()
+    except metadata.PackageNotFoundError:
+        return None
+    found = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
+    return next((path for path in found if path.is_file()), None)
 
 
 def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:

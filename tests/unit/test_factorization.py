@@ -1,12 +1,14 @@
 """Both factorizations: the same solutions, the same inertia, the same refusals."""
 
+from importlib import metadata
+
 import numpy as np
 import pytest
 import skfem
 from scipy import sparse
 
 from seatfem.elements.assembly import assemble
-from seatfem.roads.factorization import FactorizationError, _pardiso_class, factorize
+from seatfem.roads.factorization import FactorizationError, _mkl_runtime, _pardiso_class, factorize
 
 BACKENDS = ["superlu", pytest.param("pardiso", marks=pytest.mark.skipif(not _pardiso_class(), reason="no MKL"))]
 
@@ -107,3 +109,19 @@ def test_solves_are_one_call_of_phase_33_on_the_upper_triangle(model, monkeypatc
     assert [argument._obj.value for argument in (phase, size, vectors)] == [33, model.size, 16]
     assert getattr(mtype._obj, "value", None) == 2
     assert starts[model.size] - 1 == sparse.triu(matrix).nnz
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+def test_pardiso_is_told_where_mkl_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search through all files of the environment took longer than a small factorization."""
+    monkeypatch.setattr("glob.glob", None)
+    matrix = sparse.csr_array(sparse.diags_array([2.0, 3.0]))
+    assert factorize(matrix, backend="pardiso").solve(np.ones(2)) == pytest.approx([1 / 2, 1 / 3])
+
+
+def test_another_installation_of_mkl_is_left_to_pypardiso(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "files", missing)
+    assert _mkl_runtime() is None
