@@ -1,8 +1,8 @@
 """Strings with units, at the edges of the program: `"3 mm"` -> 0.003.
 
 The number is split from the unit by a strict pattern, because pint alone reads "0,3 mm" as 0 m and "1 500 rpm" as
-500 rpm. The usual units are in a table; only others go to pint, which takes longer to load than many a scene to plan.
-Inside the program every quantity is an SI float.
+500 rpm. The usual units are in a table; only others go to pint, which is slow to load. Inside the program every
+quantity is an SI float.
 """
 
 from __future__ import annotations

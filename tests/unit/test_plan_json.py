@@ -99,7 +99,7 @@ def test_pre_runs_compute_only_the_measures_asked_for() -> None:
 
 
 def test_a_plan_loads_no_library_that_it_does_not_need() -> None:
-    """Each of them takes 0.1 s to 1 s to load; a plan takes about one."""
+    """Each of them takes a good part of a plan's time to load."""
     code = (
         "import sys; from seatfem.cli import run_command; code = run_command(sys.argv[1:]); "
         f"print(code, *(name for name in {HEAVY} if name in sys.modules))"

@@ -85,7 +85,7 @@ def test_the_table_of_usual_units_is_pints() -> None:
 
 
 def test_usual_units_are_read_without_pint() -> None:
-    """It takes a third of a second to load: more than all pre-runs of a plan."""
+    """It takes long to load."""
     code = "import sys; from seatfem.units import parse_quantity as p; p('3 mm', 'length'); p('1 kg/m3', 'density')"
     subprocess.run([sys.executable, "-c", f"{code}; assert 'pint' not in sys.modules"], check=True)
 
