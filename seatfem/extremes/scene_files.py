@@ -57,7 +57,10 @@ def rod_of_size(size: str) -> Finding:
 
 
 def reed_of_size(size: str) -> Finding:
-    """A reed and its seat in proportion to one of 10 mm: times like the length, forces like its square."""
+    """A reed and its seat in proportion to one of 10 mm: times like the length, forces like its square.
+
+    The step is stated: plans may differ, as far as the target allows.
+    """
     scale = SIZES[size] / 0.01
     ours, exact = _reed(SIZES[size]), _reed(0.01)
     return _against(
@@ -158,6 +161,7 @@ def _reed(length: float) -> tuple[Mapping[str, object], tuple[str, ...]]:
         release = {{ tip_deflection = "{length / 20!r} m" }}
         [run]
         duration = "{time!r} s"
+        time_step = "{time / 6400!r} s"
         filter_width = "{time / 100!r} s"
         """
     )
