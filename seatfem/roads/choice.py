@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from seatfem.roads.damping import uniform_loss
 from seatfem.roads.lanczos_recursion import Recursion
 
 Method = Literal["auto", "krylov", "modes", "transient", "lanczos", "second_order"]
-_SMALL = 600  # unknowns up to which all modes cost nothing
+ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space
 _PRODUCT = 1.2e-9  # s for each entry of K in a product
 _ROW = 3e-8  # s for each unknown in a Lanczos step, beside the product
 _FACTOR, _FACTOR_ORDER = 2.5e-7, 1.47  # s, of unknowns, P2 tetrahedra by PARDISO on two cores
@@ -50,8 +50,8 @@ def choose(model: SecondOrderModel, duration: float) -> tuple[Method, str]:
     n = model.size
     if model.C is not None and model.rayleigh is None:
         return "second_order", f"{n} unknowns, and C is not alpha M + beta K: damping couples the modes"
-    if n <= _SMALL:
-        return "modes", f"{n} unknowns (up to {_SMALL}): all modes at once cost less than anything else"
+    if n <= ALL_MODES:
+        return "modes", f"{n} unknowns (up to {ALL_MODES}): all modes at once cost less than anything else"
     if model.mass_is_diagonal and uniform_loss(model) is not None:
         costs = predict(model, duration)
         compared = f"about {costs.lanczos:.2g} s against {costs.krylov:.2g} s predicted"

@@ -14,12 +14,13 @@ from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stop
 from seatfem.mesh.meridian import make_meridian
 from seatfem.mesh.meshing import make_mesh, write_step
 from seatfem.mesh.spec import MeshSpec
-from seatfem.planning import calibration
+from seatfem.planning import calibration, seat_costs
 from seatfem.planning.bodies import section_of, solid_of
 from seatfem.planning.cad_extent import as_block
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.element_counts import predicted_sizes
 from seatfem.planning.machine import Machine, MachineError, calibration_file
+from seatfem.roads import choice
 from seatfem.scene import load_scene
 from seatfem.seats.levels import sectors
 from seatfem.seats.memory_need import counts_of, memory_need
@@ -256,3 +257,7 @@ def test_doctor_calibrate_writes_the_file(monkeypatch, capsys):
     assert run_command(["doctor", "--calibrate"]) == DONE
     assert Machine.known().start == 0.5
     assert str(calibration_file()) in capsys.readouterr().out.replace("\n", "")
+
+
+def test_plan_and_run_agree_on_which_seats_are_small() -> None:
+    assert seat_costs.ALL_MODES == choice.ALL_MODES

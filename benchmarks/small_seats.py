@@ -1,0 +1,56 @@
+"""All modes or a Krylov space for small seats: where `seatfem.roads.choice.ALL_MODES` comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from table import Table, best, publish
+
+from impact.progress import silent
+from seatfem.mesh.spec import MeshSpec
+from seatfem.model import SecondOrderModel
+from seatfem.roads.choice import ALL_MODES, Method
+from seatfem.roads.greens import reduce_model
+from seatfem.scene import load_scene
+from seatfem.scene.seats import DrawnSeat
+from seatfem.seats.discretise import draw, matrices
+
+BAND, DURATION, TOLERANCE = 4e5, 1.5e-3, 0.01  # Hz, s
+METHODS: tuple[Method, ...] = ("modes", "krylov")
+SIZES = (8e-3, 1.6e-3, 1.2e-3, 1e-3)  # of elements [m]
+
+
+def main() -> None:
+    """Half sections of two seats, meshed ever finer."""
+    rows = []
+    for name in ("flapper_on_stopper", "flapper_on_annular_seat"):
+        seat = load_scene(Path(__file__).parents[1] / "examples" / f"{name}.toml").seat
+        assert isinstance(seat, DrawnSeat)
+        for size in SIZES:
+            mesh = draw(seat, MeshSpec(size=size, contact_size=0.4 * size), "axisymmetric")
+            model = matrices(seat, mesh, "axisymmetric", silent)
+            seconds = [_seconds(model, seat.damping_ratio, method) for method in METHODS]
+            rows.append((name, str(model.size), *(f"{1e3 * t:.0f}" for t in seconds)))
+    rows.sort(key=lambda row: int(row[1]))
+    notes = (f"Milliseconds of a reduction on one core. With method = 'auto', all modes up to {ALL_MODES} unknowns.",)
+    columns = ("seat", "unknowns", "all modes", "Krylov")
+    publish("small_seats", Table("Small seats: all modes or a Krylov space", notes, columns, tuple(rows)))
+
+
+def _seconds(model: SecondOrderModel, damping_ratio: float, method: Method) -> float:
+    def reduce() -> None:
+        reduce_model(
+            model,
+            bandwidth=BAND,
+            duration=DURATION,
+            tolerance=TOLERANCE,
+            damping_ratio=damping_ratio,
+            method=method,
+            progress=silent,
+        )
+
+    return best(reduce, 3)
+
+
+if __name__ == "__main__":
+    main()
