@@ -9,6 +9,8 @@ from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, Plan
+from seatfem.planning.sensitivity import worst
+from seatfem.runs.budget import safety
 from seatfem.scene import Scene
 from seatfem.seats.memory_need import available_memory
 
@@ -45,11 +47,18 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
         )
     missed = {name: error for name, error in plan.error.items() if error > target}
     if missed:
-        worst = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
-        found.append(f"accuracy.target = {target:g} will be missed, predicted: {worst}")
+        words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
+        found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
     surrogate = decision.seen.surrogate
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
+    guessed = {name: safety(name) * change for name, change in decision.seen.sensitivity.guessed.items()}
+    if surrogate.patch is not None and worst(guessed) <= target:
+        name = max(guessed, key=lambda measure: guessed[measure])
+        found.append(
+            f"a spring (seat.kind = 'spring') with a stiffness guessed within a factor of two has an error bar of "
+            f"{100 * guessed[name]:.2g} % in {name}: for this target the seat hardly counts"
+        )
     window = decision.seen.sensitivity.bench.window
     if not window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")

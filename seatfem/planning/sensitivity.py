@@ -189,6 +189,15 @@ class Sensitivity:
             return dict.fromkeys(self.measures, math.inf)
         return self._of(self.base, self._with(impact.spring(stiffness=1 / compliance)))
 
+    @cached_property
+    def guessed(self) -> Changes:
+        """What a spring changes whose stiffness is guessed within a factor of two."""
+        compliance = float(self.bench.seat.static_compliance()[0, 0])
+        if not (math.isfinite(compliance) and compliance > 0):
+            return dict.fromkeys(self.measures, math.inf)
+        runs = [self._with(impact.spring(stiffness=factor / compliance)) for factor in (0.5, 2.0)]
+        return _larger(*(self._of(self.base, run) for run in runs))
+
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
         """What one seat in place of another changes."""
         return self._of(self._with(one), self._with(other))

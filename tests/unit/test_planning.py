@@ -197,6 +197,12 @@ class TestTargets:
         assert any("will be missed" in note for note in plan.notes)
         assert any("seat.mesh.size" in note for note in plan.notes)
 
+    def test_a_seat_that_hardly_counts_is_told(self) -> None:
+        """Where twice or half its stiffness changes less than is asked for, a guess would do."""
+        loose, tight = (plan_scene(scene_of(ANNULAR, REED, accuracy__target=target)) for target in ("10 %", "0.5 %"))
+        told = [any("hardly counts" in note for note in plan.notes) for plan in (loose, tight)]
+        assert told == [True, False]
+
     def test_a_contact_far_longer_than_the_filter_is_planned_too(self) -> None:
         """A soft spring under a short filter: no pre-run can march all of it; errors go on as the order says."""
         soft = SPRING.replace("27.8 N/um", "15 N/m")
