@@ -42,7 +42,7 @@ def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
 def _steps(seen: Seen) -> tuple[Rung, ...]:
     scene, sensitivity = seen.scene, seen.sensitivity
     if scene.run.time_step is not None:
-        return (Rung(scene.run.time_step, sensitivity.of_step(scene.run.time_step)),)
+        return (Rung(scene.run.time_step, sensitivity.of_stated_step(scene.run.time_step)),)
     stored = [rung for rung in sensitivity.steps if scene.run.duration <= MAX_STEPS * rung.value]
     return no_better_than_finer(tuple(stored) or sensitivity.steps[:1])
 

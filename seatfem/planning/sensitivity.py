@@ -29,6 +29,7 @@ FEWEST: Final = 5  # reed modes looked at ...
 MOST: Final = 320
 LONGEST: Final = 4  # steps per filter width looked at ...
 SHORTEST: Final = 640
+MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with
 STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
 MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
 OFF: Final = 0.02  # relative change of g behind its sensitivity
@@ -130,6 +131,17 @@ class Sensitivity:
             return _larger(doubled, _times(2.0, self._of(here, self._with_step(dt / 2))))
         return doubled
 
+    def of_stated_step(self, dt: float) -> Changes:
+        """`of_step`, and no less than a step `MUCH_SHORTER` (or the shortest affordable one) changes.
+
+        Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth.
+        """
+        shorter = self.bench.affordable(dt / MUCH_SHORTER)
+        if shorter > dt / 2:
+            return self.of_step(dt)
+        left = dt / (dt - shorter)  # the march is of first order
+        return _larger(self.of_step(dt), _times(left, self._from(dt, shorter)))
+
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
             self._steps[dt] = self.bench.measures(dt=dt, n_modes=self.n_modes)
@@ -137,14 +149,21 @@ class Sensitivity:
 
     @cached_property
     def steps(self) -> tuple[Rung, ...]:
-        """Time steps from long to short [s], each half as long as the one before."""
+        """Time steps from long to short [s], each half as long as the one before; what the last changes counts, too."""
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
         while parts < SHORTEST and not _settled(rungs, self.finest):
             parts *= 2
             rungs.append(Rung(width / parts, self.of_step(width / parts)))
-        return tuple(rungs)
+        last = min(self._steps)
+        return tuple(Rung(rung.value, _larger(rung.changes, self._from(rung.value, last))) for rung in rungs)
+
+    def _from(self, dt: float, other: float) -> Changes:
+        """Between a step and another one; nothing of a step that a pre-run cannot afford."""
+        if not self.bench.affords(dt):
+            return dict.fromkeys(self.measures, 0.0)
+        return self._of(self._with_step(dt), self._with_step(other))
 
     def above(self, frequency: float) -> Changes:
         """What a seat with its modes up to ``frequency`` [Hz] leaves: those from there down to 1.6 below, or all above.

@@ -17,7 +17,7 @@ from seatfem.planning.deciding import AIM, FREE, Choices, Decision
 from seatfem.planning.filling import filled, is_given, replaced
 from seatfem.planning.machine import Machine
 from seatfem.planning.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.planning.options import Seen
+from seatfem.planning.options import STEP, Seen
 from seatfem.planning.patch import patch_of
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import plan_scene, refine
@@ -25,7 +25,7 @@ from seatfem.planning.prerun import Bench, advanced, first_look
 from seatfem.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY
-from seatfem.runs.contact import RunError, striker_of
+from seatfem.runs.contact import RunError, run_for_measures, striker_of
 from seatfem.scene import Annular, DrawnSeat, Scene
 from seatfem.seats.levels import LevelError
 from seatfem.seats.store import Store
@@ -196,6 +196,21 @@ class TestTargets:
         assert not plan.meets_target
         assert any("will be missed" in note for note in plan.notes)
         assert any("seat.mesh.size" in note for note in plan.notes)
+
+    @pytest.mark.parametrize("steps", [4, 8, 18])
+    @pytest.mark.parametrize("transits", [0.3, 3.0, 12.0])
+    def test_a_stated_step_that_misses_the_waves_is_told(self, transits: float, steps: int) -> None:
+        """Longer steps agree with it: only a shorter one tells that waves cross the rod within a step."""
+        transit = 10e-6
+        width = steps * transits * transit
+        rod = '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "8000 kg/m^3"\nlength = "50 mm"\narea = "1 mm^2"\n'
+        scene = scene_of(rod, MASS.replace("5 g", "50 g"), run={"duration": "8 ms", "filter_width": f"{width} s"})
+        coarse, fine = replaced(scene, {STEP: transits * transit}), replaced(scene, {STEP: transit / 50})
+        plan = plan_scene(coarse)
+        seat = surrogate_of(scene).greens
+        rough, exact = (run_for_measures(s, striker_of(s), seat, s.run.time_step or 0.0) for s in (coarse, fine))
+        for name, bar in plan.error.items():
+            assert abs(rough[name] - exact[name]) <= bar * abs(rough[name]), name
 
     def test_a_seat_that_hardly_counts_is_told(self) -> None:
         """Where twice or half its stiffness changes less than is asked for, a guess would do."""
