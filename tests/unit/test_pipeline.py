@@ -45,7 +45,7 @@ ANNULAR = (
     '[seat]\nkind = "annular"\nmodel = "axisymmetric"\nbore_radius = "4 mm"\nlip_width = "2 mm"\n'
     'lip_edge_radius = "0 mm"\n'
     'damping_ratio = 0.1\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
-    'greens = { bandwidth = "100 kHz", tolerance = "3 %" }\n' + STEEL + REED
+    'greens = { bandwidth = "100 kHz", tolerance = "3 %", method = "modes" }\n' + STEEL + REED
 )
 BAR = (
     '[seat]\nkind = "bar"\nmodel = "sector"\nlength = "12 mm"\nwidth = "4 mm"\nheight = "4 mm"\ndamping_ratio = 0.1\n'
