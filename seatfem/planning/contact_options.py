@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from seatfem.planning.contact_costs import BUDGET_RUNS, ContactModel, contact_model, contact_seconds
 from seatfem.planning.filling import filled, is_given
-from seatfem.planning.options import MODES, STEP, Seen
+from seatfem.planning.options import MODES, STEP, Seen, fitted
 from seatfem.planning.sensitivity import Changes, Rung, no_better_than_finer
 from seatfem.runs.contact import MAX_STEPS
 from seatfem.scene import Cantilever
@@ -44,7 +44,8 @@ def _steps(seen: Seen) -> tuple[Rung, ...]:
     if scene.run.time_step is not None:
         return (Rung(scene.run.time_step, sensitivity.of_stated_step(scene.run.time_step)),)
     stored = [rung for rung in sensitivity.steps if scene.run.duration <= MAX_STEPS * rung.value]
-    return no_better_than_finer(tuple(stored) or sensitivity.steps[:1])
+    rungs = (Rung(fitted(rung.value, scene.run.duration), rung.changes) for rung in stored or sensitivity.steps[:1])
+    return no_better_than_finer(tuple(rungs))
 
 
 def _modes(seen: Seen) -> Iterator[Rung | None]:

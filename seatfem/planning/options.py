@@ -59,6 +59,11 @@ class Seen:
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
 
 
+def fitted(dt: float, duration: float) -> float:
+    """A step that ends with the run, as do those twice and four times as long: a record of g may end there, too."""
+    return duration / (4 * math.ceil(duration / (4 * dt) * (1 - 1e-9)))
+
+
 def mesh_sizes(seen: Seen, band: float, error: float) -> Sizes:
     """Sizes for an error of g; those of the file where it states them."""
     seat = seen.scene.seat

@@ -11,7 +11,7 @@ from seatfem.planning.choices import described
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.filling import replaced
 from seatfem.planning.machine import Machine
-from seatfem.planning.options import BAND, BANDS, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE
+from seatfem.planning.options import BAND, BANDS, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE, fitted
 from seatfem.planning.plan import Plan
 from seatfem.runs.budget import Source
 from seatfem.runs.variations import FEWER
@@ -78,5 +78,7 @@ def _finer(scene: Scene, key: str, factor: float) -> float | int:
             return wider[0] if wider else float(LEAST * value)
         case "seat.mesh.size" | "seat.mesh.contact_size":
             return float(f"{value / factor ** (1 / MESH_ORDER):.2g}")
+        case "run.time_step":
+            return fitted(value / factor, scene.run.duration)
         case _:
             return float(value / factor)

@@ -225,6 +225,12 @@ class TestTargets:
         assert plan.scene.run.time_step is not None
         assert plan.scene.run.time_step <= 10e-9 / 4
 
+    def test_chosen_steps_end_with_the_run(self) -> None:
+        """Also those of the error bars, twice and four times as long: what is known of g may end there."""
+        dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).scene.run.time_step
+        assert dt is not None
+        assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
+
     def test_no_contact_is_said(self) -> None:
         plan = plan_scene(scene_of(SPRING, REED, run__duration="0.1 ms"))
         assert any("no contact" in note for note in plan.notes)
