@@ -267,7 +267,8 @@ def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
 def test_a_mesh_file_is_a_seat(tmp_path: Path) -> None:
     """The seat of meshes/, whose ring is 22.62 mm^2 and which is about as stiff as when drawn by parameters."""
     text = ANNULAR.partition("[reed]")[0].splitlines()
-    kept = [line for line in text if line.startswith(("damping", "greens", "material"))]
+    kept = [line for line in text if line.startswith(("damping", "material"))]
+    kept.append('greens = { bandwidth = "100 kHz", tolerance = "3 %" }')  # Krylov: all its modes take minutes
     msh = (ROOT / "meshes" / "annular_seat.msh").as_posix()
     found = run("\n".join(["[seat]", 'kind = "mesh"', f'file = "{msh}"', *kept]) + REED, tmp_path / "out").summary
     assert found["seat_model"] == "finite elements, 3-D"
