@@ -46,24 +46,24 @@ class Machine:
         origin: where the rates are from, in words.
     """
 
-    start: float = 1.8
+    start: float = 2.0
     compiled: float = 0.12
     meshing_start: float = 0.17
-    element: float = 1.2e-4
-    entry: float = 8.0e-8
-    factor_start: float = 0.105
+    element: float = 8.0e-5
+    entry: float = 6.5e-8
+    factor_start: float = 0.01
     factor: float = 1.1e-7
     solve: float = 1.85e-8
     product: float = 1.13e-8
     inner: float = 1.2e-9
     check: float = 6.0e-4
-    pole: float = 2.0e-9
-    step: float = 3.5e-7
-    stress: float = 0.8e-8
+    pole: float = 1.7e-9
+    step: float = 2.2e-7
+    stress: float = 2.5e-9
     value: float = 5.9e-8
-    sheet: float = 0.43
+    sheet: float = 0.35
     view: float = 0.3
-    face: float = 3.5e-5
+    face: float = 1.2e-5
     origin: str = "default rates; seatfem doctor --calibrate measures this computer's"
 
     def __post_init__(self) -> None:
