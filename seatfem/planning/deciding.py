@@ -103,12 +103,11 @@ class Choices:
         return contact_options(self.seen, closed=self.seats[0].level == "closed form")
 
     @cached_property
-    def _worst(self) -> Array:
-        """(seats, contacts) predicted bar of the worst measure."""
+    def _bars(self) -> Array:
+        """(seats, contacts, measures) predicted."""
         measures = self.seen.scene.accuracy.measures
         seats, contacts = (_left([option.changes for option in part], measures) for part in (self.seats, self.contacts))
-        bars = (seats[:, None] + contacts[None]) * [safety(name) for name in measures]
-        return np.asarray(bars.max(axis=2), dtype=np.float64)
+        return np.asarray((seats[:, None] + contacts[None]) * [safety(name) for name in measures], dtype=np.float64)
 
     @cached_property
     def _cost(self) -> Array:
@@ -118,7 +117,7 @@ class Choices:
         return np.asarray(seconds[:, None] + start + poles[:, None] * each, dtype=np.float64)
 
     def cheapest(self, target: float, longest: float = np.inf, memory: float = np.inf) -> Decision:
-        """The least cost that meets ``target``; where nothing does, that comes close to the least error.
+        """The least cost that meets ``target``, or comes close to the least error of a measure for which nothing does.
 
         Args:
             longest, memory: what a seat may take [s, bytes]; the cheapest one may take more.
@@ -126,12 +125,13 @@ class Choices:
         within = np.array([o.seconds <= longest and o.memory <= memory for o in self.seats])
         if not within.any():
             within[np.argmin([o.seconds for o in self.seats])] = True
-        worst = np.where(within[:, None], self._worst, np.inf)
-        least = float(worst.min())
-        aim = max(AIM * target, min(target, SPARE * least) if least <= target else SPARE * least)
-        score = np.where(worst <= aim, self._cost * (1 + FREE * worst / aim), np.inf)
+        bars = self._bars[within]
+        least = bars.min(axis=(0, 1))
+        aims = np.maximum(AIM * target, np.where(least <= target, np.minimum(target, SPARE * least), SPARE * least))
+        used = (bars / aims).max(axis=2)
+        score = np.where(used <= max(1.0, used.min()), self._cost[within] * (1 + FREE * used), np.inf)
         seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
-        return Decision(self.seen, self.seats[seat], self.contacts[contact])
+        return Decision(self.seen, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
 
 
 def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:

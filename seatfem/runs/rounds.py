@@ -155,16 +155,28 @@ def _next(done: Round) -> tuple[Plan | None, str]:
     if done.number == MOST_ROUNDS:
         return None, f"{MOST_ROUNDS} rounds at most"
     accuracy, left = done.plan.scene.accuracy, done.left
-    worst = max(accuracy.measures, key=left.relative)
-    allowed = accuracy.target * abs(left.values[worst]) / safety(worst)
+    missing = [name for name in accuracy.measures if left.relative(name) > accuracy.target]
+    reasons = []
+    for measure in sorted(missing, key=lambda name: -left.relative(name)):
+        further, why = _finer_in(done, measure)
+        if further is not None:
+            return further, ""
+        reasons.append(why)
+    return None, reasons[0]
+
+
+def _finer_in(done: Round, measure: str) -> tuple[Plan | None, str]:
+    """For the sake of one measure."""
+    left = done.left
+    allowed = done.plan.scene.accuracy.target * abs(left.values[measure]) / safety(measure)
     if allowed == 0.0:
-        return None, f"{KEYS[worst]} is zero, a relative error means nothing"
+        return None, f"{KEYS[measure]} is zero, a relative error means nothing"
     stated = []
-    for source in sorted(left.parts, key=lambda source: -left.parts[source][worst]):
-        share = left.parts[source][worst]
+    for source in sorted(left.parts, key=lambda source: -left.parts[source][measure]):
+        share = left.parts[source][measure]
         if share <= 0.2 * allowed:
             break
-        plan = refine(done.plan, source, _too_large(left, source, worst, allowed))
+        plan = refine(done.plan, source, _too_large(left, source, measure, allowed))
         if plan is not None:
             why = _too_much(plan)
             return (None, why) if why else (plan, "")
