@@ -159,14 +159,20 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
 
     def messages(step: str) -> tuple[str, ...]:
         path = tmp_path / "scene.toml"
-        path.write_text(SPRING + REED + RUN + f'time_step = "{step}"\n[accuracy]\ntarget = "90 %"', encoding="utf-8")
-        return run_scene(load_scene(path), tmp_path / "out").messages
+        stated = f'time_step = "{step}"\n' if step else 'filter_width = "4 us"\n'
+        path.write_text(SPRING + REED + RUN + stated + '[accuracy]\ntarget = "90 %"', encoding="utf-8")
+        outcome = run_scene(load_scene(path), tmp_path / "out")
+        steps.append(float(str(outcome.summary["time_step_s"])))
+        return outcome.messages
 
+    steps: list[float] = []
     (warning,) = messages("0.4 us")
     assert "highest striker frequency times step = 1.03 (limit 0.5)" in warning
     assert "took " in warning
     assert "% of the energy; use dt <= 1.9e-07 s, or fewer modes" in warning
     assert messages("0.1 us") == ()
+    assert messages("") == ()  # chosen, and its error measured
+    assert steps[-1] > 0.19e-6
 
 
 def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
