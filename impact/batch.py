@@ -229,18 +229,17 @@ def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # p
 
 @njit(cache=True, nogil=True)
 def _filtered_peak(force, dt, width, peak):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Largest (I(t + width/2) - I(t - width/2))/width over the recorded times, I linear between them."""
+    """Largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
     steps, scenes = force.shape
     total = np.zeros((steps + 1, scenes))
     for n in range(steps):
         total[n + 1] = total[n] + force[n] * dt
-    half = 0.5 * width / dt
-    whole = int(half)
-    part = half - whole
+    whole = int(width / dt)
+    part = width / dt - whole
     for n in range(steps + 1):
         a, b = min(n + whole, steps), min(n + whole + 1, steps)
         c, d = max(n - whole, 0), max(n - whole - 1, 0)
         for s in range(scenes):
-            after = total[a, s] + part * (total[b, s] - total[a, s])
-            before = total[c, s] + part * (total[d, s] - total[c, s])
-            peak[s] = max(peak[s], (after - before) / width)
+            begins = total[a, s] + part * (total[b, s] - total[a, s]) - total[n, s]
+            ends = total[n, s] - total[c, s] - part * (total[d, s] - total[c, s])
+            peak[s] = max(peak[s], begins / width, ends / width)

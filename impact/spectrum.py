@@ -31,6 +31,18 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
     return np.asarray(whole[reach - 1 : reach + n])
 
 
+def largest_average(force: Array, dt: float, width: float) -> float:
+    """Largest average over any span of ``width`` [s] of ``force`` (n,) [N], zero outside.
+
+    As the span moves, its average changes linearly between places where it begins or ends with a step: these count.
+    """
+    time = dt * np.arange(len(force) + 1)
+    integral = np.concatenate([[0.0], np.cumsum(force) * dt])
+    begins = np.interp(time + width, time, integral) - integral
+    ends = integral - np.interp(time - width, time, integral)
+    return float(max(begins.max(), ends.max()) / width)
+
+
 def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
     """Frequencies [Hz] and |N(f)| [N s] of ``force`` (n,) [N], followed by zeros up to ``size`` steps."""
     frequencies = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)

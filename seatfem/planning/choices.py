@@ -72,7 +72,9 @@ def _value(scene: Scene, key: str) -> Any:
 
 
 def _of(decision: Decision, key: str) -> Changes:
-    return decision.changes.get(key, {})
+    """Of the measures asked for."""
+    left = decision.changes.get(key, {})
+    return {name: left[name] for name in decision.seen.scene.accuracy.measures if name in left}
 
 
 def _most(changes: Changes) -> str:

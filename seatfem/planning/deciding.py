@@ -63,9 +63,8 @@ class Decision:
     @property
     def error(self) -> Mapping[str, float]:
         """Predicted bar of each measure, relative, as `seatfem.runs.budget` will state it."""
-        parts = self.shares.values()
-        names = dict.fromkeys(name for part in parts for name in part)
-        return {name: safety(name) * sum(part.get(name, 0.0) for part in parts) for name in names}
+        parts, asked = self.shares.values(), self.seen.scene.accuracy.measures
+        return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
 
     def scene(self, fineness: Fineness | None = None) -> Scene:
         """Every open key filled; ``fineness``: of another seat than the one chosen."""

@@ -9,7 +9,6 @@ from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, Plan
-from seatfem.planning.sensitivity import worst
 from seatfem.runs.budget import safety
 from seatfem.scene import Scene
 from seatfem.seats.memory_need import available_memory
@@ -52,8 +51,8 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     surrogate = decision.seen.surrogate
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
-    guessed = {name: safety(name) * change for name, change in decision.seen.sensitivity.guessed.items()}
-    if surrogate.patch is not None and worst(guessed) <= target:
+    guessed = {name: safety(name) * decision.seen.sensitivity.guessed[name] for name in plan.error}
+    if surrogate.patch is not None and max(guessed.values(), default=0.0) <= target:
         name = max(guessed, key=lambda measure: guessed[measure])
         found.append(
             f"a spring (seat.kind = 'spring') with a stiffness guessed within a factor of two has an error bar of "

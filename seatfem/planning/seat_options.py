@@ -33,7 +33,7 @@ from seatfem.planning.seat_costs import (
     seat_model,
     seat_seconds,
 )
-from seatfem.planning.sensitivity import Changes, worst
+from seatfem.planning.sensitivity import Changes
 from seatfem.scene import BarSeat, DrawnSeat, ElasticSeat, MeshFile
 from seatfem.scene.imported import Matrices
 from seatfem.seats.levels import applicable, choose_level, clamp_error
@@ -92,7 +92,7 @@ def _drawn(seen: Seen, seat: DrawnSeat, without: tuple[PlannedLevel, ...]) -> It
 def _spring(seen: Seen) -> Iterator[SeatOption]:
     """The static compliance, by finite elements; waves are left out."""
     left = {name: DOUBT * value for name, value in seen.sensitivity.spring.items()}
-    why = f"a spring in place of waves changes the measures by {worst(left):.1g} at most"
+    why = f"a spring in place of waves changes the measures by {seen.sensitivity.worst(left):.1g} at most"
     band = lowest_band(seen)
     for error, mesh in _meshes(seen, band):
         fineness = Fineness(band, _tolerances(seen)[0], error)
@@ -105,7 +105,7 @@ def _rod(seen: Seen, seat: BarSeat) -> Iterator[SeatOption]:
         return
     inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
     left = {name: value + end[name] for name, value in inertia.items()}
-    name = max(left, key=lambda measure: left[measure])
+    name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
     why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
     yield SeatOption("rod", why, None, {MODEL: left})
 
@@ -119,7 +119,7 @@ def _waves(seen: Seen, level: PlannedLevel, why: str) -> Iterator[SeatOption]:
                 reach = band * max(1.0, FEWER_POLES * effort.reach(tolerance))
                 left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
                 yield effort.option(level, why, Fineness(band, tolerance, error), left)
-        if worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
+        if seen.sensitivity.worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
             return
 
 

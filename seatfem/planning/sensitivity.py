@@ -32,6 +32,8 @@ SHORTEST: Final = 640
 MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with
 STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
 MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
+ENOUGH: Final = 10.0
+ALWAYS: Final = ("impulse", "filtered_peak")  # measures that tell whether a ladder has been followed far enough
 OFF: Final = 0.02  # relative change of g behind its sensitivity
 
 Changes = Mapping[str, float]
@@ -51,13 +53,13 @@ class Sensitivity:
 
     Attributes:
         bench: where they run.
-        measures: those that count.
+        asked: measures that count; changes are told of all that a pre-run knows.
         finest: relative change below which no ladder is followed further.
         exact: whether the seat of the bench is the scene's own.
     """
 
     bench: Bench
-    measures: tuple[str, ...]
+    asked: tuple[str, ...]
     finest: float
     exact: bool = False
     _runs: dict[tuple[int, float], Values] = field(default_factory=dict, repr=False, compare=False)
@@ -79,6 +81,20 @@ class Sensitivity:
         return min(MODES, reed.n_modes) if "n_modes" in reed.model_fields_set else MODES
 
     @cached_property
+    def step_modes(self) -> int | None:
+        """Reed modes of the pre-runs that compare steps: about as many as the run, for high modes ask for short steps.
+
+        Where the file does not say, enough for changes of `ENOUGH` times `finest`.
+        """
+        reed = self.bench.scene.reed
+        if not isinstance(reed, Cantilever):
+            return None
+        if "n_modes" in reed.model_fields_set:
+            return reed.n_modes
+        enough = (r.value for r in no_better_than_finer(self.modes) if self.worst(r.changes) <= ENOUGH * self.finest)
+        return max(MODES, round(next(enough, self.modes[-1].value)))
+
+    @cached_property
     def base(self) -> Values:
         """The measures that all else is compared with."""
         return self.bench.measures(dt=self.step, n_modes=self.n_modes)
@@ -93,7 +109,7 @@ class Sensitivity:
         """Numbers of reed modes from few to many, up to where they change nothing any more."""
         rungs: list[Rung] = []
         numbers = [max(1, round(FEWEST / FEWER)), FEWEST]
-        while numbers[-1] < MOST and not _settled(rungs, self.finest):
+        while numbers[-1] < MOST and not self._settled(rungs):
             numbers.append(min(MOST, round(numbers[-1] * FEWER)))
             half, some, n = numbers[-3:]  # two ratios of 1.4 are two
             change = _larger(self._between_modes(some, n), _times(1 / 2, self._between_modes(half, n)))
@@ -103,10 +119,10 @@ class Sensitivity:
     def _between_modes(self, few: int, many: int) -> Changes:
         """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
         seats = [1.0] if self.exact else [1.0, STIFFER]
-        found: Changes = dict.fromkeys(self.measures, 0.0)
+        found: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
             one, other = (self._with_modes(n, factor) for n in (many, few))
-            found = _larger(found, self._of(one, other))
+            found = _larger(found, relative_changes(one, other))
         return _times(1.0 if self.exact else MARGIN, found)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
@@ -124,11 +140,11 @@ class Sensitivity:
         if least > dt * (1 + 1e-9):
             return _times(dt / least, self.of_step(least))
         here = self._with_step(dt)
-        doubled = self._of(here, self._with_step(2 * dt)) if 4 * dt <= width else dict.fromkeys(self.measures, 0.0)
+        doubled = relative_changes(here, self._with_step(2 * dt)) if 4 * dt <= width else dict.fromkeys(self.base, 0.0)
         if FINE * dt <= width:
-            return _larger(doubled, _times(1 / 3, self._of(here, self._with_step(4 * dt))))
+            return _larger(doubled, _times(1 / 3, relative_changes(here, self._with_step(4 * dt))))
         if self.bench.affords(dt / 2):
-            return _larger(doubled, _times(2.0, self._of(here, self._with_step(dt / 2))))
+            return _larger(doubled, _times(2.0, relative_changes(here, self._with_step(dt / 2))))
         return doubled
 
     def of_stated_step(self, dt: float) -> Changes:
@@ -144,7 +160,7 @@ class Sensitivity:
 
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
-            self._steps[dt] = self.bench.measures(dt=dt, n_modes=self.n_modes)
+            self._steps[dt] = self.bench.measures(dt=dt, n_modes=self.step_modes)
         return self._steps[dt]
 
     @cached_property
@@ -153,7 +169,7 @@ class Sensitivity:
         width = self.bench.scene.run.filter_width
         rungs: list[Rung] = []
         parts = LONGEST
-        while parts < SHORTEST and not _settled(rungs, self.finest):
+        while parts < SHORTEST and not self._settled(rungs):
             parts *= 2
             rungs.append(Rung(width / parts, self.of_step(width / parts)))
         last = min(self._steps)
@@ -162,8 +178,8 @@ class Sensitivity:
     def _from(self, dt: float, other: float) -> Changes:
         """Between a step and another one; nothing of a step that a pre-run cannot afford."""
         if not self.bench.affords(dt):
-            return dict.fromkeys(self.measures, 0.0)
-        return self._of(self._with_step(dt), self._with_step(other))
+            return dict.fromkeys(self.base, 0.0)
+        return relative_changes(self._with_step(dt), self._with_step(other))
 
     def above(self, frequency: float) -> Changes:
         """What a seat with its modes up to ``frequency`` [Hz] leaves: those from there down to 1.6 below, or all above.
@@ -171,7 +187,7 @@ class Sensitivity:
         No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
         """
         seat = self.bench.seat
-        found: Changes = dict.fromkeys(self.measures, 0.0)
+        found: Changes = dict.fromkeys(self.base, 0.0)
         if not isinstance(seat, ModalGreens) or len(seat.omega) == 0:
             return found
         rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
@@ -182,7 +198,7 @@ class Sensitivity:
     def _at_rung(self, rung: int) -> Changes:
         if rung not in self._rungs:
             here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
-            self._rungs[rung] = _larger(self._of(here, below), self._of(self.base, here))
+            self._rungs[rung] = _larger(relative_changes(here, below), relative_changes(self.base, here))
         return self._rungs[rung]
 
     def _up_to(self, frequency: float) -> Values:
@@ -197,7 +213,10 @@ class Sensitivity:
     @cached_property
     def of_g(self) -> Changes:
         """Relative change of each measure per relative change of g."""
-        runs = [self._of(self.base, self._with(ScaledGreens(self.bench.seat, factor))) for factor in (1 - OFF, 1 + OFF)]
+        runs = [
+            relative_changes(self.base, self._with(ScaledGreens(self.bench.seat, factor)))
+            for factor in (1 - OFF, 1 + OFF)
+        ]
         return {name: change / OFF for name, change in _larger(*runs).items()}
 
     @cached_property
@@ -205,33 +224,36 @@ class Sensitivity:
         """What a spring of the same static stiffness changes."""
         compliance = float(self.bench.seat.static_compliance()[0, 0])
         if not (math.isfinite(compliance) and compliance > 0):
-            return dict.fromkeys(self.measures, math.inf)
-        return self._of(self.base, self._with(impact.spring(stiffness=1 / compliance)))
+            return dict.fromkeys(self.base, math.inf)
+        return relative_changes(self.base, self._with(impact.spring(stiffness=1 / compliance)))
 
     @cached_property
     def guessed(self) -> Changes:
         """What a spring changes whose stiffness is guessed within a factor of two."""
         compliance = float(self.bench.seat.static_compliance()[0, 0])
         if not (math.isfinite(compliance) and compliance > 0):
-            return dict.fromkeys(self.measures, math.inf)
+            return dict.fromkeys(self.base, math.inf)
         runs = [self._with(impact.spring(stiffness=factor / compliance)) for factor in (0.5, 2.0)]
-        return _larger(*(self._of(self.base, run) for run in runs))
+        return _larger(*(relative_changes(self.base, run) for run in runs))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
         """What one seat in place of another changes."""
-        return self._of(self._with(one), self._with(other))
+        return relative_changes(self._with(one), self._with(other))
 
     def _with(self, seat: impact.GreensFunction) -> Values:
         return self.bench.measures(dt=self.step, n_modes=self.n_modes, seat=seat)
 
-    def _of(self, one: Values, other: Values) -> Changes:
-        changes = relative_changes(one, other)
-        return {name: changes[name] for name in self.measures}
+    def worst(self, changes: Changes) -> float:
+        """The largest change of the measures asked for."""
+        return max((changes[name] for name in self.asked), default=0.0)
 
+    def _settled(self, rungs: list[Rung]) -> bool:
+        """Whether two rungs in a row change less than `finest`: one may do so by accident.
 
-def worst(changes: Changes) -> float:
-    """The largest of them."""
-    return max(changes.values(), default=0.0)
+        Also where they are not asked for, `ALWAYS` counts: every run states their bars.
+        """
+        names = {*self.asked, *ALWAYS}
+        return len(rungs) > 1 and all(rung.changes[name] <= self.finest for rung in rungs[-2:] for name in names)
 
 
 def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
@@ -248,8 +270,3 @@ def _larger(one: Changes, other: Changes) -> Changes:
 
 def _times(factor: float, changes: Changes) -> Changes:
     return {name: factor * value for name, value in changes.items()}
-
-
-def _settled(rungs: list[Rung], finest: float) -> bool:
-    """Whether two rungs in a row change less than ``finest``: one may do so by accident."""
-    return len(rungs) > 1 and all(worst(rung.changes) <= finest for rung in rungs[-2:])

@@ -17,7 +17,7 @@ import numpy as np
 from impact import measures
 from impact.greens import Array
 from impact.result import ImpactResult
-from impact.spectrum import MOVING_AVERAGE, averaged
+from impact.spectrum import largest_average
 
 Source = Literal["mesh", "reduction", "time_step", "model"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model")
@@ -50,7 +50,7 @@ def values_of(
     groups = measures.merged(dt * measures.closed_steps(force[1:]))
     values = {
         "impulse": float(np.sum(force[1:])) * dt,
-        "filtered_peak": float(np.max(averaged(force[1:], dt, filter_width, MOVING_AVERAGE))),
+        "filtered_peak": largest_average(force[1:], dt, filter_width),
         "contact_duration": float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0,
     }
     if displacement is not None:

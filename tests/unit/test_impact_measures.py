@@ -72,6 +72,20 @@ def test_filtered_force_is_the_exact_average() -> None:
     assert measures.filtered_peak_force(result, 2 * DT) == pytest.approx(6.0)
 
 
+def test_the_filtered_peak_is_the_largest_of_any_place_of_the_window() -> None:
+    """Between recorded times, too: two steps of 6 N that a window of three steps holds, where centred ones cut one."""
+    result = record(np.array([0.0, 6.0, 0.0, 6.0, 0.0, 0.0]))
+    assert measures.filtered_peak_force(result, 3 * DT) == pytest.approx(4.0)
+    assert np.max(measures.filtered_force(result, 3 * DT)) == pytest.approx(3.0)
+    rng = np.random.default_rng(7)
+    force = rng.uniform(0, 1, 40) * (rng.random(40) < 0.5)
+    fine = np.repeat(force, 200)  # every place, to 1/200 of a step
+    for width in (2.0, 3.37, 7.5):
+        count = round(200 * width)
+        every = np.convolve(fine, np.ones(count)) / count
+        assert measures.filtered_peak_force(record(force), width * DT) == pytest.approx(every.max(), rel=1e-9)
+
+
 def test_filtered_force_keeps_the_impulse() -> None:
     force = [0.0] * 20 + list(np.random.default_rng(2).uniform(0, 1, 30)) + [0.0] * 20
     result = record(force)
