@@ -8,8 +8,8 @@ from pathlib import Path
 from table import RESULTS, Table
 
 TABLES = (
-    *("poles", "fft", "engines", "batch", "imports", "cost_model"),
-    *("assembly", "factorization", "cost_vs_dof", "demo_greens"),
+    *("poles", "fft", "engines", "rod_kernels", "batch", "imports", "plan_time", "budget_cost", "cost_model"),
+    *("assembly", "factorization", "small_seats", "cost_vs_dof", "demo_greens"),
 )
 PICTURES = {"cost_vs_dof": "![Time and memory against unknowns](images/cost_vs_dof.png)\n"}
 DOCUMENT = Path(__file__).parents[1] / "docs" / "performance.md"
