@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from impact.modal import ModalGreens
+from impact.poles import PoleGreens
+from seatfem.planning.contact_costs import rod_of
 from seatfem.planning.deciding import Decision
-from seatfem.planning.filling import has_key, is_given
+from seatfem.planning.filling import has_key, is_given, value_of
 from seatfem.planning.mesh_size import Sizes, per_wavelength
 from seatfem.planning.options import (
     BAND,
@@ -31,7 +33,7 @@ def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...
     """Every key of the filled ``scene`` that matters; ``kept``: where its seat is already."""
     found: list[Choice] = []
     for key, reason in _REASONS.items():
-        if not has_key(scene, key) or (value := _value(scene, key)) is None:
+        if not has_key(scene, key) or (value := value_of(scene, key)) is None:
             continue
         if key in _OF_THE_MESH and decision.level == "rod":
             continue
@@ -53,22 +55,22 @@ def described(key: str, value: Any) -> str:
 
 def _history(decision: Decision, scene: Scene) -> Choice:
     """How the past is remembered, and over how many steps."""
-    dt = scene.run.time_step
-    steps = "steps as both bodies ask for" if dt is None else f"{_count(scene.run.duration / dt)} steps"
-    if isinstance(decision.seen.surrogate.greens, ModalGreens) or decision.level != "closed form":
+    steps = f"{_count(scene.run.duration / decision.contact.dt)} steps"
+    if _sums_of_poles(decision, scene):
         return Choice("history", "poles", f"{steps}; both bodies are sums of poles: an exact recursion", False)
     return Choice("history", "FFT or direct sum", f"{steps}; the seat has no poles: step weights", False)
 
 
+def _sums_of_poles(decision: Decision, scene: Scene) -> bool:
+    if decision.level not in ("rod", "closed form"):
+        return True
+    if (rod := rod_of(scene)) is not None:
+        return rod.marches(decision.contact.dt, scene.run.duration / decision.contact.dt)
+    return decision.level == "closed form" and isinstance(decision.seen.surrogate.greens, ModalGreens | PoleGreens)
+
+
 def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:
     return Choice(key, described(key, value), reason, is_given(decision.seen.scene, key))
-
-
-def _value(scene: Scene, key: str) -> Any:
-    value: Any = scene
-    for part in key.split("."):
-        value = getattr(value, part)
-    return value
 
 
 def _of(decision: Decision, key: str) -> Changes:
@@ -107,6 +109,8 @@ def _method(decision: Decision, scene: Scene) -> str:
         return "chosen once the matrices are known"
     model = seat_model(scene, level)
     n = model.sizes.counts.dof
+    if seat.greens.method not in ("auto", "krylov"):
+        return f"about {_count(n)} unknowns"
     if seat.greens.method == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
@@ -115,9 +119,11 @@ def _method(decision: Decision, scene: Scene) -> str:
 
 def _size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
+    if is_given(decision.seen.scene, SIZE) and patch is None:
+        return "what it leaves is not known before the run"
     if patch is None or decision.seat.fineness is None:
         return "follows the shear wavelength at the band edge: the geometry is known to gmsh only"
-    sizes = Sizes(_value(scene, SIZE), _value(scene, CONTACT_SIZE))
+    sizes = Sizes(value_of(scene, SIZE), value_of(scene, CONTACT_SIZE))
     waves = per_wavelength(patch, decision.seat.fineness.band, sizes)
     return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(_of(decision, SIZE))}"
 
@@ -125,12 +131,14 @@ def _size(decision: Decision, scene: Scene) -> str:
 def _contact_size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
     if patch is None:
-        return "0.4 of the bulk's"
-    across = patch.width / _value(scene, CONTACT_SIZE)
+        return f"{value_of(scene, CONTACT_SIZE) / value_of(scene, SIZE):.2g} of the bulk's"
+    across = patch.width / value_of(scene, CONTACT_SIZE)
     return f"{across:.2g} elements across the struck {1e3 * patch.width:.3g} mm"
 
 
 def _order(decision: Decision, scene: Scene) -> str:
+    if value_of(scene, ORDER) == 1:
+        return "straight, and too stiff: order 2 is the cheaper for one percent and less"
     return "curved, and the cheaper for one percent and less"
 
 
@@ -139,7 +147,8 @@ def _modes(decision: Decision, scene: Scene) -> str:
 
 
 def _step(decision: Decision, scene: Scene) -> str:
-    return f"leaves {_most(_of(decision, STEP))}, by longer ones"
+    others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
+    return f"leaves {_most(_of(decision, STEP))}, by {others} ones"
 
 
 def _asked(scene: Scene) -> str:

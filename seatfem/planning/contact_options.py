@@ -59,7 +59,8 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
 
 
 def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
-    changes = {STEP: step.changes} if modes is None else {STEP: step.changes, MODES: modes.changes}
+    left = _known_to_a_step(seen, step)
+    changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
     number = None if modes is None else round(modes.value)
     if closed:
         scene = filled(seen.scene, {STEP: step.value, MODES: number or 1})
@@ -67,6 +68,14 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
         return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
     bare, one = (_seconds(seen, step.value, float(number or 1), poles) for poles in (0.0, 1.0))
     return ContactOption(step.value, number, changes, bare, one - bare)
+
+
+def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
+    """A contact's duration is known to a step at best, as the error budget has it."""
+    duration = seen.sensitivity.base.get("contact_duration", 0.0)
+    if duration == 0.0:
+        return step.changes
+    return {**step.changes, "contact_duration": max(step.changes["contact_duration"], step.value / duration)}
 
 
 def _seconds(seen: Seen, dt: float, modes: float, poles: float) -> float:

@@ -22,6 +22,7 @@ from seatfem.scene import DrawnSeat, Scene
 
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
 SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
+ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
 FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
 
 
@@ -46,10 +47,7 @@ class Decision:
     @property
     def changes(self) -> Mapping[str, Changes]:
         """By key, the relative error that the choice leaves in each measure."""
-        both = dict(self.contact.changes)
-        for key, left in self.seat.changes.items():
-            both[key] = left
-        return both
+        return {**self.contact.changes, **self.seat.changes}
 
     @property
     def shares(self) -> Mapping[Source, Changes]:
@@ -124,7 +122,7 @@ class Choices:
         within = np.array([o.seconds <= longest and o.memory <= memory for o in self.seats])
         if not within.any():
             within[np.argmin([o.seconds for o in self.seats])] = True
-        bars = self._bars[within]
+        bars = np.minimum(self._bars[within], ENDLESS)
         least = bars.min(axis=(0, 1))
         aims = np.maximum(AIM * target, np.where(least <= target, np.minimum(target, SPARE * least), SPARE * least))
         used = (bars / aims).max(axis=2)

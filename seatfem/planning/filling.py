@@ -24,12 +24,18 @@ OPEN_KEYS = (
 """What the planner may choose."""
 
 
+def value_of(scene: Scene, key: str) -> Any:
+    """What the scene has at the dotted ``key``."""
+    value: Any = scene
+    for part in key.split("."):
+        value = getattr(value, part)
+    return value
+
+
 def is_given(scene: Scene, key: str) -> bool:
     """Whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
-    *tables, name = key.split(".")
-    table: BaseModel = scene
-    for part in tables:
-        table = getattr(table, part)
+    tables, _, name = key.rpartition(".")
+    table = value_of(scene, tables)
     return name in table.model_fields_set and getattr(table, name) not in (None, "auto")
 
 

@@ -10,6 +10,7 @@ from typing import Final
 import impact
 from impact.greens import GreensFunction
 from seatfem.scene import Scene
+from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
 
 RUNGS: Final = 6  # seats that much finer than needed are not looked for: each is a key to form
@@ -35,18 +36,18 @@ def finer(
 
 
 def kept_seat(
-    candidates: Iterator[tuple[Fineness, Scene]], lasts: float, folder: Path | None, store: Store
+    candidates: Iterator[tuple[Fineness, Scene]], folder: Path | None, store: Store
 ) -> tuple[Fineness, Scene, str] | None:
-    """The first of the filled scenes whose seat is there and valid for ``lasts`` [s], and where it is."""
+    """The first of the filled scenes whose seat is there and lasts as long as it asks for, and where it is."""
     here = _read(folder) if folder is not None and folder.is_file() else None
     if here is None and not any(store.folder.glob("*.h5")):
         return None  # with nothing kept, no key need be formed
     for fineness, scene in candidates:
         key = scene.seat_key()
-        if here is not None and _serves(here, key, lasts):
+        if here is not None and _serves(here, key, scene):
             return fineness, scene, f"in {folder.name}" if folder is not None else ""
         path = store.path(key)
-        if path.is_file() and _serves(_read(path), key, lasts):
+        if path.is_file() and _serves(_read(path), key, scene):
             return fineness, scene, "in the store"
     return None
 
@@ -58,7 +59,7 @@ def _read(path: Path) -> GreensFunction | None:
         return None
 
 
-def _serves(greens: GreensFunction | None, key: str, lasts: float) -> bool:
+def _serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
     if greens is None or greens.provenance.get("seat_key") != key:
         return False
-    return float(str(greens.provenance.get("valid_for_s", 0.0))) >= lasts
+    return float(str(greens.provenance.get("valid_for_s", 0.0))) >= memory(scene)

@@ -107,7 +107,7 @@ def _elastic(seat: DrawnSeat) -> _Elastic:
 def _bulky(solid: _Elastic, area: float, width: float, depth: float) -> Patch:
     """A half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
     radius = math.sqrt(area / math.pi)
-    local = disk_compliance(young=solid.young, poisson=solid.poisson, radius=radius)
+    local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
     column = depth / (solid.density * solid.c_p**2 * area)
     return Patch(area, width, depth, min(local, column), 0.0, 0.0, solid.density, solid.c_p, solid.c_s, False)
 

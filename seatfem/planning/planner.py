@@ -15,16 +15,15 @@ from seatfem.planning.kept import Fineness, finer, kept_seat
 from seatfem.planning.machine import Machine
 from seatfem.planning.means import cost_of, notes_on, within_means
 from seatfem.planning.mesh_size import ERRORS
-from seatfem.planning.options import BAND, BANDS, TOLERANCE, TOLERANCES, Seen
+from seatfem.planning.options import BAND, BANDS, MODEL, TOLERANCE, TOLERANCES, Seen
 from seatfem.planning.plan import Alternative, Plan, PlannedLevel
 from seatfem.planning.prerun import Bench, first_look
 from seatfem.planning.refining import finer_keys
 from seatfem.planning.sensitivity import Sensitivity
 from seatfem.planning.surrogate import surrogate_of
-from seatfem.runs.budget import SAFETY
+from seatfem.runs.budget import SAFETY, Source
 from seatfem.runs.contact import check_length, check_step
 from seatfem.scene import ElasticSeat, Scene
-from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
 
 __all__ = ["plan_scene", "refine"]
@@ -62,7 +61,7 @@ def plan_scene(
     if found is not None:
         decision, complete = wanted, found[1]
     else:
-        decision = within_means(choices, scene.accuracy.target)
+        decision = within_means(choices, wanted, scene.accuracy.target)
         complete = decision.scene()
     check_length(complete, complete.run.time_step or complete.run.filter_width)
     progress("planning", 0.9)
@@ -70,7 +69,7 @@ def plan_scene(
         scene=complete,
         level=decision.level,
         choices=choices_of(decision, complete, "" if found is None else found[2]),
-        cost=cost_of(complete, decision, machine, kept=found is not None),
+        cost=cost_of(complete, decision.level, machine, kept=found is not None),
         error=decision.error,
         alternatives=_alternatives(choices, decision, machine),
         shares=decision.shares,
@@ -106,7 +105,7 @@ def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Finene
         ):
             yield finer_one, decision.scene(finer_one)
 
-    return kept_seat(candidates(), memory(decision.scene()), None if folder is None else folder / "seat.h5", store)
+    return kept_seat(candidates(), None if folder is None else folder / "seat.h5", store)
 
 
 def _alternatives(choices: Choices, decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
@@ -118,11 +117,13 @@ def _alternatives(choices: Choices, decision: Decision, machine: Machine | None)
             plan = choices.cheapest(other)
             if plan.scene() == decision.scene():
                 continue
-            found.append(Alternative(f"target = {100 * other:.2g} %", cost_of(plan.scene(), plan, machine), plan.error))
+            found.append(
+                Alternative(f"target = {100 * other:.2g} %", cost_of(plan.scene(), plan.level, machine), plan.error)
+            )
     return tuple(found)
 
 
-def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
+def refine(plan: Plan, source: Source, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
     """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
 
     A level of modelling that leaves something out gives way to the next; else keys are made finer.
@@ -135,7 +136,7 @@ def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None
     Returns:
         ``None`` where the file states what is behind the source, or nothing is.
     """
-    cheap = plan.level in ("spring", "rod") and plan.asked is not None and not plan.is_given("seat.model")
+    cheap = plan.level in ("spring", "rod") and not plan.is_given(MODEL)
     if source == "model" and cheap and plan.asked is not None:
         return plan_scene(plan.asked, machine, without=(*plan.without, plan.level))
     return finer_keys(plan, source, factor, machine)

@@ -27,7 +27,8 @@ from seatfem.runs.contact import law_of, peak_stress, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
-LOOK: Final = 20_000  # steps of the first look at most
+LOOK: Final = 20_000  # steps of the first look ...
+MOST_OF_LOOK: Final = 100_000  # ... and at most, where the filter asks for more
 BEFORE: Final = 10e-6  # start of the window before the first contact [s]
 MOST: Final = 60_000  # steps of a pre-run at most
 LEAST: Final = 8  # steps per filter width that every pre-run can afford
@@ -58,7 +59,8 @@ def first_look(scene: Scene, seat: GreensFunction) -> Window:
     few = striker_of(scene, min(FEW, _modes_of(scene)))
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
-    duration, longest = min(scene.run.duration, 5 * LOOK * dt), MOST * width / LEAST
+    dt = max(dt, scene.run.duration / MOST_OF_LOOK)
+    duration, longest = scene.run.duration, MOST * width / LEAST
     force = _force(impact.prepare(_problem(scene, few, Body(seat)), dt, duration))
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 from seatfem.planning.choices import described
-from seatfem.planning.costs import predict_cost
-from seatfem.planning.filling import replaced
+from seatfem.planning.filling import replaced, value_of
 from seatfem.planning.machine import Machine
+from seatfem.planning.means import cost_of
 from seatfem.planning.options import BAND, BANDS, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE, fitted
 from seatfem.planning.plan import Plan
 from seatfem.runs.budget import Source
@@ -28,16 +28,16 @@ KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
 }
 
 
-def finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
-    """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or there are none."""
-    named = next((known for known in KEYS if known == source), None)
+def finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | None) -> Plan | None:
+    """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
     factor = min(max(factor, LEAST), MOST)
-    keys = [key for key in KEYS[named] if _is_open(plan, key)] if named is not None else []
-    if named is None or not keys:
-        return None
-    values = {key: _finer(plan.scene, key, factor) for key in keys}
+    values = {key: _finer(plan.scene, key, factor) for key in KEYS[source] if _is_open(plan, key)}
+    if CONTACT_SIZE not in values and SIZE in values:
+        values[SIZE] = max(values[SIZE], value_of(plan.scene, CONTACT_SIZE) or 0.0)
     scene = replaced(plan.scene, values)
-    reason = f"made finer: the {named.replace('_', ' ')}'s share of the error was {factor:.2g} times too large"
+    if scene == plan.scene:
+        return None
+    reason = f"made finer: the {source.replace('_', ' ')}'s share of the error was {factor:.2g} times too large"
     choices = tuple(
         replace(choice, value=described(choice.key, values[choice.key]), reason=reason)
         if choice.key in values
@@ -45,30 +45,23 @@ def finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) 
         for choice in plan.choices
     )
     shares = {
-        s: {name: value / (factor if s == named else 1.0) for name, value in share.items()}
+        s: {name: value / (factor if s == source else 1.0) for name, value in share.items()}
         for s, share in plan.shares.items()
     }
     whole = {name: sum(share.get(name, 0.0) for share in plan.shares.values()) for name in plan.error}
     left = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * left[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
-    kept = plan.kept and named in ("time_step", "model")
-    cost = predict_cost(scene, plan.level, machine)
+    kept = source in ("time_step", "model")  # the seat is there from the round before
+    cost = cost_of(scene, plan.level, machine, kept=kept)
     return replace(plan, scene=scene, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
 
 
 def _is_open(plan: Plan, key: str) -> bool:
-    return any(choice.key == key and not choice.given for choice in plan.choices) and bool(_of(plan.scene, key))
-
-
-def _of(scene: Scene, key: str) -> Any:
-    value: Any = scene
-    for part in key.split("."):
-        value = getattr(value, part)
-    return value
+    return any(choice.key == key and not choice.given for choice in plan.choices) and bool(value_of(plan.scene, key))
 
 
 def _finer(scene: Scene, key: str, factor: float) -> float | int:
-    value = _of(scene, key)
+    value = value_of(scene, key)
     match key:
         case "reed.n_modes":
             more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))

@@ -45,7 +45,7 @@ def values_of(
 ) -> dict[str, float]:
     """The measures, from the force of one contact and the seat's displacement, (n + 1,) both, as far as known.
 
-    A contact that never was has duration 0.
+    A contact that never was has duration 0, and leaves the seat where it is, whatever round-off says.
     """
     groups = measures.merged(dt * measures.closed_steps(force[1:]))
     values = {
@@ -54,7 +54,7 @@ def values_of(
         "contact_duration": float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0,
     }
     if displacement is not None:
-        values["seat_displacement"] = float(np.max(np.abs(displacement)))
+        values["seat_displacement"] = float(np.max(np.abs(displacement))) if np.any(force) else 0.0
     if stress is not None:
         values["stress"] = stress
     return values

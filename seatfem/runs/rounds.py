@@ -12,6 +12,7 @@ from impact.progress import Progress
 from impact.result import ImpactResult
 from impact.stress import PeakStress
 from seatfem.planning.filling import replaced
+from seatfem.planning.means import LONGEST, MEMORY
 from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
@@ -26,8 +27,6 @@ from seatfem.seats.memory_need import MemoryNeedError, available_memory
 from seatfem.seats.seat import SeatAnswer
 
 MOST_ROUNDS: Final = 4
-LONGEST: Final = 600.0  # predicted time of a further round [s]
-MEMORY: Final = 0.8  # part of the available memory that a further round may take
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
 REMEDIES: Final[Mapping[Source, str]] = {

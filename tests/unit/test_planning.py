@@ -17,17 +17,18 @@ from seatfem.planning.deciding import AIM, FREE, Choices, Decision
 from seatfem.planning.filling import filled, is_given, replaced
 from seatfem.planning.machine import Machine
 from seatfem.planning.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.planning.options import STEP, Seen
+from seatfem.planning.options import BAND, BANDS, STEP, Seen
 from seatfem.planning.patch import patch_of
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import plan_scene, refine
 from seatfem.planning.prerun import Bench, advanced, first_look
 from seatfem.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.planning.surrogate import surrogate_of
-from seatfem.runs.budget import SAFETY
+from seatfem.runs.budget import SAFETY, SOURCES
 from seatfem.runs.contact import RunError, run_for_measures, striker_of
 from seatfem.scene import Annular, DrawnSeat, Scene
 from seatfem.seats.levels import LevelError
+from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
@@ -232,14 +233,43 @@ class TestTargets:
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
     def test_no_contact_is_said(self) -> None:
-        plan = plan_scene(scene_of(SPRING, REED, run__duration="0.1 ms"))
-        assert any("no contact" in note for note in plan.notes)
+        """And nothing else: no bar of what does not move, no word of how little the seat counts."""
+        every = {"target": "0.1 %", "measures": ["impulse", "filtered_peak", "contact_duration", "seat_displacement"]}
+        for seat in (SPRING, ANNULAR):
+            plan = plan_scene(scene_of(seat, REED, run__duration="0.1 ms", accuracy=every))
+            assert len(plan.notes) == 1
+            assert "no contact" in plan.notes[0]
+            assert plan.error == dict.fromkeys(every["measures"], 0.0)
+
+    def test_a_contact_late_in_a_run_under_a_short_filter_is_seen(self) -> None:
+        plan = plan_scene(scene_of(SPRING, REED, run={"duration": "1 ms", "filter_width": "10 ns"}))
+        assert not any("no contact" in note for note in plan.notes)
+        assert plan.error["filtered_peak"] > 0
+
+    def test_a_duration_is_known_to_a_step_at_best(self) -> None:
+        """As the run's own bar has it."""
+        wanted = {"target": "5 %", "measures": ["contact_duration"]}
+        scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
+        duration = Bench(scene, surrogate_of(scene).greens, first_look(scene, surrogate_of(scene).greens))
+        least = 2e-6 / duration.measures(dt=0.1e-6)["contact_duration"]
+        assert plan_scene(scene).error["contact_duration"] >= 0.99 * SAFETY * least
+
+    def test_the_history_is_told_as_it_will_be(self) -> None:
+        undamped, damped = (BAR.replace("0.02", ratio) for ratio in ("0.0", "0.02"))
+        for bar, poles in ((undamped, False), (damped, True)):
+            plan = plan_scene(scene_of(bar, MASS, accuracy={"target": "5 %", "measures": ["impulse"]}))
+            assert plan.level == "rod"
+            assert (plan.choice("history").value == "poles") is poles
+
+    def test_a_material_that_grows_wide_under_tension_is_planned_too(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR.replace("0.3,", "-0.3,"), REED))
+        assert plan.meets_target
 
 
 class TestRefining:
     def test_each_source_has_a_key_that_is_made_finer(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED))
-        finer = {source: refine(plan, source, 2.0) for source in ("mesh", "reduction", "time_step", "model")}
+        finer = {source: refine(plan, source, 2.0) for source in SOURCES}
         old = plan.scene
         for source, new in finer.items():
             assert new is not None
@@ -261,9 +291,25 @@ class TestRefining:
         assert again.level == "axisymmetric"
         assert again.scene.reed.n_modes > finer.scene.reed.n_modes  # type: ignore[union-attr]
 
+    def test_elements_stay_no_smaller_than_those_stated_at_the_contact(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"}))
+        once = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3}))
+        finer = refine(once, "mesh", 4.0)
+        assert finer is not None
+        assert drawn(finer).mesh.size == 2e-3
+        assert refine(finer, "mesh") is None
+
+    def test_a_round_that_keeps_its_seat_costs_no_seat(self) -> None:
+        plan = plan_scene(scene_of(PLATE, REED, accuracy={"target": "5 %", "measures": ["seat_displacement"]}))
+        step, mesh = refine(plan, "time_step"), refine(plan, "mesh")
+        assert step is not None
+        assert mesh is not None
+        assert "mesh" not in step.cost.parts
+        assert step.cost.seconds < plan.cost.seconds < mesh.cost.seconds
+
     def test_a_given_key_is_not_refined(self) -> None:
         plan = plan_scene(scene_of(SPRING, REED, run__time_step="50 ns", reed__n_modes=20))
-        for source in ("mesh", "reduction", "time_step", "model", "nothing known"):
+        for source in SOURCES:
             assert refine(plan, source) is None
 
 
@@ -300,10 +346,21 @@ class TestSeatsAtHand:
         self.keep(plan_scene(scene_of(ANNULAR, REED, accuracy__target="5 %", seat__damping_ratio=0.0)), store)
         assert not plan_scene(longer, store=store).kept
 
+    def test_a_wider_band_is_forgotten_sooner_and_serves_all_the_same(self, tmp_path: Path) -> None:
+        """What a damped seat must remember follows from its own band."""
+        store = Store(tmp_path / "kept")
+        mesh = {"size": "2 mm", "contact_size": "0.4 mm"}
+        long = {"run__duration": "20 ms", "accuracy__target": "5 %", "seat__mesh": mesh}
+        wanted = plan_scene(scene_of(ANNULAR, REED, **long), store=store)
+        wider = replaced(wanted.scene, {BAND: next(band for band in BANDS if band > drawn(wanted).greens.bandwidth)})
+        assert memory(wider) < memory(wanted.scene)
+        self.keep(replace(wanted, scene=wider), store)
+        assert plan_scene(scene_of(ANNULAR, REED, **long), store=store).kept
+
     @staticmethod
     def keep(plan: Plan, store: Store) -> None:
         key = plan.scene.seat_key()
-        origin = {"seat_key": key, "valid_for_s": plan.scene.run.duration}
+        origin = {"seat_key": key, "valid_for_s": memory(plan.scene)}
         none = np.zeros(0)
         store.put(key, ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin=origin))
 
@@ -393,6 +450,16 @@ class TestChoosing:
         decision = choices.cheapest(0.01)
         assert decision.error["seat_displacement"] > 0.1
         assert decision.error["filtered_peak"] <= 0.01
+
+    def test_bars_without_an_end_can_be_compared(self) -> None:
+        """Of a measure that comes and goes with the model: the others still choose."""
+        choices = self.choices(SPRING, REED)
+        vanishing = [
+            replace(contact, changes={**contact.changes, STEP: {**contact.changes[STEP], "impulse": np.inf}})
+            for contact in choices.contacts
+        ]
+        choices.__dict__["contacts"] = tuple(vanishing)
+        assert choices.cheapest(0.01).error["filtered_peak"] <= 0.01
 
     def test_a_limit_of_time_is_kept_where_it_can_be(self) -> None:
         choices = self.choices(PLATE, REED, accuracy={"target": "1 %", "measures": ["seat_displacement"]})
