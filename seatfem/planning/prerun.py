@@ -60,8 +60,13 @@ def first_look(scene: Scene, seat: GreensFunction) -> Window:
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    duration, longest = scene.run.duration, MOST * width / LEAST
-    force = _force(impact.prepare(_problem(scene, few, Body(seat)), dt, duration))
+    return window_of(scene, _force(impact.prepare(_problem(scene, few, Body(seat)), dt, scene.run.duration)), dt)
+
+
+def window_of(scene: Scene, force: Array, dt: float) -> Window:
+    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N]."""
+    width = scene.run.filter_width
+    longest = MOST * width / LEAST
     groups = measures.merged(dt * measures.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
