@@ -25,7 +25,7 @@ from seatfem.planning.options import (
 from seatfem.planning.plan import Choice
 from seatfem.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
 from seatfem.planning.sensitivity import Changes
-from seatfem.runs.variations import FEWER
+from seatfem.runs.variations import FEW, FEWER, MANY
 from seatfem.scene import DrawnSeat, MeshFile, Scene
 
 
@@ -143,7 +143,8 @@ def _order(decision: Decision, scene: Scene) -> str:
 
 
 def _modes(decision: Decision, scene: Scene) -> str:
-    return f"{FEWER:g} times fewer, or half of half as many, change {_most(_of(decision, MODES))}"
+    many = f", or {MANY}" if value_of(scene, MODES) < FEW else ""
+    return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
 
 
 def _step(decision: Decision, scene: Scene) -> str:

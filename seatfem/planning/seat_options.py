@@ -42,7 +42,7 @@ from seatfem.seats.rods import love_rod, rod_of
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
 FEWER_POLES: Final = 0.7  # highest pole of a reduction that is counted on, over the usual one
-REDUCTION: Final = 1e-6  # time of a reduction over its band, of matrices whose size is not known yet [s/Hz]
+REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
 
 @dataclass(frozen=True)
@@ -148,6 +148,8 @@ class _Effort:
         if self.coarser is not None:
             parts.append(seat_seconds(self.coarser.stricter(ratio), self.rates, static=self.static))
         seconds = sum(sum(part.values()) for part in parts)
+        if not self.model.drawn:
+            seconds += REDUCTION * fineness.band
         poles = 0.0 if self.static else model.poles
         return SeatOption(level, why, fineness, changes, seconds, seat_memory(model)[0], poles)
 

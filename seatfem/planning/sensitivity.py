@@ -19,8 +19,8 @@ import impact
 from impact.modal import ModalGreens
 from impact.sums import ScaledGreens
 from seatfem.planning.prerun import Bench, relative_changes
-from seatfem.runs.budget import Values
-from seatfem.runs.variations import FEWER, FINE, HALF, NARROWER, narrowed
+from seatfem.runs.budget import Values, larger, times
+from seatfem.runs.variations import FEWER, FINE, NARROWER, narrowed, other_modes
 from seatfem.scene import Cantilever
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
@@ -32,8 +32,8 @@ SHORTEST: Final = 640
 MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with
 STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
 MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
-ENOUGH: Final = 10.0
-ALWAYS: Final = ("impulse", "filtered_peak")  # measures that tell whether a ladder has been followed far enough
+ENOUGH: Final = 10.0  # change of the reed's modes with which steps are compared, over the finest that is looked at
+ALWAYS: Final = ("impulse", "filtered_peak")  # measures whose ladders are followed although they are not asked for
 OFF: Final = 0.02  # relative change of g behind its sensitivity
 
 Changes = Mapping[str, float]
@@ -62,10 +62,10 @@ class Sensitivity:
     asked: tuple[str, ...]
     finest: float
     exact: bool = False
-    _runs: dict[tuple[int, float], Values] = field(default_factory=dict, repr=False, compare=False)
-    _steps: dict[float, Values] = field(default_factory=dict, repr=False, compare=False)
-    _cuts: dict[int, Values] = field(default_factory=dict, repr=False, compare=False)
-    _rungs: dict[int, Changes] = field(default_factory=dict, repr=False, compare=False)
+    _runs: dict[tuple[int, float], Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _steps: dict[float, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _cuts: dict[int, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _rungs: dict[int, Changes] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def step(self) -> float:
@@ -90,7 +90,7 @@ class Sensitivity:
         if not isinstance(reed, Cantilever):
             return None
         if "n_modes" in reed.model_fields_set:
-            return reed.n_modes
+            return min(MOST, reed.n_modes)
         enough = (r.value for r in no_better_than_finer(self.modes) if self.worst(r.changes) <= ENOUGH * self.finest)
         return max(MODES, round(next(enough, self.modes[-1].value)))
 
@@ -100,9 +100,11 @@ class Sensitivity:
         return self.bench.measures(dt=self.step, n_modes=self.n_modes)
 
     def of_modes(self, n_modes: int) -> Changes:
-        """What fewer modes of the reed than ``n_modes`` change, as the budget sees it: by 1.4, or half of by two."""
-        some, few = (self._between_modes(max(1, round(n_modes / ratio)), n_modes) for ratio in (FEWER, HALF))
-        return _larger(some, _times(1 / 2, few))
+        """What other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
+        found: Changes = dict.fromkeys(self.base, 0.0)
+        for number, weight in other_modes(n_modes):
+            found = larger(found, times(weight, self._between_modes(number, n_modes)))
+        return found
 
     @cached_property
     def modes(self) -> tuple[Rung, ...]:
@@ -112,18 +114,18 @@ class Sensitivity:
         while numbers[-1] < MOST and not self._settled(rungs):
             numbers.append(min(MOST, round(numbers[-1] * FEWER)))
             half, some, n = numbers[-3:]  # two ratios of 1.4 are two
-            change = _larger(self._between_modes(some, n), _times(1 / 2, self._between_modes(half, n)))
+            change = larger(self._between_modes(some, n), times(1 / 2, self._between_modes(half, n)))
             rungs.append(Rung(n, change))
         return tuple(rungs)
 
-    def _between_modes(self, few: int, many: int) -> Changes:
+    def _between_modes(self, other: int, n_modes: int) -> Changes:
         """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
         seats = [1.0] if self.exact else [1.0, STIFFER]
         found: Changes = dict.fromkeys(self.base, 0.0)
         for factor in seats:
-            one, other = (self._with_modes(n, factor) for n in (many, few))
-            found = _larger(found, relative_changes(one, other))
-        return _times(1.0 if self.exact else MARGIN, found)
+            runs = (self._with_modes(n, factor) for n in (n_modes, other))
+            found = larger(found, relative_changes(*runs))
+        return times(1.0 if self.exact else MARGIN, found)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
@@ -138,13 +140,13 @@ class Sensitivity:
         """
         width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
         if least > dt * (1 + 1e-9):
-            return _times(dt / least, self.of_step(least))
+            return times(dt / least, self.of_step(least))
         here = self._with_step(dt)
         doubled = relative_changes(here, self._with_step(2 * dt)) if 4 * dt <= width else dict.fromkeys(self.base, 0.0)
         if FINE * dt <= width:
-            return _larger(doubled, _times(1 / 3, relative_changes(here, self._with_step(4 * dt))))
+            return larger(doubled, times(1 / 3, relative_changes(here, self._with_step(4 * dt))))
         if self.bench.affords(dt / 2):
-            return _larger(doubled, _times(2.0, relative_changes(here, self._with_step(dt / 2))))
+            return larger(doubled, times(2.0, relative_changes(here, self._with_step(dt / 2))))
         return doubled
 
     def of_stated_step(self, dt: float) -> Changes:
@@ -156,7 +158,7 @@ class Sensitivity:
         if shorter > dt / 2:
             return self.of_step(dt)
         left = dt / (dt - shorter)  # the march is of first order
-        return _larger(self.of_step(dt), _times(left, self._from(dt, shorter)))
+        return larger(self.of_step(dt), times(left, self._from(dt, shorter)))
 
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
@@ -173,7 +175,7 @@ class Sensitivity:
             parts *= 2
             rungs.append(Rung(width / parts, self.of_step(width / parts)))
         last = min(self._steps)
-        return tuple(Rung(rung.value, _larger(rung.changes, self._from(rung.value, last))) for rung in rungs)
+        return tuple(Rung(rung.value, larger(rung.changes, self._from(rung.value, last))) for rung in rungs)
 
     def _from(self, dt: float, other: float) -> Changes:
         """Between a step and another one; nothing of a step that a pre-run cannot afford."""
@@ -192,13 +194,13 @@ class Sensitivity:
             return found
         rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
         while NARROWER ** (rung - 1) < highest:
-            found, rung = _larger(found, self._at_rung(rung)), rung + 1
+            found, rung = larger(found, self._at_rung(rung)), rung + 1
         return found
 
     def _at_rung(self, rung: int) -> Changes:
         if rung not in self._rungs:
             here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
-            self._rungs[rung] = _larger(relative_changes(here, below), relative_changes(self.base, here))
+            self._rungs[rung] = larger(relative_changes(here, below), relative_changes(self.base, here))
         return self._rungs[rung]
 
     def _up_to(self, frequency: float) -> Values:
@@ -217,24 +219,24 @@ class Sensitivity:
             relative_changes(self.base, self._with(ScaledGreens(self.bench.seat, factor)))
             for factor in (1 - OFF, 1 + OFF)
         ]
-        return {name: change / OFF for name, change in _larger(*runs).items()}
+        return {name: change / OFF for name, change in larger(*runs).items()}
 
     @cached_property
     def spring(self) -> Changes:
         """What a spring of the same static stiffness changes."""
-        compliance = float(self.bench.seat.static_compliance()[0, 0])
-        if not (math.isfinite(compliance) and compliance > 0):
-            return dict.fromkeys(self.base, math.inf)
-        return relative_changes(self.base, self._with(impact.spring(stiffness=1 / compliance)))
+        return self._spring_of(1.0)
 
     @cached_property
     def guessed(self) -> Changes:
         """What a spring changes whose stiffness is guessed within a factor of two."""
+        return larger(self._spring_of(0.5), self._spring_of(2.0))
+
+    def _spring_of(self, factor: float) -> Changes:
+        """What a spring of ``factor`` times the static stiffness changes."""
         compliance = float(self.bench.seat.static_compliance()[0, 0])
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
-        runs = [self._with(impact.spring(stiffness=factor / compliance)) for factor in (0.5, 2.0)]
-        return _larger(*(relative_changes(self.base, run) for run in runs))
+        return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
         """What one seat in place of another changes."""
@@ -260,13 +262,5 @@ def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
     """From coarse to fine; a rung counts as no better than any finer one: a small change may be an accident."""
     found: list[Rung] = []
     for rung in reversed(rungs):
-        found.append(Rung(rung.value, _larger(rung.changes, found[-1].changes)) if found else rung)
+        found.append(Rung(rung.value, larger(rung.changes, found[-1].changes)) if found else rung)
     return tuple(reversed(found))
-
-
-def _larger(one: Changes, other: Changes) -> Changes:
-    return {name: max(one[name], other[name]) for name in one}
-
-
-def _times(factor: float, changes: Changes) -> Changes:
-    return {name: factor * value for name, value in changes.items()}

@@ -108,9 +108,14 @@ def changes(one: Values, other: Values) -> Values:
     return {name: abs(one[name] - other[name]) for name in one}
 
 
-def share(values: Values, relative: float) -> Values:
-    """``relative`` times |value|, measure by measure."""
-    return {name: relative * abs(value) for name, value in values.items()}
+def larger(one: Values, other: Values) -> Values:
+    """The larger of the two, measure by measure."""
+    return {name: max(one[name], other[name]) for name in one}
+
+
+def times(factor: float, values: Values) -> Values:
+    """``factor`` times each."""
+    return {name: factor * value for name, value in values.items()}
 
 
 def total(one: Values, other: Values) -> Values:

@@ -28,6 +28,8 @@ SHORT: Final = 0.3  # of the run: an impact that is marched again with half the 
 NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
 HALF: Final = 2.0  # likewise; this change is taken for twice of what is left, and two are seldom small by accident
 FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
+FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
+MANY: Final = 40  # ... then this number does
 
 
 def error_budget(
@@ -45,8 +47,9 @@ def error_budget(
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
-    - model: fewer modes of the reed, by 1.4, or half of what half of them change; g larger by the error of the level of
-      modelling (a bar as a rod); what a cheap level leaves out, to first order (`seatfem.seats.statics.beyond_level`).
+    - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
+      larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
+      (`seatfem.seats.statics.beyond_level`).
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
     """
     values = measured(result, scene.run.filter_width, stress)
@@ -116,11 +119,10 @@ def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values
         part = total(part, changes(base, run(better)))
     if part is None or not isinstance(scene.reed, Cantilever):
         return part
-    some, few = (
-        changes(base, run(seat.greens, striker_of(scene, max(1, round(scene.reed.n_modes / ratio)))))
-        for ratio in (FEWER, HALF)
-    )
-    return total(part, _larger(some, _times(1 / 2, few)))
+    left: Values = dict.fromkeys(base, 0.0)
+    for number, weight in other_modes(scene.reed.n_modes):
+        left = _larger(left, _times(weight, changes(base, run(seat.greens, striker_of(scene, number)))))
+    return total(part, left)
 
 
 def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Values | None:
@@ -136,6 +138,13 @@ def _larger(one: Values, other: Values) -> Values:
 
 def _times(factor: float, values: Values) -> Values:
     return {name: factor * value for name, value in values.items()}
+
+
+def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
+    """Numbers of reed modes that a run with ``n_modes`` is compared with, and how much of each change is left in it."""
+    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
+    more = ((MANY, 1.0),) if n_modes < FEW else ()
+    return tuple((number, weight) for number, weight in less + more if number != n_modes)
 
 
 def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:

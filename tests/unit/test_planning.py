@@ -26,7 +26,7 @@ from seatfem.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import SAFETY, SOURCES
 from seatfem.runs.contact import RunError, run_for_measures, striker_of
-from seatfem.scene import Annular, DrawnSeat, Scene
+from seatfem.scene import Annular, DrawnSeat, MeshFile, Scene
 from seatfem.seats.levels import LevelError
 from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
@@ -231,6 +231,22 @@ class TestTargets:
         dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).scene.run.time_step
         assert dt is not None
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
+
+    @pytest.mark.parametrize("n_modes", [1, 2, 3, 5, 8])
+    def test_few_modes_of_the_reed_are_known_to_leave_much_out(self, n_modes: int) -> None:
+        """What leaving out some of them would not tell: of a single one, nothing at all."""
+        scene = scene_of(SPRING, REED, reed__n_modes=n_modes, run__time_step="20 ns")
+        seat = surrogate_of(scene).greens
+        few, truth = (run_for_measures(scene, striker_of(scene, n), seat, 20e-9) for n in (n_modes, 150))
+        off = abs(few["filtered_peak"] - truth["filtered_peak"])
+        assert off <= plan_scene(scene).error["filtered_peak"] * few["filtered_peak"]
+
+    def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band(self) -> None:
+        file = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
+        seat = {"kind": "mesh", "file": str(file), "damping_ratio": 0.05, "material": tomllib.loads(STEEL)["material"]}
+        plan = plan_scene(scene_of(REED, seat=seat))
+        assert isinstance(plan.scene.seat, MeshFile)
+        assert plan.scene.seat.greens.bandwidth <= 1e6
 
     def test_no_contact_is_said(self) -> None:
         """And nothing else: no bar of what does not move, no word of how little the seat counts."""

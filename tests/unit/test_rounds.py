@@ -67,6 +67,17 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
 
 
+@pytest.mark.parametrize("n_modes", [1, 3])
+def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
+    """What leaving out some of them does not tell: a single one has none to leave out."""
+    text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
+    done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
+    assert not done.met
+    assert done.left.dominant("impulse") == "model"
+    for name in ("impulse", "filtered_peak"):
+        assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
+
+
 def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
     monkeypatch.setattr(rounds, "MOST_ROUNDS", 2)
