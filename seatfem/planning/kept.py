@@ -13,7 +13,7 @@ from seatfem.scene import Scene
 from seatfem.seats.needs import memory
 from seatfem.seats.store import Store
 
-RUNGS: Final = 6  # seats that much finer than needed are not looked for: each is a key to form
+RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
 
 
 @dataclass(frozen=True)

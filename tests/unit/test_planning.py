@@ -502,7 +502,7 @@ class TestMeshSizes:
             sizes = sizes_for(patch, 500e3, error)
             assert mesh_error(patch, 500e3, sizes) <= error
             assert sizes.size <= before.size
-            assert sizes.contact_size <= min(before.contact_size, patch.width)
+            assert sizes.contact_size <= min(before.contact_size, 2 * patch.width)
             before = sizes
         wide = sizes_for(patch, 5e6, 0.05)
         assert wide.size < sizes_for(patch, 500e3, 0.05).size
