@@ -149,7 +149,7 @@ def _modes(decision: Decision, scene: Scene) -> str:
 
 def _step(decision: Decision, scene: Scene) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
-    return f"leaves {_most(_of(decision, STEP))}, by {others} ones"
+    return f"against {others} ones, it changes {_most(_of(decision, STEP))}"
 
 
 def _asked(scene: Scene) -> str:
