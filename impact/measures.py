@@ -93,12 +93,7 @@ def filtered_force(
     Raises:
         MeasureError: ``width`` below two steps, which the record does not resolve; another window.
     """
-    force = of_contact(result, contact).force
-    if not width >= 2 * result.dt * (1 - 1e-9):
-        raise MeasureError(
-            f"filter width {width:g} s is below two steps of {result.dt:g} s: the filtered force is not resolved; "
-            f"use dt <= {width / 2:g} s or a wider filter"
-        )
+    force = _resolved(result, width, contact)
     if window not in ("moving average", "hann"):
         raise MeasureError(f"window {window!r} is unknown; choose 'moving average' or 'hann'")
     return averaged(force[1:], result.dt, width, window)
@@ -108,10 +103,20 @@ def filtered_peak_force(
     result: ImpactResult, width: float = 1e-6, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> float:
     """Largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it does."""
-    filtered = filtered_force(result, width, contact, window)
     if window == MOVING_AVERAGE:
-        return largest_average(of_contact(result, contact).force[1:], result.dt, width)
-    return float(np.max(filtered))
+        return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
+    return float(np.max(filtered_force(result, width, contact, window)))
+
+
+def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
+    """(n + 1,) the force of a record that resolves the filter."""
+    force = of_contact(result, contact).force
+    if not width >= 2 * result.dt * (1 - 1e-9):
+        raise MeasureError(
+            f"filter width {width:g} s is below two steps of {result.dt:g} s: the filtered force is not resolved; "
+            f"use dt <= {width / 2:g} s or a wider filter"
+        )
+    return force
 
 
 def spectrum(result: ImpactResult, contact: int | None = None, resolution: float | None = None) -> tuple[Array, Array]:

@@ -1,8 +1,9 @@
-"""Tables of numbers as CSV files."""
+"""Tables of numbers as CSV files, and data as JSON has it."""
 
 from __future__ import annotations
 
 import csv
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,3 +25,12 @@ def read_rows(path: str | os.PathLike[str]) -> list[Row]:
     """Rows of numbers only."""
     with Path(path).open(newline="", encoding="utf-8") as file:
         return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def without_nan(value: object) -> object:
+    """Mappings, lists and tuples within each other, every number that is not finite as ``None``: JSON has none."""
+    if isinstance(value, Mapping):
+        return {key: without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

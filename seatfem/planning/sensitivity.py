@@ -20,11 +20,11 @@ from impact.modal import ModalGreens
 from impact.sums import ScaledGreens
 from seatfem.planning.prerun import Bench, relative_changes
 from seatfem.runs.budget import Values, larger, times
-from seatfem.runs.variations import FEWER, FINE, NARROWER, narrowed, other_modes
+from seatfem.runs.variations import FEWER, NARROWER, left_by_step, narrowed, other_modes
 from seatfem.scene import Cantilever
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
-MODES: Final = 40  # reed modes of the pre-runs that compare steps and seats
+MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
 FEWEST: Final = 5  # reed modes looked at ...
 MOST: Final = 320
 LONGEST: Final = 4  # steps per filter width looked at ...
@@ -74,7 +74,7 @@ class Sensitivity:
 
     @property
     def n_modes(self) -> int | None:
-        """Reed modes of the pre-runs that compare seats and steps; ``None`` for a rigid mass."""
+        """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
         reed = self.bench.scene.reed
         if not isinstance(reed, Cantilever):
             return None
@@ -141,13 +141,7 @@ class Sensitivity:
         width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
         if least > dt * (1 + 1e-9):
             return times(dt / least, self.of_step(least))
-        here = self._with_step(dt)
-        doubled = relative_changes(here, self._with_step(2 * dt)) if 4 * dt <= width else dict.fromkeys(self.base, 0.0)
-        if FINE * dt <= width:
-            return larger(doubled, times(1 / 3, relative_changes(here, self._with_step(4 * dt))))
-        if self.bench.affords(dt / 2):
-            return larger(doubled, times(2.0, relative_changes(here, self._with_step(dt / 2))))
-        return doubled
+        return left_by_step(dt, width, lambda other: self._between_steps(dt, other))
 
     def of_stated_step(self, dt: float) -> Changes:
         """`of_step`, and no less than a step `MUCH_SHORTER` (or the shortest affordable one) changes.
@@ -158,7 +152,7 @@ class Sensitivity:
         if shorter > dt / 2:
             return self.of_step(dt)
         left = dt / (dt - shorter)  # the march is of first order
-        return larger(self.of_step(dt), times(left, self._from(dt, shorter)))
+        return larger(self.of_step(dt), times(left, self._between_steps(dt, shorter)))
 
     def _with_step(self, dt: float) -> Values:
         if dt not in self._steps:
@@ -174,12 +168,12 @@ class Sensitivity:
         while parts < SHORTEST and not self._settled(rungs):
             parts *= 2
             rungs.append(Rung(width / parts, self.of_step(width / parts)))
-        last = min(self._steps)
-        return tuple(Rung(rung.value, larger(rung.changes, self._from(rung.value, last))) for rung in rungs)
+        last = self.bench.affordable(rungs[-1].value)
+        return tuple(Rung(rung.value, larger(rung.changes, self._between_steps(rung.value, last))) for rung in rungs)
 
-    def _from(self, dt: float, other: float) -> Changes:
-        """Between a step and another one; nothing of a step that a pre-run cannot afford."""
-        if not self.bench.affords(dt):
+    def _between_steps(self, dt: float, other: float) -> Changes:
+        """From a step to another one; nothing of steps that a pre-run cannot afford."""
+        if not self.bench.affords(min(dt, other)):
             return dict.fromkeys(self.base, 0.0)
         return relative_changes(self._with_step(dt), self._with_step(other))
 

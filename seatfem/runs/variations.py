@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -14,7 +14,7 @@ from impact.modal import ModalGreens, Residual
 from impact.result import ImpactResult
 from impact.sums import ScaledGreens
 from seatfem.planning.prerun import Bench, window_of
-from seatfem.runs.budget import Budget, Source, Values, changes, measured, total
+from seatfem.runs.budget import Budget, Source, Values, changes, larger, measured, times, total
 from seatfem.runs.contact import run_for_measures, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
@@ -41,8 +41,7 @@ def error_budget(
       and one four times as long three times as much. The larger counts: either may be small by accident. Where these
       hardly resolve the filter, half the step, which changes half of what is left, takes the place of the latter. Half
       the step is also taken through the impact that carries the filtered peak. A contact's duration is known to a
-      step at best. The runs below take the doubled step, if it resolves the filter,
-      and are compared with that one.
+      step at best. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
@@ -53,19 +52,17 @@ def error_budget(
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
     """
     values = measured(result, scene.run.filter_width, stress)
-    doubled = 4 * result.dt <= scene.run.filter_width
-    step = 2 * result.dt if doubled else result.dt
+    step = 2 * result.dt if _may_double(result.dt, scene.run.filter_width) else result.dt
 
     def run(greens: GreensFunction, body: impact.Body = striker, dt: float = step) -> Values:
         return run_for_measures(scene, body, greens, dt)
 
     base = run(seat.greens)
-    if FINE * result.dt <= scene.run.filter_width:
-        of_step = _larger(changes(values, base), _times(1 / 3, changes(values, run(seat.greens, dt=4 * result.dt))))
-    else:
-        of_step = _times(2, changes(values, run(seat.greens, dt=result.dt / 2)))
-        of_step = _larger(of_step, changes(values, base)) if doubled else of_step
-    finer = _finer_step(scene, seat, result)
+
+    def between(dt: float) -> Values:
+        return changes(values, base if dt == step else run(seat.greens, dt=dt))
+
+    of_step, finer = left_by_step(result.dt, scene.run.filter_width, between), _finer_step(scene, seat, result)
     of_step = {name: max(value, finer.get(name, 0.0)) for name, value in of_step.items()}
     if values["contact_duration"] > 0:
         of_step = {**of_step, "contact_duration": max(of_step["contact_duration"], result.dt)}
@@ -76,18 +73,34 @@ def error_budget(
     return Budget(values, {source: part for source, part in found.items() if part is not None})
 
 
+def left_by_step(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
+    """What a step of ``dt`` leaves, see `error_budget`; ``between``: the changes from it to another step [s]."""
+    if FINE * dt <= filter_width:
+        other = times(1 / 3, between(4 * dt))
+    else:
+        other = times(2.0, between(dt / 2))
+    return larger(between(2 * dt), other) if _may_double(dt, filter_width) else other
+
+
+def _may_double(dt: float, filter_width: float) -> bool:
+    """Whether a step twice as long resolves the filter."""
+    return 4 * dt <= filter_width
+
+
 def _finer_step(scene: Scene, seat: SeatAnswer, result: ImpactResult) -> Values:
     """Twice what half the step changes in the impact of a reed, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
     tells.
     """
+    if not isinstance(scene.reed, Cantilever):
+        return {}
     window = window_of(scene, result.force[1:], result.dt)
-    if not isinstance(scene.reed, Cantilever) or not window.touches or window.duration > SHORT * scene.run.duration:
+    if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
     bench = Bench(scene, seat.greens, window)
     here, finer = (bench.measures(dt=dt, n_modes=scene.reed.n_modes) for dt in (result.dt, result.dt / 2))
-    return _times(2.0, changes(here, finer))
+    return times(2.0, changes(here, finer))
 
 
 class _Run(Protocol):
@@ -121,7 +134,7 @@ def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values
         return part
     left: Values = dict.fromkeys(base, 0.0)
     for number, weight in other_modes(scene.reed.n_modes):
-        left = _larger(left, _times(weight, changes(base, run(seat.greens, striker_of(scene, number)))))
+        left = larger(left, times(weight, changes(base, run(seat.greens, striker_of(scene, number)))))
     return total(part, left)
 
 
@@ -130,14 +143,6 @@ def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Val
     if error is None:
         return None
     return changes(base, run(ScaledGreens(seat.greens, 1 + error))) if error else dict.fromkeys(base, 0.0)
-
-
-def _larger(one: Values, other: Values) -> Values:
-    return {name: max(one[name], other[name]) for name in one}
-
-
-def _times(factor: float, values: Values) -> Values:
-    return {name: factor * value for name, value in values.items()}
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

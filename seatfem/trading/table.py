@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from impact.atomic import whole_file
-from impact.table import write_rows
+from impact.table import without_nan, write_rows
 from seatfem.runs.budget import KEYS
 from seatfem.trading.trade import AS_FILED, PLANNED, Trade
 
@@ -72,7 +72,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
     points = [asdict(point) | {"outcome": asdict(trade.outcomes[point.name])} for point in trade.points]
     data = summary_of(trade) | {"reference_outcome": asdict(trade.outcomes[trade.reference]), "points": points}
     with whole_file(json_path) as temporary:
-        temporary.write_text(json.dumps(_plain(data), indent=1) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(without_nan(data), indent=1) + "\n", encoding="utf-8")
 
 
 def in_words(trade: Trade) -> str:
@@ -102,12 +102,3 @@ def _place(trade: Trade, name: str) -> str:
 
 def _words(measure: str) -> str:
     return measure.replace("_", " ")
-
-
-def _plain(value: object) -> object:
-    """JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

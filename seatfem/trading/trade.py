@@ -103,11 +103,11 @@ class Trade:
         costs = [self.cost(each) for each in names]
         return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
 
-    def excess_at_target(self, name: str, *, guesses: bool = False) -> float:
+    def excess_at_target(self, name: str) -> float:
         """Cost of a point over that of the cheapest that meets the target in all measures; NaN where it misses it."""
         if not self.trusted_error(name) <= self.target:
             return math.nan
-        meeting = [self.cost(n) for n in self.contenders(guesses=guesses) if self.trusted_error(n) <= self.target]
+        meeting = [self.cost(n) for n in self.contenders() if self.trusted_error(n) <= self.target]
         return self.cost(name) / min(meeting, default=self.cost(name))
 
 

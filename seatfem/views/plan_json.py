@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping
 from dataclasses import asdict
 
+from impact.table import without_nan
 from seatfem.planning.plan import Cost, Plan
 
 
@@ -32,16 +31,8 @@ def plan_json(plan: Plan) -> str:
         "notes": list(plan.notes),
         "scene": scene.model_dump(mode="json"),
     }
-    return json.dumps(_finite(data), indent=1, allow_nan=False)
+    return json.dumps(without_nan(data), indent=1, allow_nan=False)
 
 
 def _cost(cost: Cost) -> dict[str, object]:
     return {"time_s": cost.seconds, "stages_s": dict(cost.parts), "memory_bytes": cost.memory}
-
-
-def _finite(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
