@@ -10,6 +10,7 @@ from typing import Final
 import impact
 from impact.progress import Progress
 from impact.result import ImpactResult
+from impact.storage import save_greens
 from impact.stress import PeakStress
 from seatfem.planning.filling import replaced
 from seatfem.planning.means import LONGEST, MEMORY
@@ -23,11 +24,15 @@ from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
 from seatfem.scene import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.memory_need import MemoryNeedError, available_memory
+from seatfem.seats.memory_need import available_memory
 from seatfem.seats.seat import SeatAnswer
 
 MOST_ROUNDS: Final = 4
+SEAT_FILE: Final = "seat.h5"
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
+FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
+"""What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
+of the disk. What else there is, is a bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
 REMEDIES: Final[Mapping[Source, str]] = {
     "mesh": "refine seat.mesh",
@@ -72,18 +77,32 @@ def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) ->
     """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
 
     What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
-    take more than `LONGEST` or `MEMORY` by prediction, or more steps than can be stored.
+    take more than `LONGEST` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round fails,
+    the one before is the answer, its seat on file again, and ``stopped`` tells why.
     """
     done = _first_round(plan, folder, watch, progress)
     while not done.met:
-        further, why = _next(done)
-        if further is None:
-            return replace(done, stopped=why)
+        further: Plan | None = None
         try:
+            further, why = _next(done)
+            if further is None:
+                return replace(done, stopped=why)
             done = replace(_round(further, folder, watch, progress, done), number=done.number + 1)
-        except (ConvergenceError, MemoryNeedError) as problem:
-            return replace(done, stopped=f"a finer round is not possible: {problem}")
+        except FAILURES as problem:
+            return _stopped_by(problem, done, further, folder)
     return done
+
+
+def _stopped_by(problem: Exception, done: Round, further: Plan | None, folder: Path) -> Round:
+    """The round before, with its own seat on file where the one that failed may have written a finer one."""
+    told = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
+    stopped = f"a finer round is not possible: {told}"
+    if further is not None and further.scene.seat_key() != done.plan.scene.seat_key():
+        try:
+            save_greens(done.seat.greens, folder / SEAT_FILE)
+        except OSError as unwritten:
+            stopped += f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
+    return replace(done, stopped=stopped)
 
 
 def missed(done: Round) -> tuple[str, ...]:
@@ -121,7 +140,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     if before is not None and before.plan.scene.seat_key() == scene.seat_key():
         seat, reused = before.seat, before.reused
     else:
-        seat, reused = seat_of(scene, folder / "seat.h5", watch, progress)
+        seat, reused = seat_of(scene, folder / SEAT_FILE, watch, progress)
     striker = striker_of(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)

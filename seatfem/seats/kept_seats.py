@@ -48,7 +48,7 @@ def seat_of(
         kept_in.put(key, greens)
         if answer.coarser is not None:
             kept_in.put(_coarser(key), answer.coarser)
-    return answer, False
+    return replace(answer, greens=greens), False
 
 
 def _coarser(key: str) -> str:

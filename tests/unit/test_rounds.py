@@ -1,16 +1,21 @@
 """A run follows its plan, measures what error is left, refines what dominates, and says where it stops short."""
 
+import errno
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from impact.greens import GreensFunctionError
 from impact.progress import silent
+from impact.storage import load_greens
 from seatfem.cli import run_command
+from seatfem.mesh.gmsh_process import MeshingError
 from seatfem.planning.filling import replaced
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import plan_scene
+from seatfem.roads.factorization import FactorizationError
 from seatfem.runs import pipeline, rounds
 from seatfem.runs.rounds import carry_out, missed
 from seatfem.runs.stopwatch import Stopwatch
@@ -87,6 +92,61 @@ def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: p
     one = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert one.number == 1
     assert "GB, 0.001 GB are available" in one.stopped
+
+
+@pytest.mark.parametrize(
+    ("failure", "told"),
+    [
+        (FactorizationError("a pivot is zero"), "a pivot is zero"),
+        (MeshingError("gmsh crashed"), "gmsh crashed"),
+        (MemoryError(), "out of memory"),
+        (GreensFunctionError("rates must be positive"), "rates must be positive"),
+        (OSError(errno.ENOSPC, "No space left on device", "seat.h5"), "No space left"),
+    ],
+    ids=["factorization", "meshing", "memory", "greens", "disk"],
+)
+def test_a_finer_round_that_fails_keeps_the_one_before(
+    failure: Exception, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan, run_contact, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), rounds.run_contact, []
+
+    def failing(*given):
+        calls.append(given)
+        if len(calls) == 2:
+            raise failure
+        return run_contact(*given)
+
+    monkeypatch.setattr(rounds, "run_contact", failing)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
+    assert done.stopped.startswith("a finer round is not possible: ")
+    assert told in done.stopped
+    assert told in missed(done)[-1]
+
+
+def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The finer seat was written already when its contact ran out of memory."""
+    seat = 'kind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+    seat += 'patch_depth = "4 mm"\nmesh = { size = "4 mm" }\n'
+    seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
+    text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
+    plan, run_contact, written = plan_of(text, tmp_path), rounds.run_contact, []
+    finer = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
+
+    def failing(*given):
+        written.append(load_greens(tmp_path / "seat.h5").provenance["seat_key"])
+        if len(written) == 2:
+            raise MemoryError
+        return run_contact(*given)
+
+    monkeypatch.setattr(rounds, "run_contact", failing)
+    monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
+    monkeypatch.setattr(rounds, "_next", lambda done: (finer, ""))
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert done.stopped == "a finer round is not possible: out of memory"
+    assert written == [plan.scene.seat_key(), finer.scene.seat_key()]
+    assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == plan.scene.seat_key()
 
 
 def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(
