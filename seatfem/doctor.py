@@ -36,6 +36,7 @@ LIBRARIES: Final = (
     "pint",
     "cyclopts",
     "rich",
+    "psutil",
 )
 """Distributions that are always needed."""
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 from seatfem.geometry import CadPart
+from seatfem.machine.memory import available_memory
 from seatfem.mesh.spec import MeshSpec
 from seatfem.planning.element_counts import in_numbers, predicted_sizes
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.levels import Level, sectors
-from seatfem.seats.memory_need import GB, MemoryNeedError, available_memory, memory_need
+from seatfem.seats.memory_need import GB, MemoryNeedError, memory_need
 
 MARGIN: Final = 2.0  # on predicted memory: a mesh that may fit after all is made, and counted exactly
 CAD_MARGIN: Final = 10.0  # of a CAD part little more than the bounding box is known
@@ -24,7 +24,7 @@ def check_before_meshing(seat: DrawnSeat, spec: MeshSpec, level: Level) -> None:
     need = memory_need(sizes.counts)
     least = need.lanczos if seat.greens.method == "lanczos" else need.factorized
     margin = CAD_MARGIN if isinstance(geometry, CadPart) else MARGIN
-    there = available_memory() or math.inf
+    there = available_memory()
     if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
         return
     chosen = "" if seat.mesh.size else f" (from seat.greens.bandwidth = {seat.greens.bandwidth:.3g} Hz)"

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
+from seatfem.machine.memory import available_memory
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, Plan, PlannedLevel
 from seatfem.runs.budget import safety
 from seatfem.scene import Scene
-from seatfem.seats.memory_need import available_memory
 
 LONGEST: Final = 600.0  # a seat that takes longer [s] is not chosen, only obeyed
 MEMORY: Final = 0.8  # part of the available memory that is used
@@ -30,8 +29,7 @@ def cost_of(scene: Scene, level: PlannedLevel, machine: Machine | None, *, kept:
 
 def within_means(choices: Choices, wanted: Decision, target: float) -> Decision:
     """``wanted`` if memory and time allow it; else the cheapest for the target, or close to it, that they do."""
-    there = available_memory()
-    memory = math.inf if there is None else MEMORY * there
+    memory = MEMORY * available_memory()
     if wanted.seat.seconds <= LONGEST and wanted.seat.memory <= memory:
         return wanted
     return choices.cheapest(target, LONGEST, memory)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -20,9 +19,9 @@ from impact.replay import port_displacement
 from impact.result import ImpactResult
 from impact.stress import PeakStress, peak_bending_stress
 from impact.sums import ScaledGreens
+from seatfem.machine.memory import available_memory
 from seatfem.runs.budget import Values, values_of
 from seatfem.scene import Cantilever, ElasticSeat, Scene
-from seatfem.seats.memory_need import available_memory
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
 STEPS_PER_FILTER = 20
@@ -165,8 +164,7 @@ def check_step(scene: Scene) -> None:
 def check_length(scene: Scene, dt: float) -> None:
     """Refuse more steps than can be stored, or than memory holds."""
     steps = scene.run.duration / dt
-    there = available_memory() or math.inf
-    most = min(MAX_STEPS, there / STEP_BYTES)
+    most = min(MAX_STEPS, available_memory() / STEP_BYTES)
     if steps > most:
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(

@@ -12,6 +12,7 @@ from impact.progress import Progress
 from impact.result import ImpactResult
 from impact.storage import save_greens
 from impact.stress import PeakStress
+from seatfem.machine.memory import available_memory
 from seatfem.planning.filling import replaced
 from seatfem.planning.means import LONGEST, MEMORY
 from seatfem.planning.options import TOLERANCE
@@ -24,7 +25,6 @@ from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
 from seatfem.scene import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.memory_need import available_memory
 from seatfem.seats.seat import SeatAnswer
 
 MOST_ROUNDS: Final = 4
@@ -214,7 +214,7 @@ def _too_large(left: Budget, source: Source, measure: str, allowed: float) -> fl
 def _too_much(plan: Plan) -> str:
     """What of a further round would be too much; "" if nothing."""
     cost, there = plan.cost, available_memory()
-    if there is not None and cost.memory > MEMORY * there:
+    if cost.memory > MEMORY * there:
         return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
     if cost.seconds > LONGEST:
         return f"the next round would take about {cost.seconds:.2g} s; state a finer seat.mesh or step to insist"

@@ -10,12 +10,11 @@ the ratio of a cube's surface to theirs at the same number of elements.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from seatfem.machine.memory import available_memory
 from seatfem.scene.seats import DrawnSeat, ElasticSeat
 from seatfem.seats.levels import CHEAPEST_FIRST, Level, applicable
 
@@ -99,19 +98,6 @@ def memory_need(counts: Counts) -> MemoryNeed:
     return MemoryNeed(max(assembly, factorized), assembly + LANCZOS_VECTORS * vector)
 
 
-def available_memory() -> float | None:
-    """Bytes that can be had without swapping, ``None`` where the system does not tell."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        return 1024.0 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration):
-        pass
-    try:
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return None
-
-
 def check_memory(
     counts: Counts,
     *,
@@ -135,7 +121,7 @@ def check_memory(
     need = memory_need(counts)
     least = need.lanczos if method == "lanczos" else need.factorized
     there = available_memory() if available is None else available
-    if there is None or least <= there:
+    if least <= there:
         return need
     raise MemoryNeedError(
         f"seat.mesh.size: {counts.dof:.3g} unknowns need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "

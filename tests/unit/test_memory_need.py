@@ -1,6 +1,7 @@
 """Predicted memory against what a process of its own really takes, and the refusal."""
 
 import dataclasses
+import math
 import os
 import subprocess
 import sys
@@ -119,7 +120,7 @@ def test_hexahedra_may_do_without_a_factorization():
 
 
 def test_a_system_that_tells_nothing_is_trusted(monkeypatch):
-    monkeypatch.setattr(needs, "available_memory", lambda: None)
+    monkeypatch.setattr(needs, "available_memory", lambda: math.inf)
     check_memory(CUBE.scaled(1e6))
 
 

@@ -1,0 +1,91 @@
+"""How much memory a computation may take here: the least of what the machine has left and what its limits leave.
+
+A container's limit is that of a control group, which /proc/meminfo does not know; a batch system's or a shell's
+(``ulimit -v``) is that of the process's address space.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+import psutil
+
+if sys.platform != "win32":
+    import resource
+
+ROOT: Final = Path("/")
+_LIMITS: Final = {
+    "": (("memory.max", "memory.high"), "memory.current", "inactive_file"),  # version 2
+    "memory": (("memory.limit_in_bytes",), "memory.usage_in_bytes", "total_inactive_file"),  # version 1
+}
+"""By controller: files of limits, file of the use, and the row of memory.stat for files that are only cached."""
+
+
+def available_memory(root: Path = ROOT) -> float:
+    """Bytes that can be had without swapping and within all limits; infinite where the system tells nothing.
+
+    ``root``: of the files /proc and /sys in which Linux tells about control groups.
+    """
+    return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
+
+
+def _of_the_machine() -> float:
+    try:
+        return float(psutil.virtual_memory().available)
+    except (OSError, RuntimeError, ValueError, LookupError):  # no /proc, or one that psutil cannot read
+        return math.inf
+
+
+def _of_the_address_space() -> float:
+    """RLIMIT_AS less what is mapped; infinite where there is no limit."""
+    if sys.platform == "win32":
+        return math.inf
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY:
+        return math.inf
+    return float(limit - psutil.Process().memory_info().vms)
+
+
+def _of_control_groups(root: Path) -> Iterator[float]:
+    """What each group that this process is in leaves: its own, and those around it, whose limits hold as well.
+
+    A container may name its group as the host does and see it mounted as the top: groups that are not there are passed.
+    """
+    yield math.inf
+    with suppress(OSError, ValueError):
+        for line in (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines():
+            controllers, _, name = line.partition(":")[2].partition(":")
+            if controllers and "memory" not in controllers.split(","):
+                continue
+            controller = "memory" if controllers else ""
+            top = root / "sys/fs/cgroup" / controller
+            inner = PurePosixPath("" if ".." in name.split("/") else name.lstrip("/"))
+            yield from (_left(top / group, *_LIMITS[controller]) for group in (inner, *inner.parents))
+
+
+def _left(group: Path, limits: tuple[str, ...], use: str, cached: str) -> float:
+    """The group's limit less its use; what of the use are files only cached is given back when it is needed."""
+    limit = min((_number(group / name) for name in limits), default=math.inf)
+    if math.isinf(limit):
+        return math.inf
+    used = _number(group / use)
+    return limit - max(0.0, used - _row(group / "memory.stat", cached)) if math.isfinite(used) else limit
+
+
+def _number(file: Path) -> float:
+    """Bytes that a file states; infinite for "max", or where it is not there."""
+    with suppress(OSError, ValueError):
+        return float(file.read_text(encoding="ascii").strip().replace("max", "inf"))
+    return math.inf
+
+
+def _row(file: Path, name: str) -> float:
+    with suppress(OSError, ValueError):
+        rows = (line.split() for line in file.read_text(encoding="ascii").splitlines())
+        return float(next((row[1] for row in rows if len(row) == 2 and row[0] == name), "0"))
+    return 0.0

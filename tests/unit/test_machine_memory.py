@@ -1,0 +1,113 @@
+"""Available memory: the least of the machine's, the control groups' and the address space's."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from seatfem.machine import memory
+from seatfem.machine.memory import available_memory
+
+MB = 1 << 20
+WITHOUT_LIMIT = 9223372036854771712  # as version 1 writes it
+
+
+def system(root: Path, groups: str, files: dict[str, str]) -> Path:
+    """A folder that looks like the /proc and /sys of a system."""
+    for name, text in {"proc/self/cgroup": groups, **files}.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="ascii")
+    return root
+
+
+def test_version_2_the_groups_limit_less_its_use(tmp_path: Path) -> None:
+    group = "sys/fs/cgroup/user.slice/job"
+    root = system(
+        tmp_path,
+        "0::/user.slice/job\n",
+        {f"{group}/memory.max": f"{300 * MB}\n", f"{group}/memory.current": f"{120 * MB}\n"},
+    )
+    assert available_memory(root) == 180 * MB
+    (root / group / "memory.stat").write_text(f"anon {70 * MB}\ninactive_file {50 * MB}\n", encoding="ascii")
+    assert available_memory(root) == 230 * MB  # cached files give way
+    (root / group / "memory.high").write_text(f"{200 * MB}\n", encoding="ascii")
+    assert available_memory(root) == 130 * MB  # beyond it the system slows the group down to a halt
+    (root / group / "memory.current").write_text(f"{400 * MB}\n", encoding="ascii")
+    assert available_memory(root) == 0.0
+
+
+def test_a_group_around_ours_limits_as_well(tmp_path: Path) -> None:
+    top = "sys/fs/cgroup"
+    files = {
+        f"{top}/pod/memory.max": f"{100 * MB}\n",
+        f"{top}/pod/memory.current": f"{40 * MB}\n",
+        f"{top}/pod/one/memory.max": "max\n",
+        f"{top}/pod/one/memory.current": f"{10 * MB}\n",
+    }
+    assert available_memory(system(tmp_path, "0::/pod/one\n", files)) == 60 * MB
+
+
+def test_a_container_sees_its_group_as_the_top(tmp_path: Path) -> None:
+    """Under the host's name, or one outside of what it sees."""
+    files = {"sys/fs/cgroup/memory.max": f"{64 * MB}\n", "sys/fs/cgroup/memory.current": f"{4 * MB}\n"}
+    for name in ("/", "/docker/0123abcd", "/../other"):
+        assert available_memory(system(tmp_path, f"0::{name}\n", files)) == 60 * MB
+
+
+def test_version_1(tmp_path: Path) -> None:
+    group = "sys/fs/cgroup/memory/docker/1"
+    files = {
+        f"{group}/memory.limit_in_bytes": f"{500 * MB}\n",
+        f"{group}/memory.usage_in_bytes": f"{150 * MB}\n",
+        f"{group}/memory.stat": f"inactive_file 1\ntotal_inactive_file {30 * MB}\n",
+        "sys/fs/cgroup/memory/memory.limit_in_bytes": f"{WITHOUT_LIMIT}\n",
+        "sys/fs/cgroup/memory/memory.usage_in_bytes": f"{900 * MB}\n",
+    }
+    lines = "12:cpu,cpuacct:/docker/1\n4:memory:/docker/1\n0::/init\n"
+    assert available_memory(system(tmp_path, lines, files)) == 380 * MB
+
+
+@pytest.mark.parametrize("limit", ["max", str(WITHOUT_LIMIT), "none of ours", "", "é"])
+def test_without_a_limit_the_machine_tells(limit: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: type("", (), {"available": 7 * MB}))
+    root = system(tmp_path, "0::/\n5:memory:/\n", {"sys/fs/cgroup/memory.current": "5"})
+    for name in ("memory.max", "memory/memory.limit_in_bytes"):
+        (root / "sys/fs/cgroup" / name).parent.mkdir(exist_ok=True)
+        (root / "sys/fs/cgroup" / name).write_text(limit, encoding="utf-8")
+    assert available_memory(root) == 7 * MB
+    assert available_memory(tmp_path / "nothing") == 7 * MB
+
+
+def test_a_system_that_tells_nothing_is_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def silent() -> None:
+        raise OSError("no /proc")
+
+    monkeypatch.setattr(memory.psutil, "virtual_memory", silent)
+    assert available_memory(tmp_path) == math.inf
+
+
+def test_this_machine_has_less_than_it_has_in_all() -> None:
+    assert 0 < available_memory() < memory.psutil.virtual_memory().total
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space, as Linux keeps them")
+def test_the_limit_of_the_address_space(tmp_path: Path) -> None:
+    """A real one: what is left is the limit less what is mapped, and allocating much more than that does fail."""
+    program = """
+import resource, sys
+import numpy as np
+from seatfem.machine.memory import available_memory
+mapped = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (mapped + (200 << 20), resource.RLIM_INFINITY))
+left = available_memory()
+np.ones(int(0.8 * left / 8))
+try:
+    np.ones(int(1.2 * left / 8))
+except MemoryError:
+    print(left)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert float(done.stdout) == pytest.approx(200 * MB, rel=0.1)  # importing and measuring map a little
