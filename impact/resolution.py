@@ -1,4 +1,4 @@
-"""Whether a run's answer depends on its step: contacts that are not resolved, bodies that overlap at the start."""
+"""What a run's answer should be read with: contacts not resolved, bodies that overlap at the start or fly apart."""
 
 from __future__ import annotations
 
@@ -55,6 +55,27 @@ def overlap_advice(problem: ContactProblem, gap: Array, dt: float) -> tuple[Advi
             0.0,
             f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy",
             "start with a gap >= 0, give preload=True, or a law that yields",
+        ),
+    )
+
+
+def direction_advice(problem: ContactProblem, force: Array) -> tuple[Advice, ...]:
+    """Bodies that fly apart and never touch, ``force`` (n + 1, p) [N], perhaps because of a velocity's sign."""
+    striker = problem.striker
+    pushed = striker.state is not None or striker.loads or any(t.state is not None or t.loads for t in problem.targets)
+    if pushed or force.any():
+        return ()
+    apart = [c.side * (striker.velocity - c.target.velocity) for c in problem.contacts]
+    if striker.velocity == 0.0 or min(apart) <= 0.0:
+        return ()
+    return (
+        Advice(
+            "velocity of the striker [m/s]",
+            striker.velocity,
+            0.0,
+            "it flies away from the target and never touches it",
+            f"velocities are along the normal, from target to striker: towards the target write velocity = "
+            f"{-striker.velocity:.3g}",
         ),
     )
 

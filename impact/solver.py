@@ -14,7 +14,7 @@ from impact.modal import ModalGreens
 from impact.motion import Motion
 from impact.problem import ContactError, ContactProblem
 from impact.progress import Progress, silent
-from impact.resolution import contact_advice, overlap_advice, unsolved_advice
+from impact.resolution import contact_advice, direction_advice, overlap_advice, unsolved_advice
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
 from impact.stepper import ContactStepper, Prepared, prepare
@@ -88,6 +88,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
             *_advice(s, energy),
             *overlap_advice(s.problem, gap, s.dt),
             *contact_advice(force, s.dt),
+            *direction_advice(s.problem, whole),
         ),
     )
 

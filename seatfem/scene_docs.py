@@ -10,8 +10,10 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
+from seatfem.named_materials import NAMED_MATERIALS
 from seatfem.scene import Scene
 from seatfem.scene.fields import ReadQuantity
+from seatfem.scene.parts import Material
 from seatfem.units import DIMENSIONS
 
 _HEAD = """\
@@ -22,6 +24,15 @@ A scene is a TOML file. Quantities are strings with a unit (`"3 mm"`); pure numb
 the folder of the scene. This page is made from the program's own definitions (`make docs`).
 
 """
+_MATERIALS = """\
+Materials by name; a value beside the name overrules it, as in `material = { name = "steel", young = "210 GPa" }`. The
+values are generic ones at room temperature: a casting may be a tenth off.
+
+| name | E (GPa) | nu | density (kg/m^3) | source |
+|---|---|---|---|---|
+"""
+_PLAIN = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
+_NUMBERS = {2: "two", 3: "three", 4: "four"}
 _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 
@@ -36,8 +47,19 @@ def scene_page() -> str:
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
     parts += [_section(f"[{name}]", table) for name, table in sections]
-    parts += [_section(f"{name} = {{ ... }}", table) for name, table in _once(inner)]
+    for name, table in _once(inner):
+        parts.append(_section(f"{name} = {{ ... }}", table))
+        if table is Material:
+            parts.append(_named_materials())
     return "".join(parts).rstrip() + "\n"
+
+
+def _named_materials() -> str:
+    rows = (
+        f"| `{_toml(name)}` | {found.young / 1e9:g} | {found.poisson:g} | {found.density:g} | {found.source} |\n"
+        for name, found in NAMED_MATERIALS.items()
+    )
+    return _MATERIALS + "".join(rows) + "\n"
 
 
 def _once(inner: Iterable[tuple[str, type[BaseModel]]]) -> Iterator[tuple[str, type[BaseModel]]]:
@@ -68,18 +90,53 @@ def _summary(table: type[BaseModel]) -> str:
 
 
 def _holds(field: FieldInfo) -> str:
-    for note in _notes(field):
-        if isinstance(note, BeforeValidator):
-            reader: Any = note.func
-            return _quantity(reader.dimension) if isinstance(reader, ReadQuantity) else "number"
+    if elements := _elements(field):
+        return _several(field, elements)
+    if (quantity := _measured(_notes(field))) is not None:
+        return quantity
     options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
     if _tables(field.annotation):
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
-    kinds = {str: "text", int: "whole number", Path: "file name"}
-    return next((kinds[kind] for kind in _leaves(field.annotation) if kind in kinds), "list of numbers")
+    return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
+
+
+def _measured(notes: Iterable[object]) -> str | None:
+    """A quantity with its unit, or a number: what the reader among a key's notes takes."""
+    for note in notes:
+        if isinstance(note, BeforeValidator):
+            reader: Any = note.func
+            return _quantity(reader.dimension) if isinstance(reader, ReadQuantity) else "number"
+    return None
+
+
+def _elements(field: FieldInfo) -> tuple[Any, ...]:
+    """The types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
+    for kind in (field.annotation, *get_args(field.annotation)):
+        if get_origin(kind) is tuple and not _tables(kind):
+            return get_args(kind)
+    return ()
+
+
+def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
+    """How many of what, with an example."""
+    first = elements[0]
+    if elements[1:] == (Ellipsis,):
+        return f"list of {_one_of(first)}"
+    if get_origin(first) is tuple:
+        return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
+    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(_leaves(first)))]
+    dimension = measured.partition(",")[0]
+    example = (field.examples or [[DIMENSIONS[dimension].example] * len(elements)])[0]
+    return f"list of {_NUMBERS[len(elements)]} {dimension}s, `{_toml(example)}`"
+
+
+def _one_of(kind: Any) -> str:
+    if get_origin(kind) is Literal:
+        return ", ".join(f"`{_toml(option)}`" for option in get_args(kind))
+    return f"{_PLAIN[next(iter(_leaves(kind)))]}s"
 
 
 def _quantity(dimension: str) -> str:
@@ -99,6 +156,10 @@ def _default(field: FieldInfo) -> str:
 
 
 def _toml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
     return f'"{value}"' if isinstance(value, str) else str(value)

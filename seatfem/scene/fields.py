@@ -26,9 +26,9 @@ class Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
 
 
-def default(written: object, description: str) -> Any:
-    """A field's default as a user would write it in the file; it is read like any other value."""
-    return Field(written, description=description)
+def default(written: object, description: str, example: object = None) -> Any:
+    """A field's default, and an example, as a user would write them in the file; the default is read like any value."""
+    return Field(written, description=description, examples=None if example is None else [example])
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,15 @@ def read_number(value: object) -> float:
     raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
 
 
+def _towards_the_seat(value: float) -> float:
+    """Velocities are along the normal that points from the seat to the striker: towards the seat they are negative."""
+    if value < 0.0:
+        return value
+    if value == 0.0:
+        raise ValueError("a mass at rest never touches the seat; towards it velocities are negative, as in '-2 m/s'")
+    raise ValueError(f"the mass would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
+
+
 def _existing_file(value: Path, info: ValidationInfo) -> Path:
     """Relative paths start at the folder of the scene file (the validation context's "folder")."""
     folder = (info.context or {}).get("folder", Path())
@@ -78,7 +87,7 @@ Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
 Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
 Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
 Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
-Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), Lt(0)]
+Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), AfterValidator(_towards_the_seat)]
 Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
 Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
 Stiffness = Annotated[float, BeforeValidator(ReadQuantity("stiffness")), Gt(0)]

@@ -55,7 +55,7 @@ class RigidMass(Table):
 
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
-    velocity: Approach = Field(description="velocity at the start; negative, because it approaches the seat")
+    velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
 
 
 Reed = Annotated[Cantilever | RigidMass, Field(discriminator="kind")]

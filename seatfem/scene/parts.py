@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Le
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from seatfem.named_materials import NAMED_MATERIALS, named_material
 from seatfem.scene.fields import (
     AreaDamping,
     Bedding,
@@ -33,13 +35,41 @@ Direction = tuple[float, float, float]
 
 
 class Material(Table):
-    """A linear elastic, isotropic material."""
+    """A linear elastic, isotropic material; a name alone may be written as text, `material = "steel"`."""
 
     kind: Literal["isotropic"] = Field("isotropic", description="the same in all directions")
+    name: str | None = Field(
+        None, exclude=True, description="of the list below; fills in what is not given of the other values"
+    )
     young: Pressure = Field(description="Young's modulus")
     poisson: PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
     density: Density = Field(description="mass per volume")
     loss_factor: LossFactor = Field(0.0, description="structural damping of a seat's region, twice the damping ratio")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_name(cls, given: object) -> object:
+        """material = "steel" is material = { name = "steel" }; a value beside the name overrules the list's."""
+        if isinstance(given, str):
+            return {"name": given, **_constants(given)}
+        if not isinstance(given, Mapping) or not isinstance(name := given.get("name"), str):
+            return given
+        try:
+            return {**_constants(name), **given}
+        except ValueError as problem:
+            raise KeyProblem("name", str(problem)) from None
+
+
+def _constants(name: str) -> dict[str, object]:
+    """A listed material's values, as a file would state them. Raises `ValueError` for a name that is not listed."""
+    if (found := named_material(name)) is None:
+        close = get_close_matches(name.casefold(), NAMED_MATERIALS, n=1)
+        meant = f"; did you mean {close[0]!r}?" if close else ""
+        raise ValueError(
+            f"no material named {name!r}{meant} There are: {', '.join(map(repr, NAMED_MATERIALS))}; of any other give "
+            'young, poisson and density, as in { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
+        )
+    return {"young": f"{found.young!r} Pa", "poisson": found.poisson, "density": f"{found.density!r} kg/m^3"}
 
 
 class OrthotropicMaterial(Table):
@@ -47,7 +77,9 @@ class OrthotropicMaterial(Table):
 
     kind: Literal["orthotropic"]
     young: tuple[Pressure, Pressure, Pressure] = Field(description="Young's moduli E1, E2, E3")
-    poisson: tuple[PoissonRatio, PoissonRatio, PoissonRatio] = Field(description="Poisson's ratios nu12, nu13, nu23")
+    poisson: tuple[PoissonRatio, PoissonRatio, PoissonRatio] = Field(
+        description="Poisson's ratios nu12, nu13, nu23", examples=[[0.3, 0.3, 0.3]]
+    )
     shear: tuple[Pressure, Pressure, Pressure] = Field(description="shear moduli G12, G13, G23")
     density: Density = Field(description="mass per volume")
     axes: tuple[Direction, Direction, Direction] = Field(
@@ -113,7 +145,9 @@ class AbsorbingSupport(Table):
     kind: Literal["absorbing"]
     on: str = Field(description="name of the face")
     centre: tuple[Position, Position, Position] | None = Field(
-        None, description="where the waves come from; with it the face holds the seat against slow motion too"
+        None,
+        examples=[["0 mm", "0 mm", "8 mm"]],
+        description="where the waves come from; with it the face holds the seat against slow motion too",
     )
 
     @property

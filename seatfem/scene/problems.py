@@ -86,8 +86,6 @@ def _message(details: ErrorDetails, path: KeyPath, table: type[BaseModel] | None
             return f"{written!r} is not positive"
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} is negative"
-        case "less_than" if context["lt"] == 0:
-            return f"{written!r} is not negative"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{written!r} is no table; write [{path[-1]}] or {path[-1]} = {{ ... }}"
         case "value_error":

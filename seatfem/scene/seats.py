@@ -50,7 +50,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 class ElasticSeat(Table):
     """What all seats made of finite elements have."""
 
-    material: AnyMaterial = Field(description="the seat's material")
+    material: AnyMaterial = Field(description="the seat's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")

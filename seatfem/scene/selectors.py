@@ -31,6 +31,7 @@ _Colour = tuple[_Channel, _Channel, _Channel]
 _Direction = tuple[float, float, float]
 _Place = tuple[Position, Position, Position]
 _ORIGIN = ("0 mm", "0 mm", "0 mm")
+_PLACE = ("12 mm", "0 mm", "8 mm")
 _UP = (0.0, 0.0, 1.0)
 
 
@@ -61,7 +62,7 @@ class ByColour(FaceChoice):
     """The faces painted in one colour in the CAD program."""
 
     kind: Literal["colour"]
-    colour: _Colour = Field(description="red, green, blue, each 0 to 255")
+    colour: _Colour = Field(description="red, green, blue, each 0 to 255", examples=[[255, 0, 0]])
 
     def selectors(self) -> tuple[Selector, ...]:
         return (ColourFace((*self.colour, 255)),)
@@ -71,11 +72,11 @@ class ByPlane(FaceChoice):
     """The flat face with a given outward normal n in the plane n.x = offset."""
 
     kind: Literal["plane"]
-    normal: _Direction = Field(description="outward normal of the face")
+    normal: _Direction = Field(description="outward normal of the face", examples=[_UP])
     offset: Position = Field(description="distance of the plane from the origin, along the normal")
     radius_min: Gap = default("0 mm", "keep faces at least this far from the axis along the normal")
     radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
-    axis_point: _Place = default(_ORIGIN, "a point on that axis")
+    axis_point: _Place = default(_ORIGIN, "a point on that axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
     def selectors(self) -> tuple[Selector, ...]:
@@ -88,8 +89,8 @@ class ByCylinder(FaceChoice):
 
     kind: Literal["cylinder"]
     radius: Length = Field(description="of the cylinder")
-    axis: _Direction = Field(_UP, description="direction of the axis")
-    axis_point: _Place = default(_ORIGIN, "a point on the axis")
+    axis: _Direction = Field(_UP, description="direction of the axis", examples=[_UP])
+    axis_point: _Place = default(_ORIGIN, "a point on the axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
     def selectors(self) -> tuple[Selector, ...]:
@@ -101,8 +102,8 @@ class ByCone(FaceChoice):
 
     kind: Literal["cone"]
     half_angle: Angle = Field(description="between the cone's generators and the axis")
-    axis: _Direction = Field(_UP, description="direction of the axis")
-    axis_point: _Place = default(_ORIGIN, "a point on the axis")
+    axis: _Direction = Field(_UP, description="direction of the axis", examples=[_UP])
+    axis_point: _Place = default(_ORIGIN, "a point on the axis", _PLACE)
     radius_min: Gap = default("0 mm", "keep faces at least this far from the axis")
     radius_max: Length | None = Field(None, description="keep faces at most this far from the axis")
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
@@ -116,7 +117,7 @@ class ByPoint(FaceChoice):
     """The one face that a point lies on."""
 
     kind: Literal["point"]
-    point: _Place = Field(description="a point inside the face, not on its edge")
+    point: _Place = Field(description="a point inside the face, not on its edge", examples=[_PLACE])
 
     def selectors(self) -> tuple[Selector, ...]:
         return (PointFace(self.point),)
@@ -168,7 +169,7 @@ class Region(Table):
     """Solids of a CAD file, by exactly one of their keys: the region that a material of that name is given to."""
 
     order: int | None = Field(None, strict=True, ge=1, description="the solid's place in the file, from 1")
-    colour: _Colour | None = Field(None, description="red, green, blue, each 0 to 255")
+    colour: _Colour | None = Field(None, description="red, green, blue, each 0 to 255", examples=[[255, 170, 0]])
     solid: str | None = Field(None, description="the solid's name in the file")
 
     @model_validator(mode="after")

@@ -1,0 +1,111 @@
+"""What the pages for people name is there: files, functions, numbers."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seatfem.planning.deciding import AIM, FREE, SPARE
+from seatfem.runs.budget import SAFETY, STRESS_SAFETY
+from seatfem.runs.variations import FEWER, MANY, NARROWER
+from seatfem.seats.needs import COARSENING
+from seatfem.seats.seat import MESH_SAFETY, ROD_SHARE
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+SUFFIXES = (".py", ".md", ".csv", ".toml", ".step", ".msh", ".png")
+FOLDERS = ("impact", "seatfem", "tests", "docs", "benchmarks", "examples", "meshes")
+METHODS = (ROOT / "docs" / "methods.md").read_text(encoding="utf-8")
+SOURCES = [path.read_text(encoding="utf-8") for name in ("impact", "seatfem") for path in (ROOT / name).rglob("*.py")]
+
+
+def named_paths(page: Path) -> Iterator[str]:
+    """What a page calls a file or folder of the project: links, code spans, commands."""
+    text = page.read_text(encoding="utf-8")
+    yield from (link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link)
+    for span in re.findall(r"`([^`\n]+)`", text) + re.findall(r"^    .*$", text, re.MULTILINE):
+        for word in re.findall(r"[\w./*-]+", span):
+            if word.partition("/")[0] in FOLDERS and "/" in word and not word.endswith("/paper"):
+                yield word
+
+
+def exists(page: Path, name: str) -> bool:
+    """Relative to the page (links) or to the root; a star stands for anything."""
+    return any(any(folder.glob(name.rstrip("/."))) for folder in (ROOT, page.parent) if not name.startswith("../")) or (
+        name.startswith("..") and (page.parent / name).resolve().exists()
+    )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.name for page in PAGES])
+def test_every_file_that_a_page_names_is_there(page: Path) -> None:
+    assert [name for name in named_paths(page) if not exists(page, name)] == []
+
+
+def test_the_pages_name_files_at_all() -> None:
+    """The rule guards something."""
+    found = {page.name: len(set(named_paths(page))) for page in PAGES}
+    assert found["CONTRIBUTING.md"] > 8
+    assert found["methods.md"] > 5
+
+
+def test_every_file_of_the_architecture_is_there() -> None:
+    """Both tables: first column, relative to the package of the heading."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    missing, seen = [], 0
+    for package, section in re.findall(r"^## (impact|seatfem)$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL):
+        for row in re.findall(r"^\| (`.*?) \|", section, re.MULTILINE):
+            for name in re.findall(r"`([^`]+)`", row):
+                seen += 1
+                if not (ROOT / package / name).exists():
+                    missing.append(f"{package}/{name}")
+    assert missing == []
+    assert seen > 60
+
+
+def test_every_name_in_contributing_is_in_the_code() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    names = {name for name in re.findall(r"`([A-Za-z_][\w.]*?)(?:\(\))?`", text) if not name.endswith(SUFFIXES)}
+    names -= {*FOLDERS, "docs/scene.md"}
+    assert "build_seat" in names
+    last = {name: name.rpartition(".")[2] for name in names}
+    defined = re.compile(r"(?:def|class) (\w+)|^\s*(\w+)\s*(?::[^=\n]*)?=", re.MULTILINE)
+    known = {a or b for source in SOURCES for a, b in defined.findall(source)}
+    known |= set(re.findall(r"\b(\w+): [\w\[\] |.]+$", "\n".join(SOURCES), re.MULTILINE)) | {"seatfem", "impact"}
+    assert sorted(name for name, short in last.items() if short not in known) == []
+
+
+def test_a_name_beside_a_file_is_in_that_file() -> None:
+    """As in: `build_seat` (`seatfem/seats/seat.py`)."""
+    pairs = [
+        (page.name, name, file)
+        for page in PAGES
+        for name, file in re.findall(r"`([\w.]+)`\s+(?:\(|in\s+)`([\w/]+\.py)`", page.read_text(encoding="utf-8"))
+    ]
+    assert pairs
+    wrong = [
+        pair
+        for pair in pairs
+        if not re.search(rf"\b{pair[1].rpartition('.')[2]}\b", (ROOT / pair[2]).read_text(encoding="utf-8"))
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        f"a mesh {COARSENING:g} times as coarse",
+        f"a safety of {MESH_SAFETY:g}",
+        f"within {AIM:g} of the target",
+        f"up to {FREE:.0%} of the cost",
+        f"within {SPARE:g} times the least error",
+        f"multiplied by\n{SAFETY:g} (stress: {STRESS_SAFETY:g},",
+        f"the mesh by {COARSENING:g}, the highest",
+        f"(down to {NARROWER:g} below the last)",
+        f"reed's modes by {FEWER:g} and 2",
+        f"what {MANY} would change",
+        f"1/{ROD_SHARE} of the accuracy target",
+    ],
+)
+def test_the_numbers_of_the_methods_page_are_those_of_the_code(words: str) -> None:
+    assert " ".join(words.split()) in " ".join(METHODS.split()).replace(" %", "%")
