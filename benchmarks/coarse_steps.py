@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from impact.budget import SAFETY, Values
 from impact.progress import silent
-from seatfem.runs.budget import SAFETY, Values
+from impact.variations import FINE
 from seatfem.runs.contact import run_for_measures, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
-from seatfem.runs.variations import FINE
 from seatfem.scene import Scene, load_scene
 from seatfem.seats.seat import build_seat
 

@@ -24,11 +24,11 @@ from time import perf_counter
 import numpy as np
 from honesty import FINER, KINDS, Case, draw_case
 
+from impact.budget import Values
 from impact.progress import silent
 from seatfem.planning.filling import replaced
 from seatfem.planning.planner import plan_scene
 from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.budget import Values
 from seatfem.runs.contact import run_for_measures, striker_of
 from seatfem.runs.rounds import Round, carry_out
 from seatfem.runs.stopwatch import Stopwatch

@@ -12,8 +12,9 @@ from pathlib import Path
 
 from table import Table, publish
 
+from impact.budget import safety
 from seatfem.planning.planner import plan_scene
-from seatfem.runs.budget import KEYS, SOURCES, safety
+from seatfem.runs.budget import KEYS, SOURCES
 from seatfem.runs.contact import peak_stress, run_contact, striker_of
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget

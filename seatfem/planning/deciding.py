@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from impact.budget import safety
 from impact.greens import Array
 from seatfem.planning.contact_options import ContactOption, contact_options
 from seatfem.planning.filling import filled
@@ -17,7 +18,7 @@ from seatfem.planning.options import BEHIND, MODEL, MODES, STEP, Seen, fill_seat
 from seatfem.planning.plan import PlannedLevel
 from seatfem.planning.seat_options import SeatOption, seat_options
 from seatfem.planning.sensitivity import Changes
-from seatfem.runs.budget import Source, safety
+from seatfem.runs.budget import Source
 from seatfem.scene import DrawnSeat, Scene
 
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
@@ -60,7 +61,7 @@ class Decision:
 
     @property
     def error(self) -> Mapping[str, float]:
-        """Predicted bar of each measure, relative, as `seatfem.runs.budget` will state it."""
+        """Predicted bar of each measure, relative, as `seatfem.runs.variations` will state it."""
         parts, asked = self.shares.values(), self.seen.scene.accuracy.measures
         return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
+from impact.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, Plan, PlannedLevel
-from seatfem.runs.budget import safety
 from seatfem.scene import Scene
 
 LONGEST: Final = 600.0  # a seat that takes longer [s] is not chosen, only obeyed

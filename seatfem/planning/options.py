@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from impact.variations import NARROWER
 from seatfem.planning.filling import filled
 from seatfem.planning.machine import Machine
 from seatfem.planning.mesh_size import Sizes, sizes_for
@@ -14,7 +15,6 @@ from seatfem.planning.patch import Patch
 from seatfem.planning.sensitivity import Changes, Sensitivity
 from seatfem.planning.surrogate import Surrogate
 from seatfem.runs.budget import Source
-from seatfem.runs.variations import NARROWER
 from seatfem.scene import DrawnSeat, Scene
 from seatfem.seats.needs import mesh_spec
 

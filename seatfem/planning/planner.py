@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from impact.budget import SAFETY
 from impact.progress import Progress, silent
 from seatfem.planning.choices import choices_of
 from seatfem.planning.deciding import Choices, Decision
@@ -21,7 +22,7 @@ from seatfem.planning.prerun import Bench, first_look
 from seatfem.planning.refining import finer_keys
 from seatfem.planning.sensitivity import Sensitivity
 from seatfem.planning.surrogate import surrogate_of
-from seatfem.runs.budget import SAFETY, Source
+from seatfem.runs.budget import Source
 from seatfem.runs.contact import check_length, check_step
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.seats.store import Store

@@ -16,14 +16,15 @@ import numpy as np
 import impact
 from impact import measures, oscillator
 from impact.body import Body, ModalState
+from impact.budget import Values
 from impact.greens import Array, GreensFunction
 from impact.modal import ModalGreens
 from impact.motion import Discrete
 from impact.replay import port_displacement
 from impact.spectrum import MOVING_AVERAGE, averaged
 from impact.stepper import Prepared, step_count
-from seatfem.runs.budget import Values, values_of
-from seatfem.runs.contact import law_of, peak_stress, striker_of
+from seatfem.runs.budget import values_of
+from seatfem.runs.contact import peak_stress, problem_of, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
@@ -60,7 +61,7 @@ def first_look(scene: Scene, seat: GreensFunction) -> Window:
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    return window_of(scene, _force(impact.prepare(_problem(scene, few, Body(seat)), dt, scene.run.duration)), dt)
+    return window_of(scene, _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration)), dt)
 
 
 def window_of(scene: Scene, force: Array, dt: float) -> Window:
@@ -101,7 +102,7 @@ class Bench:
         """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
         asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
-        problem = _problem(self.scene, striker.body, target.body)
+        problem = problem_of(self.scene, striker.body, target.body)
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
         force = _force(prepared)
         displacement = port_displacement(prepared.bodies[1], -force) if "seat_displacement" in asked else None
@@ -148,10 +149,6 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
 
 def _modes_of(scene: Scene) -> int:
     return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
-
-
-def _problem(scene: Scene, striker: Body, seat: Body) -> impact.ContactProblem:
-    return impact.ContactProblem(striker, seat, gap=scene.contact.gap, law=law_of(scene))
 
 
 def _force(prepared: Prepared) -> Array:

@@ -16,11 +16,12 @@ from typing import Final
 import numpy as np
 
 import impact
+from impact.budget import Values, larger, times
 from impact.modal import ModalGreens
 from impact.sums import ScaledGreens
+from impact.variations import NARROWER, left_by_step, narrowed
 from seatfem.planning.prerun import Bench, relative_changes
-from seatfem.runs.budget import Values, larger, times
-from seatfem.runs.variations import FEWER, NARROWER, left_by_step, narrowed, other_modes
+from seatfem.runs.variations import FEWER, other_modes
 from seatfem.scene import Cantilever
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 import impact
+from impact.budget import Values
 from impact.closed_form import DelayRod
 from impact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.engines import Engine
@@ -19,8 +20,9 @@ from impact.replay import port_displacement
 from impact.result import ImpactResult
 from impact.stress import PeakStress, peak_bending_stress
 from impact.sums import ScaledGreens
+from impact.variations import with_body
 from seatfem.machine.memory import available_memory
-from seatfem.runs.budget import Values, values_of
+from seatfem.runs.budget import values_of
 from seatfem.scene import Cantilever, ElasticSeat, Scene
 
 STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
@@ -88,14 +90,24 @@ def run_contact(
     engine: Engine = "auto",
 ) -> ImpactResult:
     """One run: contact between striker and seat by the scene's law."""
-    problem = impact.ContactProblem(striker, impact.Body(seat), gap=scene.contact.gap, law=law_of(scene))
+    problem = problem_of(scene, striker, impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
 
 
+def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.ContactProblem:
+    """Striker and seat, one contact by the scene's law."""
+    return impact.ContactProblem(striker, seat, gap=scene.contact.gap, law=law_of(scene))
+
+
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
-    """The measures of the same run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
-    target = impact.Body(without_energies(seat))
-    problem = impact.ContactProblem(striker, target, gap=scene.contact.gap, law=law_of(scene))
+    """`measures_of` striker and seat."""
+    return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), dt)
+
+
+def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
+    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
+    bare = impact.Body(without_energies(problem.target.greens))
+    striker, problem = problem.striker, with_body(problem, problem.target, bare)
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)

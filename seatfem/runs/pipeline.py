@@ -15,6 +15,7 @@ from impact.progress import Progress, silent
 from impact.storage import save_results
 from seatfem.planning.options import STEP
 from seatfem.planning.planner import plan_scene
+from seatfem.runs.budget import bar_keys
 from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
 from seatfem.runs.pictures import draw_modes, draw_run
 from seatfem.runs.rounds import Round, carry_out, missed
@@ -68,7 +69,7 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         **{f"spring_{k}": v for k, v in summarise(baseline, width, spring_stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
-        **done.left.keys(),
+        **bar_keys(done.left),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": stiffness,

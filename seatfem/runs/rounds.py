@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 import impact
+from impact.budget import Budget, Values, safety
 from impact.progress import Progress
 from impact.result import ImpactResult
 from impact.storage import save_greens
@@ -19,7 +20,7 @@ from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.planning.planner import refine
 from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.budget import KEYS, Budget, Source, Values, safety
+from seatfem.runs.budget import KEYS, SOURCES, Source
 from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
@@ -164,7 +165,9 @@ def _at_least_planned(plan: Plan, left: Budget) -> Budget:
         planned = plan.shares.get(source, {})
         return {name: max(value, planned.get(name, 0.0) * abs(left.values[name])) for name, value in part.items()}
 
-    raised = {source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts}
+    raised: dict[str, Values] = {
+        source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts
+    }
     return replace(left, parts={**left.parts, **raised})
 
 
@@ -190,7 +193,7 @@ def _finer_in(done: Round, measure: str) -> tuple[Plan | None, str]:
     if allowed == 0.0:
         return None, f"{KEYS[measure]} is zero, a relative error means nothing"
     stated = []
-    for source in sorted(left.parts, key=lambda source: -left.parts[source][measure]):
+    for source in sorted((s for s in SOURCES if s in left.parts), key=lambda s: -left.parts[s][measure]):
         share = left.parts[source][measure]
         if share <= 0.2 * allowed:
             break

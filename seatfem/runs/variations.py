@@ -1,21 +1,20 @@
-"""The runs behind an error budget: the same contact with one part of the model made coarser."""
+"""The seat, the reed and the level of a scene, each made coarser for the error budget of `impact.variations`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final, Protocol
-
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
 import impact
+from impact.budget import Budget, Values, changes, times
 from impact.greens import GreensFunction
-from impact.modal import ModalGreens, Residual
+from impact.modal import ModalGreens
+from impact.problem import ContactProblem
 from impact.result import ImpactResult
-from impact.sums import ScaledGreens
+from impact.variations import NARROWER, Terms, Variation, budget_of, narrowed
+from impact.variations import of_g as of_body
 from seatfem.planning.prerun import Bench, window_of
-from seatfem.runs.budget import Budget, Source, Values, changes, larger, measured, times, total
-from seatfem.runs.contact import run_for_measures, striker_of
+from seatfem.runs.budget import SOURCES, Source, measured
+from seatfem.runs.contact import measures_of, problem_of, striker_of
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.statics import beyond_level
@@ -23,11 +22,9 @@ from seatfem.seats.statics import beyond_level
 if TYPE_CHECKING:
     from seatfem.seats.seat import SeatAnswer
 
-FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 SHORT: Final = 0.3  # of the run: an impact that is marched again with half the step
-NARROWER: Final = 1.6  # ratio of bandwidths behind the reduction's share
-HALF: Final = 2.0  # likewise; this change is taken for twice of what is left, and two are seldom small by accident
-FEWER: Final = 1.4  # ratio of the reed's numbers of modes behind the model's share
+HALF: Final = 2.0  # ratio of the reed's numbers of modes whose change is taken for twice of what is left, and ...
+FEWER: Final = 1.4  # ... another one: two are seldom small by accident
 FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
 MANY: Final = 40  # ... then this number does
 
@@ -37,11 +34,8 @@ def error_budget(
 ) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
-    - time_step: a step twice as long changes as much as is left, the march being of first order where the force jumps,
-      and one four times as long three times as much. The larger counts: either may be small by accident. Where these
-      hardly resolve the filter, half the step, which changes half of what is left, takes the place of the latter. Half
-      the step is also taken through the impact that carries the filtered peak. A contact's duration is known to a
-      step at best. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
+    - time_step: see `impact.variations.left_by_step`; also half the step through the impact that carries the filtered
+      peak. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
     - mesh: the seat on the coarser mesh, taken as converging with order 1, as clamped corners may; where that is not
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
@@ -51,40 +45,20 @@ def error_budget(
       (`seatfem.seats.statics.beyond_level`).
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
     """
-    values = measured(result, scene.run.filter_width, stress)
-    step = 2 * result.dt if _may_double(result.dt, scene.run.filter_width) else result.dt
+    problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
+    found: dict[Source, Terms | None] = {
+        "mesh": _of_mesh(scene, seat, problem),
+        "reduction": _of_reduction(scene, seat, problem),
+        "model": _of_model(scene, seat, problem),
+    }
 
-    def run(greens: GreensFunction, body: impact.Body = striker, dt: float = step) -> Values:
-        return run_for_measures(scene, body, greens, dt)
+    def run(varied: ContactProblem, dt: float) -> Values:
+        return measures_of(scene, varied, dt)
 
-    base = run(seat.greens)
-
-    def between(dt: float) -> Values:
-        return changes(values, base if dt == step else run(seat.greens, dt=dt))
-
-    of_step, finer = left_by_step(result.dt, scene.run.filter_width, between), _finer_step(scene, seat, result)
-    of_step = {name: max(value, finer.get(name, 0.0)) for name, value in of_step.items()}
-    if values["contact_duration"] > 0:
-        of_step = {**of_step, "contact_duration": max(of_step["contact_duration"], result.dt)}
-    mesh, reduction = _of_mesh(seat, base, run), _of_reduction(scene, seat, base, run)
-    found: Mapping[Source, Values | None] = {
-        "mesh": mesh, "reduction": reduction, "time_step": of_step, "model": _of_model(scene, seat, base, run)
-    }  # fmt: skip
-    return Budget(values, {source: part for source, part in found.items() if part is not None})
-
-
-def left_by_step(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
-    """What a step of ``dt`` leaves, see `error_budget`; ``between``: the changes from it to another step [s]."""
-    if FINE * dt <= filter_width:
-        other = times(1 / 3, between(4 * dt))
-    else:
-        other = times(2.0, between(dt / 2))
-    return larger(between(2 * dt), other) if _may_double(dt, filter_width) else other
-
-
-def _may_double(dt: float, filter_width: float) -> bool:
-    """Whether a step twice as long resolves the filter."""
-    return 4 * dt <= filter_width
+    values, finer = measured(result, width, stress), _finer_step(scene, seat, result)
+    sources = {str(source): terms for source, terms in found.items()}
+    left = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer)
+    return Budget(values, {s: left.parts[s] for s in SOURCES if s in left.parts}, SOURCES)
 
 
 def _finer_step(scene: Scene, seat: SeatAnswer, result: ImpactResult) -> Values:
@@ -103,46 +77,40 @@ def _finer_step(scene: Scene, seat: SeatAnswer, result: ImpactResult) -> Values:
     return times(2.0, changes(here, finer))
 
 
-class _Run(Protocol):
-    """The measures with another seat, or another striker."""
-
-    def __call__(self, greens: GreensFunction, body: impact.Body = ...) -> Values: ...
-
-
-def _of_mesh(seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
-    if seat.coarser is not None:
-        change = changes(base, run(seat.coarser))
-        return {name: value / (seat.refinement - 1) for name, value in change.items()}
-    return _of_g(seat, seat.greens.error_estimate.mesh, base, run)
+def _of_mesh(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+    if seat.coarser is None:
+        return of_body(problem, problem.target, seat.greens.error_estimate.mesh)
+    return ((_with_seat(scene, problem, seat.coarser, 1 / (seat.refinement - 1)),),)
 
 
-def _of_reduction(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
-    part, greens = _of_g(seat, seat.greens.error_estimate.reduction, base, run), seat.greens
-    if part is None or not isinstance(scene.seat, ElasticSeat) or not isinstance(greens, ModalGreens):
-        return part
+def _of_reduction(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+    greens = seat.greens
+    stated = of_body(problem, problem.target, greens.error_estimate.reduction)
+    if stated is None or not isinstance(scene.seat, ElasticSeat) or not isinstance(greens, ModalGreens):
+        return stated
     if len(greens.omega) == 0:
-        return part
-    highest = float(greens.omega.max()) / (2 * np.pi)
-    return total(part, changes(base, run(narrowed(greens, highest / NARROWER))))
+        return stated
+    highest = float(greens.frequencies_hz.max())
+    return (*stated, (_with_seat(scene, problem, narrowed(greens, highest / NARROWER)),))
 
 
-def _of_model(scene: Scene, seat: SeatAnswer, base: Values, run: _Run) -> Values | None:
-    part = _of_g(seat, seat.level_error, base, run)
-    if part is not None and (better := beyond_level(scene, seat.greens)) is not None:
-        part = total(part, changes(base, run(better)))
-    if part is None or not isinstance(scene.reed, Cantilever):
-        return part
-    left: Values = dict.fromkeys(base, 0.0)
-    for number, weight in other_modes(scene.reed.n_modes):
-        left = larger(left, times(weight, changes(base, run(seat.greens, striker_of(scene, number)))))
-    return total(part, left)
-
-
-def _of_g(seat: SeatAnswer, error: float | None, base: Values, run: _Run) -> Values | None:
-    """What a relative error of g changes; ``None`` where it is unknown."""
-    if error is None:
+def _of_model(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+    level = of_body(problem, problem.target, seat.level_error)
+    if level is None:
         return None
-    return changes(base, run(ScaledGreens(seat.greens, 1 + error))) if error else dict.fromkeys(base, 0.0)
+    if (better := beyond_level(scene, seat.greens)) is not None:
+        level = (*level, (_with_seat(scene, problem, better),))
+    if not isinstance(scene.reed, Cantilever):
+        return level
+    modes = (
+        Variation(problem_of(scene, striker_of(scene, number), problem.target), weight)
+        for number, weight in other_modes(scene.reed.n_modes)
+    )
+    return (*level, tuple(modes))
+
+
+def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:
+    return Variation(problem_of(scene, problem.striker, impact.Body(greens)), weight)
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
@@ -150,14 +118,3 @@ def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
     less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
     more = ((MANY, 1.0),) if n_modes < FEW else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)
-
-
-def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
-    """``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same g(0+)."""
-    kept = greens.omega <= 2 * np.pi * bandwidth
-    dropped = greens.shapes[~kept] / greens.omega[~kept, None]
-    flexible = dropped.T @ dropped + greens.residual.static()
-    start = greens.initial_value()
-    finite = bool(np.all(np.isfinite(start)) and np.linalg.eigvalsh(start).min() > 0)
-    rest = Residual.exponential(flexible, start) if finite else Residual.spring(flexible)
-    return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from impact.budget import SAFETY
 from impact.modal import ModalGreens, Residual
 from seatfem.cli import BAD_INPUT, DONE, run_command
 from seatfem.planning.deciding import AIM, FREE, Choices, Decision
@@ -24,7 +25,7 @@ from seatfem.planning.planner import plan_scene, refine
 from seatfem.planning.prerun import Bench, advanced, first_look
 from seatfem.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.planning.surrogate import surrogate_of
-from seatfem.runs.budget import SAFETY, SOURCES
+from seatfem.runs.budget import SOURCES
 from seatfem.runs.contact import RunError, run_for_measures, striker_of
 from seatfem.scene import Annular, DrawnSeat, MeshFile, Scene
 from seatfem.seats.levels import LevelError
