@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from impact.budget import SAFETY, STRESS_SAFETY
 from seatfem.planning.deciding import AIM, FREE, SPARE
-from seatfem.runs.budget import SAFETY, STRESS_SAFETY
 from seatfem.runs.variations import FEWER, MANY, NARROWER
 from seatfem.seats.needs import COARSENING
 from seatfem.seats.seat import MESH_SAFETY, ROD_SHARE
