@@ -18,7 +18,7 @@ from impact.result import ImpactResult
 from impact.table import Row, read_rows
 
 EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
-MAPS = Path(__file__).parent / "data"  # written by examples/regime_map.py
+MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class Regime:
 def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
     """Numbers of one impact (first port of either body).
 
-    The prediction is read off the maps of examples/regime_map.py: a rigid striker on an undamped rod, a reed as the one
-    of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. Other reeds and seats enter by their equivalent
+    The prediction is read off the maps of examples/paper/regimes.py: a rigid striker on an undamped rod, a reed as the
+    one of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. Other reeds and seats enter by their equivalent
     rod, which makes the prediction a hint, not a result.
 
     Source: Zener, Phys. Rev. 59 (1941) 669, for lambda.

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from paper_case import CASES, Numbers, comparison, markdown, strike, strike_spring
 
 import impact
 from impact import GreensFunctionError
-from impact.paper import CASES, Numbers, comparison, markdown, strike, strike_spring
 from impact.rods import (
     displacement_response,
     fixed_rod_modes,

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import regime_map
+from paper_case import CASES, strike, table_1_reed
+from regime_map import fill_map, plot_map, reed_point, rigid_point
 
 import impact
-from impact import regime_map
-from impact.paper import CASES, strike, table_1_reed
 from impact.regime import MAPS, regime, regime_card
-from impact.regime_map import fill_map, plot_map, reed_point, rigid_point
 from impact.rods import fixed_rod_modes
 from impact.table import read_rows
 

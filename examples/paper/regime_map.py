@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from paper_case import CASES, DENSITY, ROD_DAMPING, YOUNG, Numbers, strike, strike_spring, table_1_reed
 
 import impact
 from impact.closed_form import DelayRod
@@ -18,7 +19,6 @@ from impact.drawing import sheet
 from impact.greens import Array
 from impact.measures import filtered_peak_force
 from impact.measures import impulse as impulse_of
-from impact.paper import CASES, DENSITY, ROD_DAMPING, YOUNG, Numbers, strike, strike_spring, table_1_reed
 from impact.progress import Progress, silent
 from impact.regime import EQUAL
 from impact.rods import fixed_rod_modes

@@ -1,15 +1,15 @@
 """A seat as a spring gives whatever its stiffness asks for: K over seven decades beside the rods with waves.
 
-python examples/stiffness_sweep.py [FOLDER]
+python examples/paper/stiffness_sweep.py [FOLDER]
 """
 
 import sys
 from pathlib import Path
 
 import numpy as np
+from paper_case import CASES, Numbers, strike, strike_spring
+from paper_pictures import plot_stiffness_sweep
 
-from impact.paper import CASES, Numbers, strike, strike_spring
-from impact.paper_plots import plot_stiffness_sweep
 from impact.table import write_rows
 
 STEP = 40e-9  # 1/25 of the filter, 0.42 radian of the reed's highest mode

@@ -1,6 +1,6 @@
 """Where the constant stiffness over-estimates the force, and where it under-estimates it: two maps, CSV and picture.
 
-    python examples/regime_map.py [FOLDER] [fine]
+    python examples/paper/regimes.py [FOLDER] [fine]
 
 A rigid mass on a rod (mass ratio, far end), and the reed of Table 1 on a rod (length, area). Interrupted runs go on
 where they stopped: points already in the CSV files are kept. ``fine`` takes a minute; docs/paper.md shows it, and
@@ -10,7 +10,7 @@ impact/data keeps its CSV files for the regime card.
 import sys
 from pathlib import Path
 
-from impact.regime_map import fill_map, plot_map, reed_grid, reed_point, rigid_grid, rigid_point, signs
+from regime_map import fill_map, plot_map, reed_grid, reed_point, rigid_grid, rigid_point, signs
 
 
 def main(folder: Path, fine: bool) -> None:

@@ -1,32 +1,32 @@
-"""The paper's case: figures 3, 5 and 6 and a table, for both readings of Table 1 and both rod lengths.
+"""Figures 3 to 6 of the article and the table of its case, for both readings of Table 1 and both rod lengths.
 
-    python examples/paper_table1.py [FOLDER]
+    python examples/paper/figures.py [FOLDER]
 
-Figure 3: force on the constant stiffness K = EA/l. Figure 5: force on the rod with its waves. Figure 6: both during the
-first contact, with the motions. The table says by how much the constant stiffness over- or under-estimates.
+Figure 3: the driving-point Green's function of the rod. Figure 4: the procedure. Figures 5 and 6: deflection of the
+reed and contact force for l = 3 mm and 30 mm, on the rod with its waves and on the constant stiffness K = EA/l.
 """
 
 import sys
 from pathlib import Path
 
+from paper_case import CASES, LENGTHS, comparison, markdown, strike, strike_spring
+from paper_pictures import plot_greens_function, plot_procedure, plot_responses
+
 from impact import measures
-from impact.paper import CASES, comparison, markdown, strike, strike_spring
-from impact.paper_plots import plot_comparison, plot_contact_forces
 from impact.table import write_rows
 
 
 def main(folder: Path) -> None:
     wave = {case: strike(case.rod) for case in CASES}
     spring = {case: strike_spring(case.stiffness) for case in CASES}
-    plot_contact_forces(
-        spring, folder / "paper_figure_3.png", title="Figure 3: contact force, constant stiffness K = EA/l"
-    )
-    plot_contact_forces(
-        wave, folder / "paper_figure_5.png", title="Figure 5: contact force, elastic rod with its waves"
-    )
-    plot_comparison(
-        wave, spring, folder / "paper_figure_6.png", title="Figure 6: first contact, waves against constant K"
-    )
+    plot_greens_function(folder / "paper_figure_3.png")
+    plot_procedure(folder / "paper_figure_4.png")
+    for number, length in zip((5, 6), LENGTHS, strict=True):
+        plot_responses(
+            {case: (wave[case], spring[case]) for case in CASES if case.length == length},
+            folder / f"paper_figure_{number}.png",
+            title=f"Figure {number}: rod length is {1e3 * length:g} mm",
+        )
     rows = [comparison(case, wave[case], spring[case]) for case in CASES]
     write_rows(folder / "paper_table1.csv", rows)
     (folder / "paper_table1.md").write_text(markdown(rows), encoding="utf-8")

@@ -1,4 +1,7 @@
-"""The case of the paper: a steel reed strikes a thin rod, once as a spring K = EA/l, once with the rod's waves."""
+"""The case of Table 1: a steel reed strikes a thin rod, once as a spring K = EA/l, once with the rod's waves.
+
+Equation and figure numbers are the article's own ("Analysis of impact force in compressor valves").
+"""
 
 from __future__ import annotations
 
@@ -73,7 +76,7 @@ class Numbers:
 
 
 def table_1_reed(n_modes: int = MODES) -> impact.Body:
-    """Equations (1)-(3): the reed by its damped modes, released from its static shape 1 mm above the seat."""
+    """The reed of (1) by its damped modes, as in (2), let go from its static shape: y(L, 0) = 1 mm, y'(x, 0) = 0."""
     return impact.cantilever_reed(
         young=YOUNG,
         density=DENSITY,
@@ -89,7 +92,7 @@ def table_1_reed(n_modes: int = MODES) -> impact.Body:
 def strike(
     seat: GreensFunction, *, dt: float = TIME_STEP, duration: float = DURATION, n_modes: int = MODES
 ) -> ImpactResult:
-    """The reed on any seat: continuity and the convolution equation for the force, (9)-(10) in our reading."""
+    """The reed on any seat: (2) and (9) with u(l, t) = y(x*, t) and -F = N while they touch."""
     problem = impact.ContactProblem(table_1_reed(n_modes), impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=duration)
 
@@ -97,7 +100,7 @@ def strike(
 def strike_spring(
     stiffness: float, *, dt: float = TIME_STEP, duration: float = DURATION, n_modes: int = MODES
 ) -> ImpactResult:
-    """The reed on a constant stiffness [N/m], equation (4): N = K max(0, -u)."""
+    """The reed on a constant stiffness [N/m], equation (3): N = K (h - y) while y < h, here h = 0."""
     return strike(impact.spring(stiffness=stiffness), dt=dt, duration=duration, n_modes=n_modes)
 
 
