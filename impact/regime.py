@@ -90,7 +90,11 @@ def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
 
 def regime_card(striker: Body, target: Body, result: ImpactResult) -> str:
     """`regime` in one line for people."""
-    found = regime(striker, target, result)
+    return in_words(regime(striker, target, result))
+
+
+def in_words(found: Regime) -> str:
+    """One line that says what each number is."""
     verdict = {
         "unknown": "no prediction for a constant stiffness (outside the regime map)",
         "equal": "a constant stiffness should agree in peak force within 2 %",
@@ -100,8 +104,10 @@ def regime_card(striker: Body, target: Body, result: ImpactResult) -> str:
         f"{abs(found.predicted_peak_error):.0%}",
     )
     return (
-        f"seat/striker mass {_number(found.mass_ratio)}, {_number(found.round_trips_per_contact)} round trips of the "
-        f"wave per contact, Zener lambda {_number(found.zener_lambda)}: {verdict}"
+        f"seat/striker mass {_number(found.mass_ratio)} (Z^2/K over the striker's; Z impedance, K stiffness of the "
+        f"seat), {_number(found.round_trips_per_contact)} round trips of the seat's wave in the first contact, Zener "
+        f"lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave): by the map of "
+        f"rods, {verdict}"
     )
 
 

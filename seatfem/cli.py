@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import resources
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -56,6 +57,9 @@ Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
 
 def main() -> None:
     """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without a letter must not end a run
     sys.exit(run_command(sys.argv[1:]))
 
 
@@ -326,15 +330,17 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, common: Common) -> int:
     scene = _load(path)
     from seatfem.runs.pipeline import run_scene
-    from seatfem.views.tables import result_table
+    from seatfem.views.result_table import result_table
+    from seatfem.views.verdict import verdict
 
     with _progress(common) as progress:
         outcome = run_scene(scene, folder, progress)
     if not common.quiet:
         console = Console(highlight=False)
         console.print(f"\n{scene.title or path.stem}", markup=False)
+        console.print(verdict(outcome.summary), soft_wrap=True, markup=False)
         console.print(result_table(outcome.summary))
-        if "regime" in outcome.summary:
+        if outcome.summary.get("regime_predicted_peak_error") is not None:
             console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
     _tell(outcome, common)
     if common.quiet and not outcome.met:  # an exit code alone explains nothing

@@ -20,7 +20,15 @@ from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
 from seatfem.runs.pictures import draw_modes, draw_run
 from seatfem.runs.rounds import Round, carry_out, missed
 from seatfem.runs.stopwatch import Stopwatch
-from seatfem.runs.summary import accuracy_keys, greens_error_keys, plan_keys, summarise, timing_keys, write_json
+from seatfem.runs.summary import (
+    accuracy_keys,
+    greens_error_keys,
+    plan_keys,
+    regime_keys,
+    summarise,
+    timing_keys,
+    write_json,
+)
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
@@ -76,7 +84,8 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.reused,
-        "regime": impact.regime_card(done.striker, impact.Body(done.seat.greens), result),
+        "seat_kind": scene.seat.kind,
+        **regime_keys(done.striker, done.seat.greens, result),
     }
     with watch("files"):
         save_results(folder / "result.h5", {"wave": result, "spring": baseline}, {"title": scene.title})

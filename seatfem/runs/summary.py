@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,9 @@ import numpy as np
 
 from impact import measures
 from impact.atomic import whole_file
+from impact.body import Body
 from impact.greens import GreensFunction
+from impact.regime import in_words, regime
 from impact.result import ImpactResult
 from impact.stress import PeakStress
 from seatfem.planning.plan import Plan
@@ -33,6 +36,7 @@ def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | No
         "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
         "contact_count": len(groups),
         "contact_count_raw": len(raw),
+        "restitution": _restitution(result),
         "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
         "peak_reed_stress_Pa": stress.value if stress else None,
@@ -43,6 +47,29 @@ def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | No
         "contact_loss_J": float(result.energy.contact_loss[-1]),
         "time_step_s": result.dt,
         "history_engine": result.engine,
+    }
+
+
+def _restitution(result: ImpactResult) -> float | None:
+    """``None`` where it is not defined: no contact, one that is not over, no approach."""
+    try:
+        found = measures.restitution(result)
+    except measures.MeasureError:
+        return None
+    return found if math.isfinite(found) else None
+
+
+def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
+    """Where the impact stands among the regimes, in one line and in numbers; ``None`` for a number without meaning."""
+    found = regime(striker, Body(seat), result)
+    return {"regime": in_words(found)} | {
+        f"regime_{name}": value if math.isfinite(value) else None
+        for name, value in (
+            ("mass_ratio", found.mass_ratio),
+            ("round_trips_per_contact", found.round_trips_per_contact),
+            ("zener_lambda", found.zener_lambda),
+            ("predicted_peak_error", found.predicted_peak_error),
+        )
     }
 
 

@@ -1,4 +1,4 @@
-"""Tables for the terminal: the result of a run, the verification, the state of the installation."""
+"""Tables for the terminal: the verification, the state of the installation."""
 
 from __future__ import annotations
 
@@ -11,30 +11,6 @@ from seatfem.doctor import Check
 
 if TYPE_CHECKING:
     from seatfem.verification.case import Row
-
-_QUANTITIES = (
-    ("peak force, raw", "peak_force_N", "N", 1.0),
-    ("peak force, filtered", "filtered_peak_force_N", "N", 1.0),
-    ("impulse", "impulse_Ns", "mN s", 1e3),
-    ("first contact", "first_contact_s", "us", 1e6),
-    ("contact duration", "contact_duration_s", "us", 1e6),
-    ("contacts", "contact_count", "", 1.0),
-    ("contacts, raw", "contact_count_raw", "", 1.0),
-    ("largest seat displacement", "max_seat_displacement_m", "um", 1e6),
-    ("reed stress, largest", "peak_reed_stress_Pa", "MPa", 1e-6),
-    ("energy residual", "energy_residual", "", 1.0),
-)
-
-
-def result_table(summary: Mapping[str, object]) -> Table:
-    """Key results beside those of the spring baseline (the summary's keys with the prefix spring_)."""
-    table = Table("", "seat", "spring baseline", "unit")
-    for label, key, unit, scale in _QUANTITIES:
-        if key in summary:
-            ours, baseline = (_number(summary.get(prefix + key), scale) for prefix in ("", "spring_"))
-            table.add_row(label, ours, baseline, unit)
-    return table
-
 
 def time_line(seconds: Mapping[str, float]) -> str:
     """Where the time went, the longest stage first, in one line."""
@@ -67,9 +43,3 @@ def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> 
     for name, seconds in measured.items():
         table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")
     return table
-
-
-def _number(value: object, scale: float) -> str:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return "-"
-    return str(value) if isinstance(value, int) else f"{scale * value:.4g}"

@@ -32,6 +32,14 @@ SUMMARY = {
     "energy_residual": 1e-12,
     "spring_peak_force_N": 11.0,
     "spring_first_contact_s": None,
+    "spring_filtered_peak_force_N": 11.0,
+    "filter_width_s": 1e-6,
+    "time_step_s": 1e-8,
+    "error_bar_filtered_peak_force_N": 0.1,
+    "accuracy_measures": "filtered_peak, impulse",
+    "accuracy_target": 0.02,
+    "regime": "a line about the map",
+    "regime_predicted_peak_error": None,
 }
 
 
@@ -90,13 +98,26 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
     out, err = capsys.readouterr()
     lines = [" ".join(line.replace("│", " ").split()) for line in out.splitlines()]
     assert "Flapper reed on a spring" in lines
-    assert "peak force, raw 12.35 11 N" in lines
-    assert "first contact 653.3 - us" in lines
+    said = lines.index("Flapper reed on a spring") + 1
+    assert lines[said].startswith("A constant stiffness would be 8.3 % low in the peak force (mean over 1 us) here, ")
+    assert "peak, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, met" in lines
+    assert "first contact 653.3 us -" in lines
     assert "contacts 3 -" in lines
+    assert "raw, step 10 ns" in lines
+    assert lines.index("peak 12.35 N 11 N") > lines.index("raw, step 10 ns")
+    assert "regime" not in out  # where it predicts nothing
     assert "note: pictures [skipped]" in lines
     assert "wrote somewhere/summary.json" in lines
     assert lines[-1] == "time: assembly 2.0 s, mesh 0.5 s"
     assert "stepping: 0.0 s" in err
+
+
+def test_the_regime_is_told_where_it_predicts(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", -0.2)
+    assert run_command(["run", str(SPRING_SCENE)]) == DONE
+    assert "regime: a line about the map" in capsys.readouterr().out
 
 
 def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
@@ -302,6 +323,14 @@ def test_bars_on_a_terminal() -> None:
         progress("meshing", 1.0)
     assert "meshing" in text.getvalue()
     assert "100%" in text.getvalue()
+
+
+def test_letters_that_a_terminal_lacks_end_nothing() -> None:
+    code = "from seatfem import cli; cli.run_command = lambda arguments: print('12.0 \\u00b1 0.1 N'); cli.main()"
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "12.0 ? 0.1 N\n", "")
 
 
 def test_the_program_runs_as_a_module() -> None:

@@ -123,6 +123,13 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         assert 0 < found[prefix + "wall_time_s"] < 600
 
 
+def test_the_place_on_the_regime_map_is_in_the_summary(annular: Ran) -> None:
+    found = annular.summary
+    assert {"regime_mass_ratio", "regime_zener_lambda", "regime_predicted_peak_error"} <= set(found)
+    assert found["seat_kind"] == "annular"
+    assert found["restitution"] is None  # still in contact at the end of the record
+
+
 def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
     greens = load_greens(annular.folder / "seat.h5")
     assert annular.summary["seat_static_stiffness_N_per_m"] == 1 / greens.static_compliance()[0, 0]
@@ -316,6 +323,8 @@ def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
     assert found["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
     assert found["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
     assert found["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
+    assert found["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
+    assert found["spring_restitution"] == pytest.approx(1.0, abs=step)
 
 
 @pytest.mark.usefixtures("plain")

@@ -51,6 +51,7 @@ def test_card_of_table_1(number: int, sign: str) -> None:
     assert regime(reed, impact.Body(greens), result).mass_ratio == pytest.approx(found.mass_ratio / 0.941**2, rel=1e-3)
     card = regime_card(reed, impact.Body(case.rod), result)
     assert "\n" not in card
+    assert "Z^2/K" in card  # no number without its meaning
     assert {"equal": "within 2 %", "over": "over-estimate", "under": "under-estimate"}[sign] in card
 
 
