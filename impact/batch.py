@@ -90,13 +90,14 @@ def solve_many(
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
     law = (contact.law.code, prepared.rule, *contact.law.parameters)
+    reach = _reach(problem)
     user = getattr(contact.law, "compiled", None) or no_user_law()
 
     def run(scenes: NDArray[np.int64]) -> int:
         lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
         history, out = np.empty((n, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
-        out[6] = contact.side * (contact.target.velocity - s[1])
+        out[6] = contact.side * (contact.target.velocity_of(contact.port) - reach * s[1])
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
@@ -159,6 +160,14 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     return out
 
 
+def _reach(problem: ContactProblem) -> float:
+    """Velocity of the striker's contact port per velocity of its translation."""
+    striker = problem.striker
+    moves = not math.isinf(striker.mass)
+    unit = replace(striker, velocity=1.0, state=None, loads=()) if moves else striker
+    return unit.velocity_of(problem.contacts[0].striker_port) if moves else 0.0
+
+
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -179,8 +188,11 @@ def _batch(
     if isinstance(problem.contacts[0].law, PlainLaw):
         problem.contacts[0].law.check()
     rebound = np.full(len(peak), np.nan)
+    contact = problem.contacts[0]
     if not math.isinf(striker.mass):
-        rebound = side * (velocities - target.velocity) + impulse / striker.mass + impulse / target.mass
+        inverse = sum(1 / b.greens.mass(p) for b, p in ((striker, contact.striker_port), (target, contact.port)))
+        closing = target.velocity_of(contact.port) - _reach(problem) * velocities
+        rebound = impulse * inverse - side * closing
     never = count == 0
     return ImpactBatch(
         peak_force=peak,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
-from impact.greens import Array, ErrorEstimate, ExactPort, GreensFunctionError, StepKernel, step_weights
+from impact.exact_port import ExactPort, step_weights
+from impact.greens import Array, ErrorEstimate, GreensFunctionError, Rod, StepKernel, check_factor
 from impact.modal import ModalGreens, Residual
 
 
@@ -119,9 +120,22 @@ class DelayRod(ExactPort):
     reflection: float
 
     @property
-    def mass(self) -> float:
-        """rho A l = Z T/2 [kg]."""
-        return self.impedance * self.round_trip / 2
+    def rod(self) -> Rod:
+        """Itself."""
+        return Rod(self.impedance, self.round_trip / 2, self.reflection)
+
+    @property
+    def highest_rate(self) -> float:
+        """Ten radians per transit [rad/s]: its waves have fronts."""
+        return 20 / self.round_trip
+
+    def inverse_mass(self) -> Array:
+        """1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
+        return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
+
+    def scaled(self, factor: float) -> DelayRod:
+        """A rod of 1/``factor`` the section."""
+        return replace(self, impedance=self.impedance / check_factor(factor))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g(t) [m/(N s)], right-continuous at its jumps."""
@@ -166,6 +180,14 @@ class PowerLaw(ExactPort):
     kind: ClassVar[str] = "power_law"
     coefficient: float
     exponent: float
+
+    def inverse_mass(self) -> Array:
+        """The coefficient of t; 0 below it, for a body without end [1/kg]."""
+        return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
+
+    def scaled(self, factor: float) -> PowerLaw:
+        """The coefficient times ``factor``."""
+        return replace(self, coefficient=check_factor(factor) * self.coefficient)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """coefficient * t^exponent [m/(N s)]."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens import Array, ExactPort, GreensFunctionError, StepKernel, step_weights
+from impact.exact_port import ExactPort, step_weights
+from impact.greens import Array, GreensFunctionError, Rod, StepKernel, check_factor
 from impact.modal import ModalGreens, Residual
 
 Term = Callable[[complex], NDArray[np.complex128]]
@@ -38,6 +39,24 @@ class DampedFixedRod(ExactPort):
     impedance: float
     transit: float
     damping_ratio: float
+
+    @property
+    def rod(self) -> Rod:
+        """Itself."""
+        return Rod(self.impedance, self.transit, -1.0, self.damping_ratio)
+
+    @property
+    def highest_rate(self) -> float:
+        """Ten radians per transit [rad/s]."""
+        return 10 / self.transit
+
+    def scaled(self, factor: float) -> Self:
+        """A rod of 1/``factor`` the section."""
+        return replace(self, impedance=self.impedance / check_factor(factor))
+
+    def forces_only(self) -> BareFixedRod:
+        """By step weights as soon as these are faster."""
+        return BareFixedRod(self.impedance, self.transit, self.damping_ratio)
 
     @property
     def omega_1(self) -> float:
@@ -100,6 +119,10 @@ class DampedFixedRod(ExactPort):
         (most, most_in_all), count = self.most_poles, self.lasting_modes(dt)
         return count <= most and count * float(n_steps) <= most_in_all
 
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """The modes that outlive a step, where they are marched."""
+        return self.lasting_modes(dt) if self.marches(dt, n_steps) else None
+
     def lasting_modes(self, dt: float) -> int:
         """How many modes are not at rest again within a step ``dt`` [s]."""
         return int(min(_MEMORYLESS / (self.slowest_decay * dt) / 2 + 1, 1e9))
@@ -130,22 +153,35 @@ class DampedFreeRod(ExactPort):
     damping_ratio: float
 
     @property
-    def mass(self) -> float:
-        """rho A l = Z l/c [kg]."""
-        return self.impedance * self.transit
+    def rod(self) -> Rod:
+        """Itself."""
+        return Rod(self.impedance, self.transit, 1.0, self.damping_ratio)
+
+    @property
+    def highest_rate(self) -> float:
+        """Ten radians per transit [rad/s]."""
+        return 10 / self.transit
+
+    def inverse_mass(self) -> Array:
+        """1/(rho A l) = c/(Z l) [1/kg]."""
+        return np.array([[1 / (self.impedance * self.transit)]])
+
+    def scaled(self, factor: float) -> Self:
+        """A rod of 1/``factor`` the section."""
+        return replace(self, impedance=self.impedance / check_factor(factor))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g(t) [m/(N s)]; at t = 0 its limit from the right."""
         time: Array = np.asarray(t, dtype=float)
         positive = np.where(time > 0, time, 1.0)
-        values = positive / self.mass + self._elastic(lambda rate: -np.log(-np.expm1(rate * positive)))
+        values = positive * self.inverse_mass()[0, 0] + self._elastic(lambda rate: -np.log(-np.expm1(rate * positive)))
         return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         elastic = self._elastic(lambda rate: (dilogarithm(np.exp(rate * time)) - math.pi**2 / 6) / rate)
-        return np.asarray(time**2 / (2 * self.mass) + elastic)
+        return np.asarray(time**2 / 2 * self.inverse_mass()[0, 0] + elastic)
 
     def _elastic(self, term: Term) -> Array:
         omega_1 = math.pi / self.transit

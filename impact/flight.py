@@ -38,8 +38,8 @@ class Flight:
 
 def flies(discrete: Discrete) -> bool:
     """Whether loads act on a translation of the body."""
-    g = discrete.body.greens
-    if not isinstance(g, ModalGreens):
+    g = discrete.body.greens.modal if discrete.body.loads else None
+    if g is None:
         return False
     rigid = g.omega == 0
     return any(bool(np.any(load.shape[rigid])) for load in discrete.body.loads)
@@ -47,8 +47,8 @@ def flies(discrete: Discrete) -> bool:
 
 def split(discrete: Discrete) -> tuple[Discrete, ModalGreens, Array, Array]:
     """The body without its translations; these as a Green's function, their start (2, R) and their drive (R, n)."""
-    body, g = discrete.body, discrete.body.greens
-    assert isinstance(g, ModalGreens)
+    body, g = discrete.body, discrete.body.greens.modal
+    assert g is not None
     rigid = g.omega == 0
     start = body.modal_start()
     state = ModalState(start.displacement[~rigid], start.velocity[~rigid])

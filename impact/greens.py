@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from impact.brief import brief, brief_value, some
+
 if TYPE_CHECKING:
     from impact.modal import ModalGreens
+    from impact.sampled import SampledGreens
 
 Array = NDArray[np.float64]
 
@@ -39,6 +43,19 @@ class ErrorEstimate:
 
 
 @dataclass(frozen=True)
+class Rod:
+    """A uniform rod struck at one end: impedance Z = rho c A [N s/m], transit l/c [s], reflection R at the far end.
+
+    R is of the particle velocity: -1 fixed ... +1 free. ``damping_ratio`` is that of every mode.
+    """
+
+    impedance: float
+    transit: float
+    reflection: float
+    damping_ratio: float = 0.0
+
+
+@dataclass(frozen=True)
 class StepKernel:
     """A Green's function at a fixed step h, for forces constant over each step.
 
@@ -49,6 +66,8 @@ class StepKernel:
     modal: ModalGreens | None
     weights: Array | None
     engine: str
+
+    __repr__ = brief
 
     def self_weight(self, dt: float) -> Array:
         """W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""
@@ -65,7 +84,16 @@ class GreensFunction(ABC):
 
     g_ij(t) [m/(N s)] is the displacement of port i at time t after a unit impulse on port j at time 0;
     g_ij = g_ji (reciprocity). It is zero for t < 0.
+
+    What the program asks of a body it asks here: a representation answers for itself, and nobody asks for its class.
     """
+
+    closed_form: ClassVar[bool] = False
+    """Known by its parameters alone: it costs nothing to make again."""
+    lengthened: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
+    """What makes `valid_for` longer."""
+    overhang: ClassVar[float] = 1.0
+    """Steps by which a run may last longer: durations are rounded up to whole steps."""
 
     @property
     @abstractmethod
@@ -81,6 +109,80 @@ class GreensFunction(ABC):
     def provenance(self) -> Mapping[str, object]:
         """Where this function came from, in plain JSON values."""
         return {}
+
+    @property
+    def valid_for(self) -> float:
+        """Until when g is known [s]; ``inf`` where there is no such limit."""
+        return math.inf
+
+    def check_length(self, dt: float, n_steps: int) -> None:
+        """Raises `GreensFunctionError` if ``n_steps`` of ``dt`` [s] last longer than g is known."""
+        lasts, known = n_steps * dt, self.valid_for
+        if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
+            raise GreensFunctionError(
+                f"the run lasts {lasts:.6g} s but g is known up to {known:.6g} s only: shorten the run "
+                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.lengthened}"
+            )
+
+    @property
+    def highest_rate(self) -> float:
+        """The highest angular frequency in it, which a time step should resolve [rad/s]; 0 where it states none."""
+        return 0.0
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """The same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
+        return None
+
+    @property
+    def rod(self) -> Rod | None:
+        """The uniform rod that it is, if it is one."""
+        return None
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The parts known by samples only."""
+        return ()
+
+    def inverse_mass(self) -> Array:
+        """(p, p) lim g_ij(t)/t for t -> inf: velocity of port i per impulse on port j once it has come to rest within.
+
+        Zero where the body is held [1/kg].
+
+        Raises:
+            GreensFunctionError: a representation that moves without limit and does not say how.
+        """
+        if np.all(np.isfinite(static := self.static_compliance())):
+            return np.zeros_like(static)
+        raise GreensFunctionError(
+            f"{type(self).__name__} yields without limit and does not state its mass: give it inverse_mass()"
+        )
+
+    def mass(self, port: str | int = 0) -> float:
+        """Mass of the rigid translation as felt at a port [kg]; ``inf`` if the body is held, or endless."""
+        i = self.port_index(port)
+        inverse = float(self.inverse_mass()[i, i])
+        return 1.0 / inverse if inverse > 0 else math.inf
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """How many poles `step_kernel` marches by their recursion; ``None`` where it has step weights to convolve."""
+        return None
+
+    def scaled(self, factor: float) -> GreensFunction:
+        """``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        return ScaledGreens(self, factor)
+
+    def forces_only(self) -> GreensFunction:
+        """The same function in the form that marches fastest where no energies are asked for."""
+        return self
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
+        """The same function with another error estimate (and provenance).
+
+        Raises:
+            GreensFunctionError: a closed form, whose error and provenance are not stated but known.
+        """
+        raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are not free to state")
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
@@ -133,29 +235,133 @@ class GreensFunction(ABC):
         p = len(self.ports)
         return np.array([[self.filtered(t, width, i, j) for j in range(p)] for i in range(p)])
 
+    def __str__(self) -> str:
+        return "\n  ".join([f"{type(self).__name__}, {self._ports_in_words()}", *self._in_words(), *self._quality()])
 
-def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
-    """(1, 1, n) exact weights W_m = S((m + 1) h) - S(m h) of a body with one port [m/N]."""
-    return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]
+    def _in_words(self) -> tuple[str, ...]:
+        """What the function is made of, a line each."""
+        return ()
+
+    def _ports_in_words(self) -> str:
+        names = self.ports
+        return f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
+
+    def _quality(self) -> tuple[str, ...]:
+        """Error, time limit and origin in words."""
+        error = self.error_estimate
+        parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in vars(error).items()]
+        limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
+        origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
+        return (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
 
 
-class ExactPort(GreensFunction):
-    """One port of a body in closed form; a frozen dataclass whose fields are its parameters."""
+@dataclass(frozen=True)
+class ScaledGreens(GreensFunction):
+    """factor times g_ij, of any Green's function; those of this package scale into their own kind by ``scaled``.
 
-    kind: ClassVar[str]
+    Attributes:
+        part: the function.
+        factor: > 0, so that a passive body stays passive.
+    """
+
+    part: GreensFunction
+    factor: float
+
+    def __post_init__(self) -> None:
+        check_factor(self.factor)
+
+    __repr__ = GreensFunction.__str__
+
+    def _in_words(self) -> tuple[str, ...]:
+        return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """The struck point."""
-        return ("contact",)
+        """Names of the ports."""
+        return self.part.ports
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """Exact."""
-        return ErrorEstimate(0.0, 0.0)
+        """The part's: errors are relative."""
+        return self.part.error_estimate
 
     @property
     def provenance(self) -> dict[str, object]:
-        """The kind and its parameters."""
-        assert is_dataclass(self)
-        return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self)}
+        """The factor and the part's provenance."""
+        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
+
+    @property
+    def valid_for(self) -> float:
+        """The part's."""
+        return self.part.valid_for
+
+    @property
+    def highest_rate(self) -> float:
+        """The part's."""
+        return self.part.highest_rate
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """The part's, scaled."""
+        return None if self.part.modal is None else self.part.modal.scaled(self.factor)
+
+    @property
+    def rod(self) -> Rod | None:
+        """The part's, of another section."""
+        rod = self.part.rod
+        return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The part's, scaled."""
+        return tuple(part.scaled(self.factor) for part in self.part.sampled_parts)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) [1/kg]."""
+        return self.factor * self.part.inverse_mass()
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """The part's."""
+        return self.part.marched_poles(dt, n_steps)
+
+    def scaled(self, factor: float) -> ScaledGreens:
+        """The part, by the product of both factors."""
+        return ScaledGreens(self.part, self.factor * factor)
+
+    def forces_only(self) -> ScaledGreens:
+        """The part so, scaled."""
+        return replace(self, part=self.part.forces_only())
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
+        """The part so, scaled."""
+        return replace(self, part=self.part.with_error(error, origin))
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self.factor * self.part.impulse_response(t, i, j)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) [m/N]."""
+        return self.factor * self.part.step_response(t, i, j)
+
+    def static_compliance(self) -> Array:
+        """(p, p) [m/N]."""
+        return self.factor * self.part.static_compliance()
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)]."""
+        return self.factor * self.part.initial_value()
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """The part's, with every residue and every weight times the factor."""
+        kernel = self.part.step_kernel(dt, n_steps)
+        modal = None if kernel.modal is None else kernel.modal.scaled(self.factor)
+        weights = None if kernel.weights is None else self.factor * kernel.weights
+        return StepKernel(modal, weights, kernel.engine)
+
+
+def check_factor(factor: float) -> float:
+    """A factor of g that leaves a passive body passive; raises `GreensFunctionError` for any other."""
+    if not (np.isfinite(factor) and factor > 0):
+        raise GreensFunctionError(f"factor = {factor} must be positive and finite: the body must stay passive")
+    return float(factor)

@@ -183,8 +183,8 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
 
 def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens | None:
     """The function as modes, if it is one or has all modes that matter up to ``high`` [Hz]."""
-    if isinstance(greens, ModalGreens):
-        return greens
+    if greens.modal is not None:
+        return greens.modal
     dt = 1 / (8 * high)
     kernel = greens.step_kernel(dt, math.ceil(duration / dt))
     return kernel.modal if kernel.weights is None else None

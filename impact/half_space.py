@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.disk_response import DiskResponse
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.exact_port import ExactPort
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel, check_factor
 from impact.modal import ModalGreens, Residual
 from impact.pekeris import point_step_response, rayleigh_speed
 from impact.sums import SumGreens
@@ -53,7 +55,7 @@ def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
 
 
 @dataclass(frozen=True)
-class HalfSpacePatch(GreensFunction):
+class HalfSpacePatch(ExactPort):
     """Mean displacement of a disk on an elastic half-space under a load spread evenly over it; exact.
 
     g(0+) = 1/(rho c_p pi a^2); g falls almost linearly and is exactly zero after 2a/c_R, when S has reached the static
@@ -73,10 +75,7 @@ class HalfSpacePatch(GreensFunction):
     radius: float
     response: DiskResponse = field(repr=False, compare=False)
 
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """The disk."""
-        return ("contact",)
+    kind: ClassVar[str] = "half_space_patch"
 
     @property
     def error_estimate(self) -> ErrorEstimate:
@@ -84,15 +83,13 @@ class HalfSpacePatch(GreensFunction):
         return ErrorEstimate(self.response.error, 0.0)
 
     @property
-    def provenance(self) -> dict[str, object]:
-        """The four parameters."""
-        return {
-            "kind": "half_space_patch",
-            "young": self.young,
-            "poisson": self.poisson,
-            "density": self.density,
-            "radius": self.radius,
-        }
+    def highest_rate(self) -> float:
+        """Ten radians per crossing time [rad/s]."""
+        return 10 / self.crossing_time
+
+    def scaled(self, factor: float) -> HalfSpacePatch:
+        """1/``factor`` the stiffness and the density: the same wave speeds."""
+        return replace(self, young=self.young / check_factor(factor), density=self.density / factor)
 
     @property
     def crossing_time(self) -> float:
@@ -178,12 +175,13 @@ def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: flo
     if isinstance(greens, SumGreens) and patch in greens.parts:
         rest = tuple(part for part in greens.parts if part != patch)
         return rest[0] if len(rest) == 1 else SumGreens(rest) if rest else without_patch(patch, patch, band_hz=band_hz)
-    if not isinstance(greens, ModalGreens) or len(greens.ports) != 1:
+    modal = greens.modal
+    if modal is None or len(greens.ports) != 1:
         raise GreensFunctionError(
             f"cannot take a patch out of a {type(greens).__name__} with {len(greens.ports)} ports: give the modes of "
             "one port, or a SumGreens with the patch as a part"
         )
-    return _quasi_static_removed(greens, float(patch.static_compliance()[0, 0]), band_hz)
+    return _quasi_static_removed(modal, float(patch.static_compliance()[0, 0]), band_hz)
 
 
 def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) -> ModalGreens:

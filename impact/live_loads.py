@@ -6,7 +6,6 @@ import numpy as np
 
 from impact import oscillator
 from impact.greens import Array
-from impact.modal import ModalGreens
 from impact.motion import Discrete
 from impact.problem import ContactError
 
@@ -25,9 +24,8 @@ class LiveLoads:
         self.amplitudes = np.zeros((len(loads), steps))
         self.awake = False
         self.state = np.zeros((2, 0))
-        greens = striker.body.greens
-        if loads:
-            assert isinstance(greens, ModalGreens)  # a Body with loads is modal
+        greens = striker.body.greens.modal
+        if loads and greens is not None:  # a Body with loads is modal
             self._a, self._b = oscillator.transition(striker.dt, greens.omega, greens.zeta)
             self._shapes = np.stack([load.shape for load in loads])
             self._seen = (greens.shapes @ directions).T

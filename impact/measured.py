@@ -12,7 +12,6 @@ from impact.greens import Array, GreensFunction, GreensFunctionError
 from impact.passivity import passivity
 from impact.result import Advice
 from impact.sampled import Pretrigger, SampledGreens, Tail
-from impact.sums import SumGreens
 from impact.time_series import SECONDS, csv_number, csv_rows
 
 UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
@@ -74,10 +73,10 @@ def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "t
     Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
     passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.
     """
-    if isinstance(greens, SumGreens):
-        return tuple(advice for part in greens.parts for advice in sampling_advice(part, dt, n, body=body))
-    if not isinstance(greens, SampledGreens):
-        return ()
+    return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
+
+
+def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Advice, ...]:
     found = []
     share = _above(greens, 0.5 / dt)
     if share > UNRESOLVED_LIMIT:

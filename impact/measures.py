@@ -1,6 +1,6 @@
 """What is read off an impact: functions of an `ImpactResult`.
 
-Each asks one contact: with several, ``contact`` = 0, 1, ... says which; `total_impulse` adds up all. The force of step
+Each asks one contact: with several, ``contact=`` 0, 1, ... says which; `total_impulse` adds up all. The force of step
 m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
 ``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. Every function
 raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
@@ -55,7 +55,7 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
     )
 
 
-def impulse(result: ImpactResult, contact: int | None = None) -> float:
+def impulse(result: ImpactResult, *, contact: int | None = None) -> float:
     """Integral of the contact force [N s]; 0 without contact."""
     return float(np.sum(of_contact(result, contact).force[1:])) * result.dt
 
@@ -68,18 +68,18 @@ def total_impulse(result: ImpactResult) -> float:
     """
     total = 0.0
     for contact in range(_contacts(result)):
-        given = impulse(result, contact)
+        given = impulse(result, contact=contact)
         total += _told_side(of_contact(result, contact)) * given if given > 0 else 0.0
     return total
 
 
-def peak_force(result: ImpactResult, contact: int | None = None) -> float:
+def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
     """Largest force of any step [N]; at a velocity jump it converges only slowly, see `filtered_peak_force`."""
     return float(np.max(of_contact(result, contact).force))
 
 
 def filtered_force(
-    result: ImpactResult, width: float = 1e-6, contact: int | None = None, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> Array:
     """(n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record [N].
 
@@ -100,12 +100,12 @@ def filtered_force(
 
 
 def filtered_peak_force(
-    result: ImpactResult, width: float = 1e-6, contact: int | None = None, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> float:
     """Largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it does."""
     if window == MOVING_AVERAGE:
         return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
-    return float(np.max(filtered_force(result, width, contact, window)))
+    return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 
 def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
@@ -119,7 +119,9 @@ def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
     return force
 
 
-def spectrum(result: ImpactResult, contact: int | None = None, resolution: float | None = None) -> tuple[Array, Array]:
+def spectrum(
+    result: ImpactResult, *, contact: int | None = None, resolution: float | None = None
+) -> tuple[Array, Array]:
     """Frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact force,
 
         N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
@@ -139,7 +141,7 @@ def spectrum(result: ImpactResult, contact: int | None = None, resolution: float
     return transform(force, result.dt, size)
 
 
-def contact_intervals(result: ImpactResult, contact: int | None = None) -> Array:
+def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
     """(n, 2) start and end [s] of each maximal run of steps with force > 0."""
     return result.dt * closed_steps(of_contact(result, contact).force[1:])
 
@@ -150,9 +152,9 @@ def closed_steps(force: Array) -> Array:
     return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
 
 
-def contact_groups(result: ImpactResult, merge: float = MERGE, contact: int | None = None) -> Array:
+def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
     """(n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one impact."""
-    return merged(contact_intervals(result, contact), merge)
+    return merged(contact_intervals(result, contact=contact), merge)
 
 
 def merged(raw: Array, merge: float = MERGE) -> Array:
@@ -164,7 +166,7 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
     return np.column_stack([raw[new, 0], raw[last, 1]])
 
 
-def impact_velocity(result: ImpactResult, contact: int | None = None) -> float:
+def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
     """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
     In contact from the first step on, it is that of the bodies' translation; 0 under a preload. ``nan`` without
@@ -185,7 +187,7 @@ def impact_velocity(result: ImpactResult, contact: int | None = None) -> float:
     return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
 
 
-def rebound_velocity(result: ImpactResult, contact: int | None = None, merge: float = MERGE) -> float:
+def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> float:
     """Opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the counterpart of
     `impact_velocity`; ``nan`` without contact.
 
@@ -195,7 +197,7 @@ def rebound_velocity(result: ImpactResult, contact: int | None = None, merge: fl
     Raises:
         MeasureError: contact not over before the last step of the record.
     """
-    groups = contact_groups(result, merge, contact)
+    groups = contact_groups(result, contact=contact, merge=merge)
     if len(groups) == 0:
         return math.nan
     end = _step(result, groups[0, 1])
@@ -205,7 +207,7 @@ def rebound_velocity(result: ImpactResult, contact: int | None = None, merge: fl
     return float(gap[end + 1] - gap[end]) / result.dt
 
 
-def restitution(result: ImpactResult, contact: int | None = None) -> float:
+def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
     """Coefficient of restitution.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
@@ -236,7 +238,7 @@ def restitution(result: ImpactResult, contact: int | None = None) -> float:
     return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
 
 
-def work(result: ImpactResult, contact: int | None = None) -> Work:
+def work(result: ImpactResult, *, contact: int | None = None) -> Work:
     """Work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact import oscillator
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.brief import brief
+from impact.greens import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
 from impact.pulse import combine, decay_responses, hann, mode_responses
+from impact.stated import StatedGreens
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,8 @@ class Residual:
     shapes: Array
     rates: Array
     compliance: Array
+
+    __repr__ = brief
 
     @staticmethod
     def none(n_ports: int = 1) -> Residual:
@@ -74,6 +79,10 @@ class Residual:
         kept = taus > 1e-14 * max(taus[-1], 0.0)
         return Residual((root @ modes[:, kept]).T.copy(), 1.0 / taus[kept], np.zeros_like(r0))
 
+    def scaled(self, factor: float) -> Residual:
+        """``factor`` times it."""
+        return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
+
     def static(self) -> Array:
         """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -88,7 +97,7 @@ class Residual:
 
 
 @dataclass(frozen=True)
-class ModalGreens(GreensFunction):
+class ModalGreens(StatedGreens):
     """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
 
     Attributes:
@@ -99,6 +108,7 @@ class ModalGreens(GreensFunction):
         port_names: p names.
         error: estimated error of g.
         origin: provenance, plain JSON values.
+        valid_for: until when g is known [s].
     """
 
     omega: Array
@@ -108,6 +118,9 @@ class ModalGreens(GreensFunction):
     port_names: tuple[str, ...] = ("contact",)
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
+    valid_for: float = math.inf
+
+    __repr__ = StatedGreens.__str__
 
     def __post_init__(self) -> None:
         rest, m, p = self.residual, self.omega.size, len(self.port_names)
@@ -125,26 +138,32 @@ class ModalGreens(GreensFunction):
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
                 raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
+        check_valid_for(self.valid_for)
 
     @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.port_names
+    def modal(self) -> ModalGreens:
+        """Itself."""
+        return self
 
     @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Estimated error of g."""
-        return self.error
-
-    @property
-    def provenance(self) -> Mapping[str, object]:
-        """Where these modes came from."""
-        return self.origin
+    def highest_rate(self) -> float:
+        """The highest w_k [rad/s]."""
+        return float(self.omega.max(initial=0.0))
 
     @property
     def frequencies_hz(self) -> Array:
         """(M,) undamped natural frequencies [Hz]."""
         return self.omega / (2 * np.pi)
+
+    def _in_words(self) -> tuple[str, ...]:
+        rigid, elastic = int(np.sum(self.omega == 0)), self.frequencies_hz[self.omega > 0]
+        parts = [f"{rigid} rigid-body modes"] if rigid else []
+        if elastic.size:
+            span = f"{elastic.min():.5g} ... {elastic.max():.5g} Hz"
+            parts.append(f"{elastic.size} modes, {span}, damping ratio {self.zeta.min():.3g} ... {self.zeta.max():.3g}")
+        parts += [f"{self.residual.rates.size} relaxations"] if self.residual.rates.size else []
+        parts += ["bare compliance"] if np.any(self.residual.compliance) else []
+        return ("; ".join(parts) or "rigid and held",)
 
     @cached_property
     def _factors(self) -> Array:
@@ -207,17 +226,39 @@ class ModalGreens(GreensFunction):
         return rest
 
     def step_matrix(self, dt: float) -> Array:
-        """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
-        p = len(self.port_names)
-        return np.array([[float(self.step_response(dt, i, j)) for j in range(p)] for i in range(p)])
+        """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N].
+
+        Each mode is evaluated once, phi' S(dt) phi for all pairs of ports.
+        """
+        gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
+        rest = self.residual
+        eased = dt * oscillator.expm1_over(-rest.rates * dt)
+        whole = (self.shapes.T * gains) @ self.shapes + (rest.shapes.T * eased) @ rest.shapes + rest.compliance
+        return np.asarray((whole + whole.T) / 2)
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Itself: the recursion is exact for forces constant over a step."""
-        return StepKernel(self, None, f"pole recursion, {len(self.omega) + len(self.residual.rates)} poles")
+        return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ModalGreens:
-        """The same function with another error estimate (and provenance)."""
-        return replace(self, error=error, origin=self.origin if origin is None else origin)
+    def marched_poles(self, dt: float, n_steps: float) -> int:
+        """Oscillators and relaxations."""
+        return len(self.omega) + len(self.residual.rates)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) of the rigid-body modes [1/kg]."""
+        rigid = self.shapes[self.omega == 0]
+        return np.asarray(rigid.T @ rigid)
+
+    def scaled(self, factor: float) -> ModalGreens:
+        """Every shape times the root of ``factor``."""
+        rest = self.residual.scaled(check_factor(factor))
+        return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
+
+
+def check_valid_for(time: float) -> None:
+    """Raises `GreensFunctionError` for a time limit that is none."""
+    if not time > 0:
+        raise GreensFunctionError(f"valid_for = {time} s must be positive (inf: without limit)")
 
 
 def _symmetric_psd(values: ArrayLike, name: str) -> Array:

@@ -13,10 +13,12 @@ from numba import njit
 
 from impact import history, oscillator
 from impact.body import Body
-from impact.closed_form import DelayRod
-from impact.greens import Array, GreensFunctionError, StepKernel
+from impact.brief import brief
+from impact.greens import Array, GreensFunctionError, Rod, StepKernel
 from impact.march import FLOOR
 from impact.modal import ModalGreens
+
+_ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class Motion:
     dissipated: Array
     load_work: Array
     by_work: bool = False
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,12 @@ class Discrete:
     rest_loads: Array
     free: Array | None = None
 
+    __repr__ = brief
+
     @staticmethod
     def of(body: Body, dt: float, n: int) -> Discrete:
         """``body`` over ``n`` steps of ``dt``, starting from its initial state."""
+        body.greens.check_length(dt, n)
         middle = dt * (np.arange(n) + 0.5)
         loads = np.zeros((len(body.loads), n))
         for row, load in zip(loads, body.loads, strict=True):
@@ -103,9 +110,7 @@ def _start(discrete: Discrete, modal: ModalGreens) -> tuple[Array, Array]:
     if np.any(pull[modal.omega == 0] != 0):
         raise GreensFunctionError("a body free to move cannot carry a preload: nothing balances it; hold it somewhere")
     q = pull / np.where(modal.omega == 0, 1.0, modal.omega) ** 2
-    if not isinstance(discrete.body.greens, ModalGreens):
-        return q, np.zeros_like(q)
-    start = discrete.body.modal_start()
+    start = discrete.body.modal_start(modal)
     return q + start.displacement, start.velocity.copy()
 
 
@@ -172,35 +177,39 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
             u[i, 1:] += history.convolve(weights[i, j], force[j] - discrete.rest[j])
     if np.any(discrete.rest):
         u += (body.greens.static_compliance() @ discrete.rest)[:, None]
-    if not isinstance(body.greens, ModalGreens):
-        u += body.velocity * dt * np.arange(n + 1)
-    rod = body.greens
-    if isinstance(rod, DelayRod) and not np.any(discrete.rest):
-        steps = rod.round_trip / dt
+    drift = _translation(discrete)
+    u += drift[:, None] * (dt * np.arange(n + 1))
+    kinetic = 0.5 * body.momentum * float(drift[0])
+    rod = body.greens.rod
+    if rod is not None and rod.damping_ratio == 0.0 and not np.any(discrete.rest):
+        steps = 2 * rod.transit / dt
         if abs(steps - round(steps)) < 1e-6 and round(steps) > 0:
-            stored, lost = _wave_energy(body, rod, force[0], dt, round(steps))
+            stored, lost = _wave_energy(rod, force[0], dt, round(steps))
+            momentum = np.concatenate([[0.0], np.cumsum(force[0] * dt)])  # a translating rod: Galilei
+            stored = stored + float(drift[0]) * momentum + kinetic
             return Motion(u, base.stored + stored, base.dissipated + lost, base.load_work)
     work = np.concatenate([[0.0], np.cumsum(np.sum(force * np.diff(u - base.displacement, axis=1), axis=0))])
-    if body.velocity != 0.0 and not isinstance(body.greens, ModalGreens):
-        work = work + 0.5 * body.mass * body.velocity**2
-    return Motion(u, base.stored + work, base.dissipated, base.load_work, by_work=True)
+    return Motion(u, base.stored + work + kinetic, base.dissipated, base.load_work, by_work=True)
 
 
-def _wave_energy(body: Body, rod: DelayRod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after the far end.
+def _translation(discrete: Discrete) -> Array:
+    """(P,) velocity of the ports in the initial translation, of the part known by step weights [m/s]."""
+    body, modal = discrete.body, discrete.kernel.modal
+    if body.velocity == 0.0:
+        return np.zeros(len(body.greens.ports))
+    whole = body.greens.inverse_mass()[:, 0]
+    part = whole if modal is None else whole - modal.inverse_mass()[:, 0]
+    return body.momentum * np.where(np.abs(part) > _ROUND_OFF * np.abs(whole).max(), part, 0.0)
 
-    A translating rod adds v times the momentum received and its own kinetic energy (Galilei).
-    """
+
+def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
+    """Outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after the far end."""
     n, r = len(force), rod.reflection
     a = _delayed(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
     there, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
-    stored = (power - there) + r**2 * (there - back)
-    if body.velocity != 0.0:
-        momentum = np.concatenate([[0.0], np.cumsum(force * dt)])
-        stored = stored + body.velocity * momentum + 0.5 * rod.mass * body.velocity**2
-    return stored, (1 - r**2) * there
+    return (power - there) + r**2 * (there - back), (1 - r**2) * there
 
 
 def _at(cumulative: Array, index: Array) -> Array:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact import pulse
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
-from impact.modal import ModalGreens, Residual
+from impact.greens import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.modal import ModalGreens, Residual, check_valid_for
+from impact.stated import StatedGreens
 
 ComplexArray = NDArray[np.complex128]
 _BLOCK = 4096  # times, or poles, at once
@@ -22,7 +23,7 @@ def _nothing() -> Array:
 
 
 @dataclass(frozen=True)
-class PoleGreens(GreensFunction):
+class PoleGreens(StatedGreens):
     """A symmetric sum of simple poles, of rigid bodies and of a bare compliance:
 
         g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
@@ -43,6 +44,7 @@ class PoleGreens(GreensFunction):
         port_names: p names.
         error: estimated error of g.
         origin: provenance, plain JSON values.
+        valid_for: until when g is known [s].
 
     Raises:
         GreensFunctionError: shapes that do not match, values not finite, a growing pole, Im <= 0, signs other than
@@ -61,6 +63,9 @@ class PoleGreens(GreensFunction):
     port_names: tuple[str, ...] = ("contact",)
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
+    valid_for: float = math.inf
+
+    __repr__ = StatedGreens.__str__
 
     def __post_init__(self) -> None:
         p = len(self.port_names)
@@ -78,19 +83,34 @@ class PoleGreens(GreensFunction):
         _check(self)
 
     @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.port_names
+    def highest_rate(self) -> float:
+        """The largest |s_k| [rad/s]."""
+        return float(np.abs(self.poles).max(initial=0.0))
 
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Estimated error of g."""
-        return self.error
+    def inverse_mass(self) -> Array:
+        """(p, p) of the rigid bodies [1/kg]."""
+        return np.asarray(self.rigid.T @ self.rigid)
 
-    @property
-    def provenance(self) -> Mapping[str, object]:
-        """Where these poles came from."""
-        return self.origin
+    def scaled(self, factor: float) -> PoleGreens:
+        """Every shape times the root of ``factor``."""
+        root = math.sqrt(check_factor(factor))
+        return replace(
+            self,
+            shapes=root * self.shapes,
+            real_shapes=root * self.real_shapes,
+            rigid=root * self.rigid,
+            compliance=factor * self.compliance,
+        )
+
+    def _in_words(self) -> tuple[str, ...]:
+        parts = [f"{len(self.rigid)} rigid bodies"] if len(self.rigid) else []
+        if self.poles.size:
+            f, d = self.frequencies_hz, self.damping_ratios
+            span = f"{f.min():.5g} ... {f.max():.5g} Hz"
+            parts.append(f"{f.size} pole pairs, {span}, damping ratio {d.min():.3g} ... {d.max():.3g}")
+        parts += [f"{self.rates.size} real poles"] if self.rates.size else []
+        parts += ["bare compliance"] if np.any(self.compliance) else []
+        return ("; ".join(parts) or "rigid and held",)
 
     @property
     def frequencies_hz(self) -> Array:
@@ -126,11 +146,8 @@ class PoleGreens(GreensFunction):
             modal.port_names,
             modal.error,
             modal.origin,
+            modal.valid_for,
         )
-
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> PoleGreens:
-        """The same function with another error estimate (and provenance)."""
-        return replace(self, error=error, origin=self.origin if origin is None else origin)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
@@ -268,4 +285,5 @@ def _check(g: PoleGreens) -> None:
         raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
     if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
         raise GreensFunctionError("signs must be +1 or -1, and +1 at rate 0")
+    check_valid_for(g.valid_for)
     object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)

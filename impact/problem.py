@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from impact.body import Body
-from impact.greens import Array
+from impact.body import AtRest, Body, as_body
+from impact.greens import Array, GreensFunction
 from impact.laws import Law, Signorini
 
 
@@ -21,7 +21,8 @@ class Contact:
     """One place where the striker may touch a target.
 
     Attributes:
-        target: the body touched; give the same object for several contacts on one body.
+        target: the body touched, or its Green's function if it is at rest; give the same object for several contacts
+            on one body.
         port, striker_port: which port of each (name or index).
         gap: opening of the undeformed bodies [m]; negative is an interference.
         law: contact law.
@@ -37,6 +38,7 @@ class Contact:
     striker_port: str | int = 0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "target", as_body(self.target))
         if not math.isfinite(self.gap):
             raise ContactError(f"gap = {self.gap} m must be finite")
         if self.side not in (-1, 1):
@@ -50,7 +52,8 @@ class ContactProblem:
 
     ``ContactProblem(striker, target, gap=, law=, striker_port=, target_port=)`` is short for
     ``ContactProblem(striker, contacts=[Contact(target, port=target_port, gap=gap, law=law)])``. With ``preload`` the
-    bodies start in static equilibrium with their loads and with each other (a reed pressed on its seat).
+    bodies start in static equilibrium with their loads and with each other (a reed pressed on its seat). A Green's
+    function in place of a body is taken as a body at rest.
     """
 
     striker: Body
@@ -59,8 +62,8 @@ class ContactProblem:
 
     def __init__(
         self,
-        striker: Body,
-        target: Body | None = None,
+        striker: Body | GreensFunction,
+        target: Body | GreensFunction | None = None,
         *,
         gap: float | None = None,
         law: Law | None = None,
@@ -69,12 +72,14 @@ class ContactProblem:
         contacts: list[Contact] | tuple[Contact, ...] = (),
         preload: bool = False,
     ) -> None:
+        striker = as_body(striker)
         if (target is None) == (len(contacts) == 0):
             raise ContactError("give either a target or a list of contacts")
         if target is None and any(v is not None for v in (gap, law, striker_port, target_port)):
             raise ContactError("gap, law and ports belong to each contact of the list: impact.Contact(target, gap=...)")
         if target is not None:
-            contacts = (Contact(target, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0),)
+            body = as_body(target)
+            contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0),)
         if len(contacts) > 64:
             raise ContactError(f"{len(contacts)} contacts: at most 64 are solved together")
         for contact in contacts:
@@ -86,8 +91,23 @@ class ContactProblem:
                 "built-in ones; give the same object to all of them"
             )
         object.__setattr__(self, "striker", striker)
-        object.__setattr__(self, "contacts", tuple(contacts))
+        object.__setattr__(self, "contacts", _same_bodies(contacts))
         object.__setattr__(self, "preload", preload)
+
+    def __str__(self) -> str:
+        number_of = {id(body): number for number, body in enumerate(self.targets)}
+        lines = [
+            f"contact {number}: gap {c.gap:g} m, {c.law}, {'seat' if c.side > 0 else 'stopper'}, port {c.port} of "
+            f"target {number_of[id(c.target)]}, port {c.striker_port} of the striker"
+            for number, c in enumerate(self.contacts[:4])
+        ]
+        more = len(self.contacts) - len(lines)
+        bodies = [f"striker: {self.striker}", *(f"target {n}: {body}" for n, body in enumerate(self.targets[:3]))]
+        told = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
+        start = ", preloaded" if self.preload else ""
+        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(told)
+
+    __repr__ = __str__
 
     @property
     def target(self) -> Body:
@@ -117,3 +137,12 @@ class ContactProblem:
             if body is contact.target:
                 out[body.greens.port_index(contact.port), c] -= contact.side
         return out
+
+
+def _same_bodies(contacts: list[Contact] | tuple[Contact, ...]) -> tuple[Contact, ...]:
+    """One body for each Green's function that stands for a body at rest."""
+    met: dict[int, Body] = {}
+    return tuple(
+        replace(c, target=met.setdefault(id(c.target.greens), c.target)) if isinstance(c.target, AtRest) else c
+        for c in contacts
+    )

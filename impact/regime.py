@@ -8,12 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from impact.body import Body
-from impact.closed_form import DelayRod
-from impact.damped_rods import DampedFixedRod
+from impact.body import Body, as_body
 from impact.greens import Array, GreensFunction, GreensFunctionError
 from impact.measures import contact_groups
-from impact.modal import ModalGreens
 from impact.result import ImpactResult
 from impact.table import Row, read_rows
 
@@ -56,7 +53,7 @@ class Regime:
         return "over" if self.predicted_peak_error > 0 else "under"
 
 
-def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
+def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> Regime:
     """Numbers of one impact (first port of either body).
 
     The prediction is read off the maps of examples/paper/regimes.py: a rigid striker on an undamped rod, a reed as the
@@ -65,6 +62,7 @@ def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
 
     Source: Zener, Phys. Rev. 59 (1941) 669, for lambda.
     """
+    striker, target = as_body(striker), as_body(target)
     stiffness, impedance, reflection = _equivalent_rod(target.greens)
     mass, omega = _striker(striker)
     groups = contact_groups(result) if result.force.ndim == 1 else np.zeros((0, 2))
@@ -88,7 +86,7 @@ def regime(striker: Body, target: Body, result: ImpactResult) -> Regime:
     )
 
 
-def regime_card(striker: Body, target: Body, result: ImpactResult) -> str:
+def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
     """`regime` in one line for people."""
     return in_words(regime(striker, target, result))
 
@@ -113,10 +111,8 @@ def in_words(found: Regime) -> str:
 
 def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
     """(K [N/m], Z [N s/m], reflection at the far end); ``nan`` where the seat has none."""
-    if isinstance(seat, DelayRod):
-        return 2 * seat.impedance / seat.round_trip, seat.impedance, seat.reflection
-    if isinstance(seat, DampedFixedRod):
-        return seat.impedance / seat.transit, seat.impedance, -1.0
+    if (rod := seat.rod) is not None:
+        return rod.impedance / rod.transit, rod.impedance, rod.reflection
     try:
         compliance = float(seat.static_compliance()[0, 0])
     except GreensFunctionError:  # sampled without a rest
@@ -126,20 +122,18 @@ def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
 
 def _striker(striker: Body) -> tuple[float, float]:
     """(mass [kg], lowest angular frequency [rad/s]); of a held body 1/phi^2 of its first mode, of a free one all."""
-    g = striker.greens
-    if math.isfinite(striker.mass) or not isinstance(g, ModalGreens) or not len(g.omega):
+    g = striker.greens.modal
+    if math.isfinite(striker.mass) or g is None or not len(g.omega):
         return striker.mass, math.nan
     first = int(np.argmin(g.omega))
     return _ratio(1.0, float(g.shapes[first, 0]) ** 2), float(g.omega[first])
 
 
 def _round_trip(seat: GreensFunction) -> float:
-    if isinstance(seat, DelayRod):
-        return seat.round_trip
-    if isinstance(seat, DampedFixedRod):
-        return 2 * seat.transit
-    if isinstance(seat, ModalGreens) and np.any(seat.omega > 0):
-        return math.pi / float(seat.omega[seat.omega > 0].min())
+    if (rod := seat.rod) is not None:
+        return 2 * rod.transit
+    if (modal := seat.modal) is not None and np.any(modal.omega > 0):
+        return math.pi / float(modal.omega[modal.omega > 0].min())
     return math.nan
 
 

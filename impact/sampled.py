@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.greens import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.stated import StatedGreens
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
@@ -18,7 +20,7 @@ _GRID = 0.01  # of the spacing: times in files are rounded
 
 
 @dataclass(frozen=True)
-class SampledGreens(GreensFunction):
+class SampledGreens(StatedGreens):
     """g_ij at t = 0, dt, 2 dt, ..., linear in between; a stated rule beyond the last sample.
 
     Attributes:
@@ -43,6 +45,10 @@ class SampledGreens(GreensFunction):
     static: Array | None = None
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
+
+    __repr__ = StatedGreens.__str__
+    overhang: ClassVar[float] = 0.0
+    lengthened: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=float)
@@ -123,24 +129,34 @@ class SampledGreens(GreensFunction):
         return cls(kept, dt, tail, port_names, static, origin=found)
 
     @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.port_names
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """Estimated error of g."""
-        return self.error
-
-    @property
-    def provenance(self) -> Mapping[str, object]:
-        """Where the samples came from."""
-        return self.origin
-
-    @property
     def end(self) -> float:
         """Time of the last sample [s]."""
         return float((self.values.shape[2] - 1) * self.dt)
+
+    @property
+    def valid_for(self) -> float:
+        """The last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
+        return self.end if self.tail == "forbid" else math.inf
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """Itself."""
+        return (self,)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) the last slope under tail "rigid" [1/kg], else 0: what is not said to move away counts as held."""
+        if self.tail != "rigid":
+            return np.zeros(self.values.shape[:2])
+        return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
+
+    def scaled(self, factor: float) -> SampledGreens:
+        """Every sample times ``factor``."""
+        static = None if self.static is None else factor * self.static
+        return replace(self, values=check_factor(factor) * self.values, static=static)
+
+    def _in_words(self) -> tuple[str, ...]:
+        count = self.values.shape[2]
+        return (f"{count} samples {self.dt:.4g} s apart, up to {self.end:.4g} s; tail {self.tail}",)
 
     @cached_property
     def _integral(self) -> Array:
@@ -199,13 +215,8 @@ class SampledGreens(GreensFunction):
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
+        self.check_length(dt, n_steps)
         t = np.arange(n_steps + 1) * dt
-        if self.tail == "forbid" and t[-1] > self.end * (1 + 1e-9):
-            raise GreensFunctionError(
-                f"the run lasts {t[-1]:.6g} s but g is known up to {self.end:.6g} s only: shorten the run to "
-                f"{int(self.end / dt * (1 + 1e-9))} steps, measure or compute longer, or state a tail rule (zero, "
-                "hold, rigid)"
-            )
         p = len(self.port_names)
         weights = np.array([[np.diff(self.step_response(t, i, j)) for j in range(p)] for i in range(p)])
         return StepKernel(None, weights, f"convolution of a sampled g, {n_steps} weights")

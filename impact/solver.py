@@ -10,13 +10,11 @@ from impact.energy import EnergyLedger, ledger
 from impact.engines import Engine
 from impact.greens import Array
 from impact.measured import sampling_advice
-from impact.modal import ModalGreens
 from impact.motion import Motion
 from impact.problem import ContactError, ContactProblem
 from impact.progress import Progress, silent
 from impact.resolution import contact_advice, direction_advice, overlap_advice, unsolved_advice
 from impact.result import Advice, ImpactResult
-from impact.sampled import SampledGreens
 from impact.stepper import ContactStepper, Prepared, prepare
 
 RESOLUTION_LIMIT = 0.5  # w_max h: above it the step's own damping is felt in the highest retained mode
@@ -78,10 +76,10 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         target_displacement=_at_contacts(s, motions, single, of_striker=False),
         energy=energy,
         dt=s.dt,
-        striker_mass=s.problem.striker.mass,
-        target_mass=first.target.mass,
-        striker_velocity=s.problem.striker.velocity,
-        target_velocity=first.target.velocity,
+        striker_mass=s.problem.striker.greens.mass(first.striker_port),
+        target_mass=first.target.greens.mass(first.port),
+        striker_velocity=s.problem.striker.velocity_of(first.striker_port),
+        target_velocity=first.target.velocity_of(first.port),
         engine=s.plan.words,
         advice=(
             *unsolved_advice(stepper.unsolved, n),
@@ -121,9 +119,8 @@ def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
-        if isinstance(g, SampledGreens):
-            found.extend(sampling_advice(g, s.dt, s.steps, body=name))
-        highest = float(g.omega.max()) if isinstance(g, ModalGreens) and len(g.omega) else 0.0
+        found.extend(sampling_advice(g, s.dt, s.steps, body=name))
+        highest = 0.0 if g.modal is None else g.highest_rate
         if highest * s.dt > RESOLUTION_LIMIT:
             lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))
             found.append(

@@ -18,7 +18,7 @@ from impact import engines, history, march
 from impact.engines import Engine
 from impact.flight import BLOCK as FLIGHT
 from impact.flight import Flight, Pilot, flies, split
-from impact.greens import Array
+from impact.greens import Array, GreensFunction
 from impact.laws import CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.live_loads import LiveLoads
 from impact.modal import ModalGreens
@@ -337,12 +337,12 @@ def _preloaded(
     opening = np.array([c.gap for c in problem.contacts])
     at_rest = []
     for body, turn in zip(bodies, turns, strict=True):
-        if body.body.state is not None or body.body.velocity != 0.0:
+        if body.body.is_deflected or body.body.velocity != 0.0:
             raise ContactError("preload starts from static equilibrium: give no initial state or velocity with it")
         amplitudes = np.array([float(load.amplitude(np.zeros(1))[0]) for load in body.body.loads])
-        g = body.body.greens
+        g = body.body.greens.modal if body.body.loads else None
         for load, amplitude in zip(body.body.loads, amplitudes, strict=True):
-            assert isinstance(g, ModalGreens)
+            assert g is not None
             opening = opening + turn.T @ (g.shapes.T @ (load.shape * amplitude / g.omega**2))
         at_rest.append(amplitudes)
     rest = np.zeros(len(opening))
@@ -403,13 +403,13 @@ def _refuse_ill_posed(problem: ContactProblem) -> None:
         if not isinstance(contact.law, Signorini):
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
-        if all(isinstance(b.greens, ModalGreens) and _starts_at_zero(b.greens, port) for b, port in pair):
+        if all(b.greens.modal is not None and _starts_at_zero(b.greens, port) for b, port in pair):
             raise ContactError(
                 f"contact {number}: neither body yields at once (no residual flexibility, g(0+) = 0) and the law is "
                 "rigid: the force would grow like 1/dt; add a residual (impact.Residual) or use a compliant law"
             )
 
 
-def _starts_at_zero(greens: ModalGreens, port: str | int) -> bool:
+def _starts_at_zero(greens: GreensFunction, port: str | int) -> bool:
     i = greens.port_index(port)
     return bool(greens.initial_value()[i, i] == 0.0)

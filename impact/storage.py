@@ -17,15 +17,17 @@ from impact.atomic import whole_file
 from impact.closed_form import DelayRod, PowerLaw
 from impact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.energy import EnergyLedger
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens
 from impact.half_space import half_space_patch
 from impact.modal import ModalGreens, Residual
 from impact.poles import PoleGreens
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
 from impact.seal import USER_BLOCK, can_be_opened, seal, seal_holds
+from impact.sums import SumGreens
 
 SCHEMA = 1
+DEEPEST = 8  # sums of sums in one file
 _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "delay_rod": DelayRod,
     "damped_fixed_rod": DampedFixedRod,
@@ -53,12 +55,7 @@ class _Damage(ValueError):
 def save_greens(greens: GreensFunction, path: str | os.PathLike[str]) -> None:
     """Write a Green's function with its provenance; the file is whole or absent."""
     with written(path, "greens") as file:
-        file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
-        error = greens.error_estimate
-        for name in ("reduction", "mesh"):
-            value = getattr(error, name)
-            file.attrs[f"error_{name}"] = np.nan if value is None else value
-        _write_body(file, greens)
+        _write_greens(file, greens)
 
 
 def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
@@ -68,34 +65,44 @@ def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
         StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema.
     """
     with opened(path, "greens") as file:
-        kind = str(file.attrs["kind"])
-        origin = json.loads(str(file.attrs["provenance"]))
-        if not isinstance(origin, dict):
-            raise _Damage("provenance is no table")
-        error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
-        if kind == "modal":
-            residual = Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
-            omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
-            return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin)
-        if kind == "sampled":
-            return SampledGreens(
-                finite_array(file, "values"),
-                float(file.attrs["dt"]),
-                tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
-                port_names=_names(file),
-                static=finite_array(file, "static") if "static" in file else None,
-                error=error,
-                origin=origin,
-            )
-        if kind == "poles":
-            poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
-            rates, real, signs, rigid, spring = (finite_array(file, name) for name in _POLES)
-            return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin)
-        if kind in _CLOSED:
-            return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
-        raise StorageError(
-            f"{path}: unknown kind of Green's function {kind!r}; known: modal, sampled, poles, {', '.join(_CLOSED)}"
+        return _read_greens(file, path)
+
+
+def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> GreensFunction:
+    """The function of a file, or of a group in it: a part of a sum or of a multiple."""
+    kind = str(file.attrs["kind"])
+    if kind in ("sum", "scaled"):
+        if depth >= DEEPEST:
+            raise _Damage(f"sums of sums, more than {DEEPEST} deep")
+        parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
+        return SumGreens(parts) if kind == "sum" else ScaledGreens(parts[0], float(file.attrs["factor"]))
+    origin = json.loads(str(file.attrs["provenance"]))
+    if not isinstance(origin, dict):
+        raise _Damage("provenance is no table")
+    error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
+    valid = float(file.attrs.get("valid_for", np.inf))  # files before this attribute state no limit
+    if kind == "modal":
+        residual = Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
+        omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
+        return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
+    if kind == "sampled":
+        return SampledGreens(
+            finite_array(file, "values"),
+            float(file.attrs["dt"]),
+            tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
+            port_names=_names(file),
+            static=finite_array(file, "static") if "static" in file else None,
+            error=error,
+            origin=origin,
         )
+    if kind == "poles":
+        poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
+        rates, real, signs, rigid, spring = (finite_array(file, name) for name in _POLES)
+        return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin, valid)
+    if kind in _CLOSED:
+        return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
+    known = ", ".join(("modal", "sampled", "poles", *_CLOSED, "sum", "scaled"))
+    raise StorageError(f"{path}: unknown kind of Green's function {kind!r}; known: {known}")
 
 
 def save_results(
@@ -126,8 +133,7 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
         for name, group in file.items():
             ledger = {key: finite_array(group, f"energy/{key}") for key in _LEDGER}
             values: dict[str, Any] = {key: finite_array(group, key) for key in _SERIES}
-            if len({array.shape for array in (*values.values(), *ledger.values())}) > 1:
-                raise _Damage(f"the histories of {name} differ in length")
+            _check_histories(name, values, ledger)
             values |= {key: float(group.attrs[key]) for key in _NUMBERS}
             out[name] = ImpactResult(
                 **values,
@@ -136,6 +142,37 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
                 advice=tuple(Advice(**a) for a in json.loads(str(group.attrs["advice"]))),
             )
     return out
+
+
+def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
+    """Time and energies (n + 1,), the others alike or (n + 1, p) all, p contacts."""
+    time, contacts = values["time"].shape, {key: values[key].shape for key in _SERIES[1:]}
+    lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
+    if len(time) != 1 or lengths != {time}:
+        raise _Damage(f"the histories of {name} differ in length")
+    if len(set(contacts.values())) > 1 or (contacts["force"][1:] and len(contacts["force"]) != 2):
+        raise _Damage(f"the histories of {name} differ in their number of contacts")
+
+
+def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
+    """Into a file, or into a group of it."""
+    if isinstance(greens, SumGreens | ScaledGreens):
+        if depth >= DEEPEST:
+            raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
+        parts = (greens.part,) if isinstance(greens, ScaledGreens) else greens.parts
+        file.attrs["kind"] = "scaled" if isinstance(greens, ScaledGreens) else "sum"
+        if isinstance(greens, ScaledGreens):
+            file.attrs["factor"] = greens.factor
+        group = file.create_group("parts")
+        for number, part in enumerate(parts):
+            _write_greens(group.create_group(str(number)), part, depth + 1)
+        return
+    file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
+    file.attrs["valid_for"] = greens.valid_for
+    for name in ("reduction", "mesh"):
+        value = getattr(greens.error_estimate, name)
+        file.attrs[f"error_{name}"] = np.nan if value is None else value
+    _write_body(file, greens)
 
 
 def _write_body(file: Any, greens: GreensFunction) -> None:

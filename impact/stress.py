@@ -132,11 +132,12 @@ def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[A
 
 
 def _modal(reed: Body) -> ModalGreens:
-    if not isinstance(reed.greens, ModalGreens) or not reed.greens.omega.all() or not reed.greens.omega.size:
+    modal = reed.greens.modal
+    if modal is None or not modal.omega.all() or not modal.omega.size:
         raise StressError(
             f"a reed known by a {type(reed.greens).__name__} has no modes of bending; make it by cantilever_reed"
         )
-    return reed.greens
+    return modal
 
 
 @njit(cache=True)

@@ -1,14 +1,18 @@
-"""Sums of Green's functions on the same ports, and multiples of one."""
+"""Sums of Green's functions on the same ports."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
 from impact.modal import ModalGreens, Residual
+from impact.sampled import SampledGreens
+
+__all__ = ["ScaledGreens", "SumGreens", "merged"]
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,8 @@ class SumGreens(GreensFunction):
     """
 
     parts: tuple[GreensFunction, ...]
+
+    __repr__ = GreensFunction.__str__
 
     def __post_init__(self) -> None:
         if not self.parts:
@@ -47,6 +53,59 @@ class SumGreens(GreensFunction):
     def provenance(self) -> dict[str, object]:
         """The parts' provenances."""
         return {"kind": "sum", "parts": [dict(part.provenance) for part in self.parts]}
+
+    @property
+    def valid_for(self) -> float:
+        """The shortest of the parts' [s]."""
+        return min(part.valid_for for part in self.parts)
+
+    @property
+    def highest_rate(self) -> float:
+        """The highest of the parts' [rad/s]."""
+        return max(part.highest_rate for part in self.parts)
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """All oscillators side by side, if every part is a sum of oscillators."""
+        parts = [part.modal for part in self.parts]
+        found = tuple(part for part in parts if part is not None)
+        return merged(found) if len(found) == len(parts) else None
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The parts'."""
+        return tuple(sampled for part in self.parts for sampled in part.sampled_parts)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) sum of the parts' [1/kg]: the velocities add."""
+        return np.asarray(sum(part.inverse_mass() for part in self.parts))
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """Of all parts; ``None`` if one has step weights."""
+        counts = [part.marched_poles(dt, n_steps) for part in self.parts]
+        known = [count for count in counts if count is not None]
+        return sum(known) if len(known) == len(counts) else None
+
+    def scaled(self, factor: float) -> SumGreens:
+        """The sum of the parts, scaled."""
+        return SumGreens(tuple(part.scaled(factor) for part in self.parts))
+
+    def forces_only(self) -> SumGreens:
+        """The sum of the parts so."""
+        return SumGreens(tuple(part.forces_only() for part in self.parts))
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
+        """The parts with this error, relative to each; their origins are their own.
+
+        Raises:
+            GreensFunctionError: an ``origin``; a part in closed form.
+        """
+        if origin is not None:
+            raise GreensFunctionError("a sum has the origins of its parts: state them there")
+        return SumGreens(tuple(part.with_error(error) for part in self.parts))
+
+    def _in_words(self) -> tuple[str, ...]:
+        return tuple(f"+ {line}" for part in self.parts for line in str(part).splitlines()[:2])
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
@@ -76,67 +135,6 @@ class SumGreens(GreensFunction):
         )
 
 
-@dataclass(frozen=True)
-class ScaledGreens(GreensFunction):
-    """factor times g_ij: what an error of that relative size does to an impact is a run with it away.
-
-    Attributes:
-        part: the function.
-        factor: > 0, so that a passive body stays passive.
-    """
-
-    part: GreensFunction
-    factor: float
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.factor) and self.factor > 0):
-            raise GreensFunctionError(f"factor = {self.factor} must be positive and finite: the body must stay passive")
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.part.ports
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """The part's: errors are relative."""
-        return self.part.error_estimate
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The factor and the part's provenance."""
-        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
-
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return self.factor * self.part.impulse_response(t, i, j)
-
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) [m/N]."""
-        return self.factor * self.part.step_response(t, i, j)
-
-    def static_compliance(self) -> Array:
-        """(p, p) [m/N]."""
-        return self.factor * self.part.static_compliance()
-
-    def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)]."""
-        return self.factor * self.part.initial_value()
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """The part's, with every residue and every weight times the factor."""
-        kernel = self.part.step_kernel(dt, n_steps)
-        modal = None if kernel.modal is None else _times(kernel.modal, self.factor)
-        weights = None if kernel.weights is None else self.factor * kernel.weights
-        return StepKernel(modal, weights, kernel.engine)
-
-
-def _times(modal: ModalGreens, factor: float) -> ModalGreens:
-    root, rest = np.sqrt(factor), modal.residual
-    residual = Residual(root * rest.shapes, rest.rates, factor * rest.compliance)
-    return replace(modal, shapes=root * modal.shapes, residual=residual)
-
-
 def merged(parts: tuple[ModalGreens, ...]) -> ModalGreens:
     """The sum of modal functions as one: their poles side by side, their bare compliances added."""
     whole = SumGreens(parts)
@@ -153,6 +151,7 @@ def merged(parts: tuple[ModalGreens, ...]) -> ModalGreens:
         whole.ports,
         whole.error_estimate,
         whole.provenance,
+        whole.valid_for,
     )
 
 

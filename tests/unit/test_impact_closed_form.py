@@ -186,7 +186,7 @@ def test_rod_limits() -> None:
     np.testing.assert_allclose(free.impulse_response(t), np.array([1, 1, 1, 3, 3, 5]) / 6)
     np.testing.assert_allclose(matched.impulse_response(t), np.full(6, 1 / 6))
     assert fixed.static_compliance()[0, 0] == pytest.approx(ROD["length"] / (ROD["young"] * ROD["area"]))
-    assert free.mass == pytest.approx(ROD["density"] * ROD["area"] * ROD["length"])
+    assert free.mass() == pytest.approx(ROD["density"] * ROD["area"] * ROD["length"])
     endless = impact.semi_infinite_rod(young=4.0, density=1.0, area=3.0)
     np.testing.assert_allclose(endless.impulse_response(t), matched.impulse_response(t))
 

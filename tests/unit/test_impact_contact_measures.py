@@ -58,36 +58,44 @@ def test_every_measure_asks_one_contact() -> None:
 
 def test_a_contact_that_never_closes() -> None:
     result = between(impact.LinearSpring(stiffness=1e4))
-    assert measures.impulse(result, 2) == measures.peak_force(result, 2) == 0.0
-    assert measures.filtered_peak_force(result, 1e-3, 2) == 0.0
+    assert measures.impulse(result, contact=2) == measures.peak_force(result, contact=2) == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2) == 0.0
     assert measures.filtered_peak_force(result, 1e-3, 2, window="hann") == 0.0
-    assert measures.contact_intervals(result, 2).shape == measures.contact_groups(result, contact=2).shape == (0, 2)
-    assert math.isnan(measures.impact_velocity(result, 2))
-    assert math.isnan(measures.rebound_velocity(result, 2))
-    assert measures.work(result, 2) == measures.Work(0.0, 0.0)
-    assert not np.any(measures.spectrum(result, 2)[1])
+    assert (
+        measures.contact_intervals(result, contact=2).shape
+        == measures.contact_groups(result, contact=2).shape
+        == (0, 2)
+    )
+    assert math.isnan(measures.impact_velocity(result, contact=2))
+    assert math.isnan(measures.rebound_velocity(result, contact=2))
+    assert measures.work(result, contact=2) == measures.Work(0.0, 0.0)
+    assert not np.any(measures.spectrum(result, contact=2)[1])
     with pytest.raises(MeasureError, match="no contact in this record"):
-        measures.restitution(result, 2)
+        measures.restitution(result, contact=2)
 
 
 def test_speeds_before_and_after_a_lossy_contact() -> None:
     """Hunt-Crossley, d V = 1/2: leaves at 0.748435 V, reaches the stopper with it, leaves at e(0.748 d V) of that."""
     result = between(impact.HuntCrossley(stiffness=1e6, damping=0.5), duration=0.15, dt=2e-5)
     e = 0.748434931597
-    assert measures.impact_velocity(result, 0) == pytest.approx(1.0, rel=1e-9)
+    assert measures.impact_velocity(result, contact=0) == pytest.approx(1.0, rel=1e-9)
     # first order in the step, which is 1/500 of the contact
-    assert measures.rebound_velocity(result, 0) == pytest.approx(e, abs=5e-3)
-    assert measures.impact_velocity(result, 1) == pytest.approx(measures.rebound_velocity(result, 0), rel=1e-6)
-    assert measures.impulse(result, 0) == pytest.approx(0.5 * (1 + measures.rebound_velocity(result, 0)), rel=1e-6)
+    assert measures.rebound_velocity(result, contact=0) == pytest.approx(e, abs=5e-3)
+    assert measures.impact_velocity(result, contact=1) == pytest.approx(
+        measures.rebound_velocity(result, contact=0), rel=1e-6
+    )
+    assert measures.impulse(result, contact=0) == pytest.approx(
+        0.5 * (1 + measures.rebound_velocity(result, contact=0)), rel=1e-6
+    )
     # kinetic energy gained and lost by the striker at each
-    speeds = [1.0, measures.rebound_velocity(result, 0), measures.rebound_velocity(result, 1)]
+    speeds = [1.0, measures.rebound_velocity(result, contact=0), measures.rebound_velocity(result, contact=1)]
     for contact in (0, 1):
-        work = measures.work(result, contact)
+        work = measures.work(result, contact=contact)
         assert work.striker == pytest.approx(0.25 * (speeds[contact + 1] ** 2 - speeds[contact] ** 2), rel=1e-6)
         assert abs(work.target) < 1e-3 * abs(work.striker)  # the targets are all but rigid
     assert measures.total_impulse(result) == pytest.approx(0.5 * (1.0 - speeds[2]), rel=1e-6)
     with pytest.raises(MeasureError, match="a free striker with several contacts"):
-        measures.restitution(result, 0)
+        measures.restitution(result, contact=0)
 
 
 def test_works_add_up_to_what_the_contact_takes() -> None:
@@ -112,10 +120,12 @@ def test_energetic_restitution_of_either_contact_of_a_reed() -> None:
     contacts[1] = replace(contacts[1], gap=0.0101)  # out of reach
     result = impact.solve(ContactProblem(Body(reed, state=release), contacts=contacts), dt=2e-5, duration=0.04)
     v = 0.01 * 2 * math.pi * 20.0
-    assert measures.impact_velocity(result, 0) == pytest.approx(v, rel=1e-3)
-    assert measures.restitution(result, 0) == pytest.approx(measures.rebound_velocity(result, 0) / v, rel=5e-3)
+    assert measures.impact_velocity(result, contact=0) == pytest.approx(v, rel=1e-3)
+    assert measures.restitution(result, contact=0) == pytest.approx(
+        measures.rebound_velocity(result, contact=0) / v, rel=5e-3
+    )
     with pytest.raises(MeasureError, match="no contact"):
-        measures.restitution(result, 1)
+        measures.restitution(result, contact=1)
 
 
 def test_contact_from_the_first_step() -> None:

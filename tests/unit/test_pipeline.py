@@ -113,7 +113,7 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
         assert found[prefix + "peak_force_N"] == measures.peak_force(result) > 0
         assert found[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
         assert found[prefix + "impulse_Ns"] == measures.impulse(result)
-        groups, raw = measures.contact_groups(result, 30e-6), measures.contact_intervals(result)
+        groups, raw = measures.contact_groups(result, merge=30e-6), measures.contact_intervals(result)
         assert found[prefix + "contact_count"] == len(groups)
         assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
         assert found[prefix + "first_contact_s"] == groups[0, 0] == raw[0, 0]

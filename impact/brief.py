@@ -1,0 +1,52 @@
+"""Objects in a few words: what `repr` says of data that hold arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+
+import numpy as np
+
+WIDTH = 70  # characters of one value
+MOST = 6  # values of a sequence
+
+
+def brief(thing: object) -> str:
+    """``Name(field=value, ...)`` of a dataclass, arrays by shape and range; set it as ``__repr__``."""
+    shown = [f for f in fields(thing) if f.repr]  # type: ignore[arg-type]
+    values = ", ".join(f"{f.name}={brief_value(getattr(thing, f.name))}" for f in shown)
+    return f"{type(thing).__name__}({values})"
+
+
+def brief_value(value: object) -> str:
+    """One value in at most `WIDTH` characters."""
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, str):
+        return cut(repr(value))
+    if isinstance(value, Mapping):
+        return f"{{{cut(some([f'{key}: {brief_value(item)}' for key, item in value.items()]))}}}"
+    if isinstance(value, tuple | list):
+        return f"({cut(some([brief_value(item) for item in value]))})"
+    return cut(repr(value))
+
+
+def some(items: Iterable[str], most: int = MOST) -> str:
+    """The first ``most`` of them, and how many there are more."""
+    listed = list(items)
+    return ", ".join(listed[:most]) + (f", ... ({len(listed) - most} more)" if len(listed) > most else "")
+
+
+def cut(text: str, width: int = WIDTH) -> str:
+    """One line of at most ``width`` characters."""
+    line = " ".join(text.split())
+    return line if len(line) <= width else f"{line[: width - 4]} ..."
+
+
+def _array(values: np.ndarray) -> str:
+    if values.size <= 1 or values.dtype.kind not in "fiu":
+        inside = f" {values.ravel()[0]}" if values.size == 1 else ""
+        return f"array {values.shape}{inside}"
+    return f"array {values.shape} {np.min(values):.4g} ... {np.max(values):.4g}"

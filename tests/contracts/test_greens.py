@@ -1,0 +1,321 @@
+"""What every Green's function promises, whatever it is made of: held, free, damped, with one port or two."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.closed_form import PowerLaw
+from impact.damped_rods import BareFixedRod
+from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
+from impact.storage import load_greens, save_greens
+from impact.sums import SumGreens
+
+ROD = {"young": 4.0, "density": 9.0, "area": 1.0, "length": 2.0 / 3.0}  # Z = 6, l/c = 1, mass 6
+DT, STEPS = 0.02, 300
+TIMES = DT * np.arange(STEPS + 1)
+
+HELD = impact.ModalGreens(
+    np.array([2.0, 7.0, 30.0]),
+    np.array([0.02, 0.3, 1.4]),
+    np.array([[0.5, -0.2], [0.3, 0.4], [0.1, 0.3]]),
+    impact.Residual.exponential([[0.02, 0.01], [0.01, 0.03]], [[0.1, 0.0], [0.0, 0.2]]),
+    ("tip", "middle"),
+    ErrorEstimate(1e-3, 2e-3),
+    {"method": "by hand", "dof": 3},
+)
+"""Two ports, held."""
+FREE = replace(
+    HELD,
+    omega=np.array([0.0, 0.0, 5.0]),
+    zeta=np.array([0.0, 0.0, 0.05]),
+    shapes=np.array([[0.5, 0.5], [0.3, -0.3], [0.4, 0.2]]),
+)
+"""Two ports of a body that translates and turns; 1/m = 0.34 at either."""
+FREE_MASS = 1 / 0.34
+POLES = impact.PoleGreens.of(FREE)
+BALL = impact.rigid_mass(mass=0.7, velocity=0.0).greens
+
+
+def sampled(greens: GreensFunction, tail: str, end: float = 12.0) -> impact.SampledGreens:
+    """On a grid of DT, long enough for what vibrates to come to rest."""
+    t = DT * np.arange(round(end / DT) + 1)
+    p = range(len(greens.ports))
+    values = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
+    return impact.SampledGreens(values, DT, tail, greens.ports)  # type: ignore[arg-type]
+
+
+DAMPED_FREE = impact.free_rod(**ROD, damping_ratio=0.3)
+KINDS: dict[str, tuple[GreensFunction, float]] = {
+    "modes, held, two ports": (HELD, math.inf),
+    "modes, free, two ports": (FREE, FREE_MASS),
+    "modes, for a time": (replace(HELD, valid_for=3.0), math.inf),
+    "poles, held": (impact.PoleGreens.of(HELD), math.inf),
+    "poles, free, two ports": (POLES, FREE_MASS),
+    "poles, for a time": (replace(POLES, valid_for=5.5), FREE_MASS),
+    "mass": (BALL, 0.7),
+    "spring": (impact.spring(stiffness=30.0), math.inf),
+    "oscillator": (impact.single_mode(frequency_hz=0.5, mass=2.0, damping_ratio=0.1), math.inf),
+    "rod, fixed": (impact.fixed_rod(**ROD), math.inf),
+    "rod, free": (impact.free_rod(**ROD), 6.0),
+    "rod, impedance": (impact.rod_with_end_impedance(**ROD, end_impedance=1.0), math.inf),
+    "rod, endless": (impact.semi_infinite_rod(**ROD), math.inf),
+    "rod, fixed, damped": (impact.fixed_rod(**ROD, damping_ratio=0.1), math.inf),
+    "rod, bare": (BareFixedRod(6.0, 1.0, 0.1), math.inf),
+    "rod, free, damped": (DAMPED_FREE, 6.0),
+    "beam": (impact.infinite_beam(young=4.0, density=9.0, area=1.0, second_moment=0.2), math.inf),
+    "power law of a mass": (PowerLaw(1 / 3.0, 1.0), 3.0),
+    "plate": (impact.infinite_plate(young=4.0, poisson=0.3, density=9.0, thickness=0.5), math.inf),
+    "half-space": (impact.half_space_patch(young=4.0, poisson=0.3, density=9.0, radius=0.4), math.inf),
+    "reed": (impact.cantilever_reed(
+        young=4.0, density=9.0, length=2.0, width=0.3, thickness=0.2, damping_ratio=0.03, n_modes=6,
+        contact_at=(1.0, 2.0),
+    ).greens, math.inf),
+    "samples, ending": (sampled(HELD, "forbid"), math.inf),
+    "samples, at rest": (sampled(impact.fixed_rod(**ROD, damping_ratio=0.4), "zero"), math.inf),
+    "samples, rigid tail": (sampled(DAMPED_FREE, "rigid"), 6.0),
+    "samples, rigid tail, two ports": (sampled(FREE, "rigid", end=60.0), FREE_MASS),
+    "sum of modes": (SumGreens((BALL, impact.spring(stiffness=9.0))), 0.7),
+    "sum of all kinds": (SumGreens((DAMPED_FREE, BALL, sampled(DAMPED_FREE, "rigid"))), 1 / (1 / 6 + 1 / 0.7 + 1 / 6)),
+    "multiple of modes": (ScaledGreens(FREE, 0.5), 2 * FREE_MASS),
+    "multiple of a rod": (ScaledGreens(DAMPED_FREE, 2.0), 3.0),
+}  # fmt: skip
+MASSES_BY_SAMPLES = 1e-5  # what is left of the vibration in the last slope
+FREE_KINDS = [name for name, (_, mass) in KINDS.items() if math.isfinite(mass)]
+
+
+@pytest.fixture(params=KINDS)
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def greens(name: str) -> GreensFunction:
+    return KINDS[name][0]
+
+
+def pairs(greens: GreensFunction) -> list[tuple[int, int]]:
+    return list(np.ndindex(len(greens.ports), len(greens.ports)))
+
+
+def known(greens: GreensFunction) -> np.ndarray:
+    return TIMES[greens.valid_for >= TIMES]
+
+
+def test_ports_have_names_and_numbers(greens: GreensFunction) -> None:
+    for number, port in enumerate(greens.ports):
+        assert greens.port_index(port) == greens.port_index(number) == number
+    with pytest.raises(GreensFunctionError, match=greens.ports[0]):
+        greens.port_index("elsewhere")
+    for matrix in (greens.initial_value(), greens.inverse_mass()):
+        assert matrix.shape == (len(greens.ports),) * 2
+
+
+def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensFunction) -> None:
+    t = known(greens)
+    for i, j in pairs(greens):
+        np.testing.assert_allclose(
+            greens.impulse_response(t, i, j), greens.impulse_response(t, j, i), rtol=1e-9, atol=1e-12
+        )
+        assert greens.impulse_response(np.array([-1.0]), i, j)[0] == 0.0
+        start = greens.initial_value()[i, j]
+        if np.isfinite(start):
+            assert greens.impulse_response(np.array([0.0]), i, j)[0] == pytest.approx(start, abs=1e-9)
+
+
+def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
+    """Between jumps, which stand at whole seconds in rods; the midpoint rule of S is off by h^2/24 of g''."""
+    h = 1e-4
+    t = np.array([0.413, 0.777, 1.313, 1.713])  # off the grid of the samples, between the fronts
+    for i, j in pairs(greens):
+        slope = (greens.step_response(t + h / 2, i, j) - greens.step_response(t - h / 2, i, j)) / h
+        largest = np.abs(greens.impulse_response(known(greens)[1:], i, j)).max()
+        np.testing.assert_allclose(slope, greens.impulse_response(t, i, j), atol=1e-6 * largest)
+
+
+def weights_of(kernel: StepKernel, n: int) -> np.ndarray:
+    """(p, p, n) of a kernel, its oscillators included."""
+    total = 0.0 if kernel.weights is None else kernel.weights[:, :, :n]
+    if kernel.modal is not None:
+        p = range(len(kernel.modal.ports))
+        steps = [[kernel.modal.step_response(DT * np.arange(n + 1), i, j) for j in p] for i in p]
+        weights = np.diff(np.array(steps), axis=2)
+        weights[:, :, 0] += kernel.modal.residual.compliance
+        total = total + weights
+    return np.asarray(total)
+
+
+def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction) -> None:
+    """W_m = S((m + 1) h) - S(m h), S(0-) = 0, and W_0 is what it says of itself."""
+    n = 60
+    kernel = greens.step_kernel(DT, n)
+    found, own = weights_of(kernel, n), kernel.self_weight(DT)
+    for i, j in pairs(greens):
+        steps = np.diff(greens.step_response(DT * np.arange(n + 1), i, j))
+        steps[0] = greens.step_response(np.array([DT]), i, j)[0]
+        scale = np.abs(steps).max()
+        np.testing.assert_allclose(found[i, j], steps, atol=1e-10 * scale)
+        assert own[i, j] == pytest.approx(steps[0], abs=1e-10 * scale)
+    assert (greens.marched_poles(DT, n) is None) == (kernel.weights is not None)
+
+
+def test_its_mass_is_that_of_its_long_motion(name: str, greens: GreensFunction) -> None:
+    mass = KINDS[name][1]
+    assert greens.mass() == pytest.approx(mass, rel=MASSES_BY_SAMPLES)
+    assert greens.mass(greens.ports[-1]) == pytest.approx(mass, rel=MASSES_BY_SAMPLES)
+    if math.isfinite(mass):
+        far = np.array([1e4, 2e4])
+        for i, j in pairs(greens):
+            slope = np.diff(greens.impulse_response(far, i, j))[0] / 1e4
+            assert slope == pytest.approx(greens.inverse_mass()[i, j], rel=1e-3, abs=1e-6)
+
+
+def test_it_says_until_when_it_is_known(greens: GreensFunction) -> None:
+    greens.check_length(DT, 60)
+    if math.isfinite(greens.valid_for):
+        beyond = math.ceil(greens.valid_for / DT) + 2
+        with pytest.raises(
+            GreensFunctionError, match=rf"lasts {beyond * DT:g} s but g is known up to .* shorten the run"
+        ):
+            greens.check_length(DT, beyond)
+        problem = impact.ContactProblem(
+            impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(1.0)
+        )
+        with pytest.raises(GreensFunctionError, match="compute"):
+            impact.solve(problem, dt=DT, duration=beyond * DT)
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 2.5])
+def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: float) -> None:
+    scaled, t = greens.scaled(factor), known(greens)[1:]
+    assert scaled.ports == greens.ports
+    assert scaled.valid_for == greens.valid_for
+    assert scaled.error_estimate == greens.error_estimate
+    assert scaled.mass() == pytest.approx(greens.mass() / factor)
+    assert (scaled.modal is None) == (greens.modal is None)
+    assert (scaled.rod is None) == (greens.rod is None)
+    assert scaled.highest_rate == pytest.approx(greens.highest_rate)
+    assert scaled.marched_poles(DT, 50) == greens.marched_poles(DT, 50)
+    for i, j in pairs(greens):
+        for answer in ("impulse_response", "step_response"):
+            one, other = (getattr(g, answer)(t, i, j) for g in (scaled, greens))
+            np.testing.assert_allclose(one, factor * other, rtol=1e-9, atol=1e-10 * np.abs(other).max())
+    with np.errstate(invalid="ignore"):
+        np.testing.assert_allclose(scaled.initial_value(), factor * greens.initial_value(), rtol=1e-12)
+    np.testing.assert_allclose(
+        weights_of(scaled.step_kernel(DT, 40), 40), factor * weights_of(greens.step_kernel(DT, 40), 40), rtol=1e-9,
+        atol=1e-12,
+    )  # fmt: skip
+    for wrong in (0.0, -1.0, math.nan, math.inf):
+        with pytest.raises(GreensFunctionError, match="passive"):
+            greens.scaled(wrong)
+
+
+def test_the_form_for_forces_alone_is_the_same_function(greens: GreensFunction) -> None:
+    lean, t = greens.forces_only(), known(greens)
+    for i, j in pairs(greens):
+        np.testing.assert_array_equal(lean.step_response(t, i, j), greens.step_response(t, i, j))
+    assert lean.mass() == greens.mass()
+
+
+def test_what_is_saved_is_loaded(greens: GreensFunction, tmp_path: Path) -> None:
+    save_greens(greens, tmp_path / "g.h5")
+    read, t = load_greens(tmp_path / "g.h5"), known(greens)
+    assert read.ports == greens.ports
+    assert read.valid_for == greens.valid_for
+    assert read.mass() == greens.mass()
+    assert read.error_estimate == greens.error_estimate
+    assert dict(read.provenance) == dict(greens.provenance)
+    for i, j in pairs(greens):
+        np.testing.assert_array_equal(read.step_response(t, i, j), greens.step_response(t, i, j))
+
+
+def test_its_error_and_origin_can_be_stated_or_are_its_own(greens: GreensFunction) -> None:
+    parts = getattr(greens, "parts", (getattr(greens, "part", greens),))
+    if any(part.closed_form for part in parts):
+        with pytest.raises(GreensFunctionError, match="not free to state"):
+            greens.with_error(ErrorEstimate(0.01, 0.02))
+        return
+    stated = greens.with_error(ErrorEstimate(0.01, 0.02))
+    assert stated.error_estimate == ErrorEstimate(0.01, 0.02)
+    assert stated.valid_for == greens.valid_for
+
+
+def test_it_prints_in_a_few_lines(greens: GreensFunction) -> None:
+    for told in (str(greens), repr(greens)):
+        assert len(told) < 1200
+        assert len(told.splitlines()) <= 10
+        assert "array(" not in told
+    assert greens.ports[0] in str(greens)
+    limit = "any time" if math.isinf(greens.valid_for) else f"{greens.valid_for:.4g} s"
+    assert f"valid for {limit}" in str(greens)
+
+
+@pytest.mark.parametrize("name", FREE_KINDS)
+def test_a_free_body_can_be_thrown(name: str) -> None:
+    """Without contact it keeps its speed; its kinetic energy is m v^2/2; a second port moves as a rigid body does."""
+    greens, mass = KINDS[name]
+    thrown, wall = impact.Body(greens, velocity=-0.5), impact.spring(stiffness=5.0)
+    result = impact.solve(impact.ContactProblem(thrown, wall, gap=100.0), dt=DT, duration=2.0)
+    np.testing.assert_allclose(result.striker_displacement, -0.5 * result.time, rtol=1e-5, atol=1e-12)
+    assert result.energy.striker[0] == pytest.approx(mass * 0.25 / 2, rel=MASSES_BY_SAMPLES)
+    assert result.energy.residual < 1e-9
+    assert result.striker_mass == pytest.approx(mass, rel=MASSES_BY_SAMPLES)
+    assert result.striker_velocity == -0.5
+    if len(greens.ports) > 1:
+        other = impact.solve(impact.ContactProblem(thrown, wall, gap=100.0, striker_port=1), dt=DT, duration=2.0)
+        share = greens.inverse_mass()[1, 0] * mass
+        np.testing.assert_allclose(other.striker_displacement, -0.5 * share * result.time, rtol=1e-4, atol=1e-9)
+        assert other.striker_velocity == pytest.approx(-0.5 * share, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", FREE_KINDS)
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> None:
+    """Known from the change of both bodies' rigid motion, a unit mass against each, thrown and struck alike.
+
+    e = J (1/m1 + 1/m2)/v - 1: Galilei's principle asks that it be the same whichever of the two moves.
+    """
+    greens, mass = KINDS[name][0].scaled(factor), KINDS[name][1] / factor
+    law = impact.LinearSpring(20.0)
+    ball = impact.rigid_mass(mass=1.0, velocity=0.0)
+    struck = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-0.5), impact.Body(greens), law=law)
+    throws = impact.ContactProblem(impact.Body(greens, velocity=-0.5), ball, law=law)
+    one, other = (impact.solve(problem, dt=DT, duration=5.0) for problem in (struck, throws))
+    e = measures.restitution(one)
+    assert e == pytest.approx(measures.impulse(one) * (1 + 1 / mass) / 0.5 - 1, abs=1e-5)
+    assert 0.0 < e <= 1.0 + 1e-9
+    assert measures.restitution(other) == pytest.approx(e, abs=1e-5)
+    assert one.energy.residual < 1e-9
+    assert other.energy.residual < 1e-9
+
+
+def test_restitution_does_not_ask_for_the_class() -> None:
+    """One body in three forms: a damped rod, its samples with a rigid tail, and a multiple of the rod half as heavy."""
+    forms = (DAMPED_FREE, sampled(DAMPED_FREE, "rigid"), ScaledGreens(DAMPED_FREE.scaled(0.5), 2.0))
+    found = []
+    for greens in forms:
+        problem = impact.ContactProblem(
+            impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(50.0)
+        )
+        found.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
+    assert found[2] == pytest.approx(found[0], rel=1e-9)
+    assert found[1] == pytest.approx(found[0], rel=2e-3)  # linear between samples
+
+
+def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:
+    class Drifting(PowerLaw):
+        def inverse_mass(self) -> np.ndarray:
+            return GreensFunction.inverse_mass(self)
+
+    with pytest.raises(GreensFunctionError, match=r"Drifting .* does not state its mass"):
+        Drifting(1.0, 1.0).mass()
+
+
+def test_time_limits_are_positive() -> None:
+    with pytest.raises(GreensFunctionError, match="valid_for = -1"):
+        replace(HELD, valid_for=-1.0)
