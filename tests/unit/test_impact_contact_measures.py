@@ -60,7 +60,7 @@ def test_a_contact_that_never_closes() -> None:
     result = between(impact.LinearSpring(stiffness=1e4))
     assert measures.impulse(result, contact=2) == measures.peak_force(result, contact=2) == 0.0
     assert measures.filtered_peak_force(result, 1e-3, contact=2) == 0.0
-    assert measures.filtered_peak_force(result, 1e-3, 2, window="hann") == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2, window="hann") == 0.0
     assert (
         measures.contact_intervals(result, contact=2).shape
         == measures.contact_groups(result, contact=2).shape

@@ -408,3 +408,26 @@ def test_momentum_with_several_contacts_on_free_bodies(law: Law) -> None:
     mean = result.striker_displacement[late] @ weights
     after = float(np.diff(mean).mean() / 1e-3)
     assert start.striker.mass * (after + 1.0) == pytest.approx(measures.total_impulse(result), rel=1e-9)
+
+
+def test_a_greens_function_is_a_body_at_rest() -> None:
+    """Everywhere where a body is wanted; the same one in several contacts is the same body."""
+    ball, plate = impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e6)
+    bare = impact.solve(impact.ContactProblem(ball, plate), dt=1e-6, duration=2e-4)
+    whole = impact.solve(impact.ContactProblem(ball, impact.Body(plate)), dt=1e-6, duration=2e-4)
+    np.testing.assert_array_equal(bare.force, whole.force)
+    listed = impact.ContactProblem(ball, contacts=[impact.Contact(plate)])
+    assert isinstance(listed.contacts[0].target, impact.Body)
+    np.testing.assert_array_equal(impact.solve(listed, dt=1e-6, duration=2e-4).force, whole.force)
+    assert impact.regime_card(ball, plate, bare) == impact.regime_card(ball, impact.Body(plate), bare)
+    block = impact.ModalGreens(np.array([1e4, 3e4]), np.zeros(2), np.eye(2), impact.Residual.none(2), ("left", "right"))
+    beam = impact.ModalGreens(np.array([0.0, 0.0]), np.zeros(2), np.array([[1.0, 1.0], [1.0, -1.0]]),
+                              impact.Residual.none(2), ("left", "right"))  # fmt: skip
+    law = impact.LinearSpring(1e5)
+    contacts = [impact.Contact(block, port=p, striker_port=p, law=law) for p in ("left", "right")]
+    assert len(impact.ContactProblem(beam, contacts=contacts).targets) == 1
+    apart = [impact.Contact(impact.Body(block), port=p, striker_port=p, law=law) for p in ("left", "right")]
+    assert len(impact.ContactProblem(beam, contacts=apart).targets) == 2
+    assert impact.ContactProblem(beam, beam).striker is not impact.ContactProblem(beam, beam).target
+    with pytest.raises(ValueError, match=r"a float is no body: give an impact\.Body, or a Green's function"):
+        impact.ContactProblem(ball, 1.0)  # type: ignore[arg-type]

@@ -160,3 +160,17 @@ def test_one_of_several_contacts() -> None:
     assert measures.of_contact(one, 0) is one
     with pytest.raises(MeasureError, match="numbered from 0"):
         measures.of_contact(both, 2)
+
+
+def test_what_is_no_width_is_given_by_name() -> None:
+    """`contact_groups(result, 1)` meant a merge of 1 s, `contact_intervals(result, 1)` contact 1."""
+    result = record([0.0, 1.0, 0.0])
+    for measure in (
+        measures.contact_groups, measures.contact_intervals, measures.impulse, measures.peak_force, measures.spectrum,
+        measures.impact_velocity, measures.rebound_velocity, measures.restitution, measures.work,
+    ):  # fmt: skip
+        with pytest.raises(TypeError, match="positional argument"):
+            measure(result, 1)  # type: ignore[operator]
+    for filtered in (measures.filtered_force, measures.filtered_peak_force):
+        with pytest.raises(TypeError, match="positional argument"):
+            filtered(result, 2 * DT, 1)  # type: ignore[operator]

@@ -98,6 +98,29 @@ def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> Non
     assert_same(read["spring"], coarse)
 
 
+def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Path) -> None:
+    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
+    seats = [impact.Contact(KINDS["spring"]), impact.Contact(KINDS["rod"], gap=1e-6)]
+    result = impact.solve(impact.ContactProblem(mass, contacts=seats), dt=1e-7, duration=2e-5)
+    assert result.force.shape == (201, 2)
+    save_results(tmp_path / "r.h5", {"two": result}, {})
+    assert_same(load_results(tmp_path / "r.h5")["two"], result)
+    with h5py.File(tmp_path / "r.h5", "r+") as opened:
+        short = opened["two/gap"][:, :1]
+        del opened["two/gap"]
+        opened["two/gap"] = short
+    with pytest.raises(StorageError, match="differ in their number of contacts"):
+        load_results(tmp_path / "r.h5")
+
+
+def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
+    greens: GreensFunction = KINDS["rod"]
+    for _ in range(9):
+        greens = impact.SumGreens((greens,))
+    with pytest.raises(StorageError, match="more than 8 deep"):
+        save_greens(greens, tmp_path / "deep.h5")
+
+
 def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
     class Odd(PowerLaw):
         @property
