@@ -1,0 +1,40 @@
+"""What was done so far, on file: JSON lines, each written at once, so that a stopped job goes on where it was."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+
+def append(path: Path, entry: Mapping[str, object]) -> None:
+    """One more line, by a single write, so that several programs may share a journal.
+
+    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with path.open("ab+", buffering=0) as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(size - 1, 0))
+            whole = size == 0 or file.read(1) == b"\n"
+            line = ("" if whole else "\n") + json.dumps(dict(entry)) + "\n"
+            data = line.encode("utf-8")
+            if (written := file.write(data)) != len(data):  # a disk that has become full
+                file.write(data[written:])
+    except OSError as problem:
+        raise OSError(problem.errno, problem.strerror, str(path)) from problem
+
+
+def entries(path: Path) -> Iterator[dict[str, Any]]:
+    """The lines that are whole; those that a kill cut short, or that are no JSON objects, are passed."""
+    if not path.exists():
+        return
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        with suppress(ValueError, RecursionError):
+            entry = json.loads(line)
+            if isinstance(entry, dict):
+                yield entry
