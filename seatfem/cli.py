@@ -6,7 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from importlib import resources
 from io import TextIOWrapper
@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
+
+from seatfem.jobs.folders import sweep
+from seatfem.jobs.signals import ended_by_signals, exit_code
 
 if TYPE_CHECKING:
     from impact.progress import Progress
@@ -34,7 +37,7 @@ DEMO_SCENE: Final = "flapper_on_annular_seat.toml"
 app = App(
     name="seatfem",
     help="Impact of flexible reeds on elastic valve seats.",
-    help_epilogue="Exit code 0: done; 1: the run failed or missed its target; 2: bad input.",
+    help_epilogue="Exit code 0: done; 1: the run failed or missed its target; 2: bad input; 128 + n: signal n.",
     result_action="return_value",
     suppress_keyboard_interrupt=False,
     exit_on_error=False,
@@ -68,15 +71,17 @@ def run_command(arguments: Sequence[str]) -> int:
     debug = "--debug" in arguments or os.environ.get("SEATFEM_DEBUG", "0") not in ("", "0")
     errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        sweep()
+        with ended_by_signals(), warnings.catch_warnings(record=True) as caught:
             code = app(arguments)
         for message in dict.fromkeys(str(warning.message) for warning in caught):
             errors.print(f"warning: {_clipped(message)}")
     except CycloptsError:
         return BAD_INPUT  # cyclopts has told
-    except KeyboardInterrupt:
-        errors.print("seatfem: interrupted; files are written whole or not at all")
-        return INTERRUPTED
+    except KeyboardInterrupt as stopped:
+        with suppress(OSError):  # the terminal may be gone
+            errors.print("seatfem: interrupted; files are written whole or not at all")
+        return exit_code(stopped)
     except Exception as error:
         if debug:
             raise

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
 from collections.abc import Mapping
-from pathlib import Path
 
 from seatfem.extremes import scenes
 from seatfem.extremes.cell import Cell, Finding, chosen, swept
+from seatfem.jobs.folders import private_folder
 from seatfem.runs.pipeline import RunError, run_scene
 from seatfem.scene import SceneError, load_scene
 
@@ -196,15 +195,15 @@ def _ball(mass: float, speed: float) -> str:
 
 def _run(text: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
     """summary.json of a scene, and the messages that came with it."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "scene.toml"
+    with private_folder("extremes") as folder:
+        path = folder / "scene.toml"
         path.write_text(text, encoding="utf-8")
         try:
             scene = load_scene(path)
         except SceneError as refusal:
             raise RunError(str(refusal).replace(f"{folder}{os.sep}", "")) from None  # the same words in every run
-        outcome = run_scene(scene, Path(folder) / "out")
-        return json.loads((Path(folder) / "out" / "summary.json").read_text(encoding="utf-8")), outcome.messages
+        outcome = run_scene(scene, folder / "out")
+        return json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")), outcome.messages
 
 
 def _against(

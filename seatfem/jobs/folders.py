@@ -39,8 +39,8 @@ def private_folder(purpose: str) -> Iterator[Path]:
 def sweep(among: Path | None = None) -> tuple[Path, ...]:
     """Remove the private folders whose owners have ended, and say which.
 
-    Only folders of this user that carry our prefix and our lock, with the lock free, directly in ``among`` (default: the
-    folder for temporary files). Links are neither followed nor removed. What cannot be read or removed is left.
+    Only folders of this user that carry our prefix and our lock, with the lock free, directly in ``among`` (default:
+    the folder for temporary files). Links are neither followed nor removed. What cannot be read or removed is left.
     """
     gone = []
     with suppress(OSError), os.scandir(tempfile.gettempdir() if among is None else among) as entries:

@@ -1,28 +1,19 @@
-"""Workers: processes that end with the one that started them, however that ends.
-
-Two ways at once. The first works everywhere: a worker's standard input (or `multiprocessing`'s own pipe) is held open
-by its parent alone, and a thread of the worker ends it when that closes. The second is the Linux kernel's: it kills the
-worker with its parent (PR_SET_PDEATHSIG), in the midst of compiled code too that keeps threads from running.
-"""
+"""Starting workers: processes that end with the one that started them, however that ends (`seatfem.jobs.worker`)."""
 
 from __future__ import annotations
 
-import ctypes
-import multiprocessing
 import os
 import queue
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 STARTED_BY: Final = "SEATFEM_STARTED_BY"
-ORPHANED: Final = 1  # exit code of a worker whose parent has ended
-_PR_SET_PDEATHSIG: Final = 1
 
 
 def start_worker(
@@ -37,13 +28,13 @@ def start_worker(
 
     Keep the standard input open while the worker is wanted. Its standard error goes to ``log``, its standard output
     nowhere, or with ``answers`` to a pipe. ``environment``: variables besides the caller's. ``own_session``: it and all
-    that it starts are one process group, which `end_group` ends.
+    that it starts are one process group, which `end_worker` ends.
     """
     paths = [str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")]
     own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}
     with log.open("wb") as errors:
         return subprocess.Popen(
-            [sys.executable, "-m", module, *arguments],
+            [sys.executable, "-m", "seatfem.jobs.worker", module, *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE if answers else subprocess.DEVNULL,
             stderr=errors,
@@ -53,59 +44,52 @@ def start_worker(
         )
 
 
-def end_group(process: subprocess.Popen[str]) -> None:
-    """Nothing is left of a worker with a session of its own, nor of what it has started."""
+def end_worker(process: subprocess.Popen[str]) -> None:
+    """Nothing is left of a worker; nor, where it has a session of its own, of what it has started."""
     if process.poll() is None:
         with suppress(ProcessLookupError, PermissionError, AttributeError):
-            os.killpg(process.pid, signal.SIGKILL)
+            if os.getpgid(process.pid) == process.pid:
+                os.killpg(process.pid, signal.SIGKILL)
         process.kill()
     with suppress(BrokenPipeError), process:  # closes its pipes, waits
         pass
 
 
 def started_by() -> str:
-    """What `end_with_parent` wants to know of the parent.
+    """What a worker is told of its parent.
 
-    "" where the main thread does not start the worker: Linux takes the end of the starting thread for the parent's.
+    "" where another than the main thread starts it: Linux takes the end of that thread for the parent's.
     """
     return str(os.getpid()) if threading.current_thread() is threading.main_thread() else ""
 
 
-def end_with_parent(parent: str | None = None, take: Callable[[bytes], None] = lambda _: None) -> None:
-    """Called by a worker: from now on it ends when its parent does.
+class LineWorker:
+    """A worker of ``module`` that says a line when it is ready, and then answers each line with one."""
 
-    ``parent``: what `started_by` said there; default: `start_worker` has passed it on. ``take`` receives what the parent
-    writes to the standard input; workers of `multiprocessing` have none.
-    """
-    given = os.environ.get(STARTED_BY, "") if parent is None else parent
-    if sys.platform == "linux" and given == str(os.getppid()):
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    threading.Thread(target=_watch, args=(take,), name="end with parent", daemon=True).start()
+    def __init__(self, module: str, log: Path) -> None:
+        self._process = start_worker(module, log=log, answers=True)
+        self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
+        threading.Thread(target=self._listen, daemon=True).start()
+        self._answers.get()
 
+    def ask(self, line: str, most: float) -> str:
+        """Its answer; "" where it has ended instead. Raises `TimeoutError` after ``most`` seconds."""
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):
+            self._process.stdin.write(line + "\n")
+            self._process.stdin.flush()
+        try:
+            return self._answers.get(timeout=most)
+        except queue.Empty:
+            raise TimeoutError(f"no answer within {most:g} s") from None
 
-def lines_from_parent() -> Iterator[str]:
-    """As `end_with_parent`; the lines that the parent writes, as they come. Does not end before the process."""
-    found: queue.SimpleQueue[str] = queue.SimpleQueue()
-    begun = bytearray()
+    def end(self) -> None:
+        """At once, whatever it does."""
+        end_worker(self._process)
 
-    def take(data: bytes) -> None:
-        begun.extend(data)
-        *lines, rest = bytes(begun).split(b"\n")
-        begun[:] = rest
-        for line in lines:
-            found.put(line.decode("utf-8"))
-
-    end_with_parent(take=take)
-    while True:
-        yield found.get()
-
-
-def _watch(take: Callable[[bytes], None]) -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-    else:
-        while data := os.read(0, 1 << 16):  # not sys.stdin: its lock would be held when the interpreter ends
-            take(data)
-    os._exit(ORPHANED)
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        with suppress(ValueError, OSError):  # closed by `end`
+            for line in self._process.stdout:
+                self._answers.put(line)
+        self._answers.put("")

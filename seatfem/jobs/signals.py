@@ -24,7 +24,7 @@ class Terminated(KeyboardInterrupt):
 def ended_by_signals() -> Iterator[None]:
     """Within the block the first SIGTERM or SIGHUP raises `Terminated`; further ones do not disturb the tidying up.
 
-    Signals that are ignored (``nohup``) or that a caller handles are left alone, and so are all outside the main thread.
+    Signals that are ignored (``nohup``) or that a caller handles are left alone, as are all outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,6 +1,6 @@
 """The gmsh process: `python -m seatfem.mesh._gmsh_worker`, started by `seatfem.mesh.gmsh_process` only.
 
-Jobs come as JSON lines on standard input, until it is closed.
+Jobs come as JSON lines on standard input; the process ends when that is closed.
 
 Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
 the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
@@ -31,6 +31,7 @@ from seatfem.geometry.inspect import area_of, patch_tags
 from seatfem.geometry.plan import EVERYWHERE
 from seatfem.geometry.sectors import cut
 from seatfem.geometry.step_colours import paint
+from seatfem.jobs.worker import lines_from_parent
 from seatfem.mesh._gmsh_arrays import arrays
 from seatfem.mesh._gmsh_messages import send, stage
 from seatfem.mesh._gmsh_model import KeptModel
@@ -168,18 +169,16 @@ def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
 
 
 def main() -> int:
+    jobs = lines_from_parent()
     try:
         gmsh, model = import_gmsh(), KeptModel()
         gmsh.initialize([], readConfigFiles=False, interruptible=False)
-        for line in sys.stdin:
+        for line in jobs:
             run(gmsh, json.loads(line), model)
-        gmsh.finalize()
     except GeometryError as error:
         send(error=str(error), kind="geometry")
     except Exception as error:
         send(error=str(error), kind="gmsh")
-    else:
-        return 0
     return 1
 
 

@@ -7,13 +7,10 @@ its licence stays apart too. Jobs in: JSON lines. Results out: named arrays.
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
-import sys
-import tempfile
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -22,6 +19,8 @@ from numpy.typing import NDArray
 
 from impact.progress import Progress, silent
 from seatfem.geometry import GeometryError
+from seatfem.jobs.folders import private_folder
+from seatfem.jobs.processes import end_worker, start_worker
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -50,8 +49,8 @@ class GmshSession:
     """
 
     def __init__(self) -> None:
-        self._process: subprocess.Popen[str] | None = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._worker: tuple[subprocess.Popen[str], Path] | None = None
+        self._ours = ExitStack()
 
     def __enter__(self) -> GmshSession:
         return self
@@ -75,40 +74,23 @@ class GmshSession:
             raise
 
     def _started(self) -> tuple[subprocess.Popen[str], Path]:
-        if self._process is None or self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix="seatfem-")
-            with (Path(self._folder.name) / "log.txt").open("wb") as log:
-                self._process = subprocess.Popen(
-                    [sys.executable, "-m", "seatfem.mesh._gmsh_worker"],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=log,
-                    text=True,
-                    env=_environment(),
-                )
-        return self._process, Path(self._folder.name)
+        if self._worker is None:
+            with ExitStack() as ours:
+                folder = ours.enter_context(private_folder("gmsh"))
+                process = start_worker("seatfem.mesh._gmsh_worker", log=folder / "log.txt", answers=True)
+                ours.callback(end_worker, process)  # its results are read: nothing is lost
+                self._worker, self._ours = (process, folder), ours.pop_all()
+        return self._worker
 
     def _end(self) -> None:
-        process, folder = self._process, self._folder
-        self._process = self._folder = None
-        if process is not None:
-            process.kill()  # its results are read: nothing is lost
-            with suppress(BrokenPipeError), process:
-                pass
-        if folder is not None:
-            folder.cleanup()
+        self._worker = None
+        self._ours.close()
 
 
 def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
     """One job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
     with GmshSession() as gmsh:
         return gmsh(job, progress)
-
-
-def _environment() -> dict[str, str]:
-    """The caller's, with this very package first on the path."""
-    paths = [str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")]
-    return dict(os.environ) | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
 def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:

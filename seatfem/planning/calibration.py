@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +26,7 @@ from impact.storage import save_results
 from impact.stress import peak_bending_stress
 from seatfem.elements.assembly import assemble
 from seatfem.geometry import Block
+from seatfem.jobs.folders import private_folder
 from seatfem.materials import Material
 from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.seat_mesh import SeatMesh
@@ -78,9 +78,9 @@ def calibrate(progress: Progress = silent) -> Machine:
     add("reduction", _reduction(models, default))
     result, found = _contact()
     add("contact", found)
-    with tempfile.TemporaryDirectory() as folder:
-        add("files", _files(result, Path(folder)))
-        add("pictures", _pictures(result, meshes, models, Path(folder), default))
+    with private_folder("calibration") as folder:
+        add("files", _files(result, folder))
+        add("pictures", _pictures(result, meshes, models, folder, default))
     return replace(default, **rates, origin="rates measured on this computer just now")
 
 

@@ -8,6 +8,8 @@ from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 
+from seatfem.jobs import journal
+from seatfem.jobs.journal import entries
 from seatfem.trading.point import Outcome, Point
 
 
@@ -20,19 +22,12 @@ def key_of(scene: Path, point: Point, version: str) -> str:
 def read_journal(path: Path) -> dict[str, Outcome]:
     """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
     found: dict[str, Outcome] = {}
-    if not path.exists():
-        return found
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        with suppress(ValueError, KeyError, TypeError, RecursionError):
-            entry = json.loads(line)
+    for entry in entries(path):
+        with suppress(KeyError, TypeError):
             found[entry["key"]] = Outcome(**entry["outcome"])
     return found
 
 
 def append(path: Path, key: str, point: Point, outcome: Outcome) -> None:
-    """One more line, on the disk at once; after a line that was cut short it begins on a new one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    whole = not path.exists() or path.stat().st_size == 0 or path.read_bytes().endswith(b"\n")
-    line = json.dumps({"key": key, "point": point.name, "outcome": asdict(outcome)})
-    with path.open("a", encoding="utf-8") as file:
-        file.write(("" if whole else "\n") + line + "\n")
+    """One more line, on file at once."""
+    journal.append(path, {"key": key, "point": point.name, "outcome": asdict(outcome)})

@@ -17,6 +17,7 @@ from typing import Any, Final, Literal
 
 from impact.atomic import whole_file
 from impact.engines import Engine
+from seatfem.jobs.worker import end_with_parent
 from seatfem.runs.budget import measured
 from seatfem.runs.contact import check_length, check_step, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
@@ -151,6 +152,7 @@ def _limit_processor_time(seconds: float) -> None:
 
 def main(job_file: Path, answer_file: Path) -> None:
     """Read a job, carry it out, write the answer."""
+    end_with_parent()
     job: dict[str, Any] = json.loads(job_file.read_text(encoding="utf-8"))
     _limit_processor_time(float(job["limit"]))
     outcome = carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - float(job["begun"]))

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
 from seatfem.extremes.runner import code_version
+from seatfem.jobs.folders import private_folder
+from seatfem.jobs.processes import end_worker, start_worker
 from seatfem.seats.store import VARIABLE
 from seatfem.trading.journal import append, key_of, read_journal
 from seatfem.trading.point import Outcome, Point
@@ -70,26 +68,24 @@ def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> 
 
 def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
     """One point, in a process of its own."""
-    with tempfile.TemporaryDirectory(prefix="seatfem-trade-") as name:
-        folder = Path(name)
+    with private_folder("trade") as folder:
         job, answer, log = folder / "job.json", folder / "answer.json", folder / "log.txt"
         task = {"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": time_limit}
         job.write_text(json.dumps(task), encoding="utf-8")
-        command = [sys.executable, "-m", "seatfem.trading.point", str(job), str(answer)]
-        with log.open("wb") as errors:
-            process = subprocess.Popen(
-                command,
-                stdout=subprocess.DEVNULL,
-                stderr=errors,
-                env=_environment(folder / "store"),
-                start_new_session=True,  # so that its mesher ends with it
-            )
-            try:
-                process.wait(PATIENCE * time_limit)
-            except subprocess.TimeoutExpired:
-                return Outcome("stopped", f"no end within {PATIENCE * time_limit:g} s", processor=time_limit)
-            finally:
-                _end(process)
+        process = start_worker(
+            "seatfem.trading.point",
+            str(job),
+            str(answer),
+            log=log,
+            environment=_environment(folder),
+            own_session=True,  # so that its mesher ends with it
+        )
+        try:
+            process.wait(PATIENCE * time_limit)
+        except subprocess.TimeoutExpired:
+            return Outcome("stopped", f"no end within {PATIENCE * time_limit:g} s", processor=time_limit)
+        finally:
+            end_worker(process)
         if process.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
             return Outcome("stopped", f"no end within {time_limit:g} processor seconds", processor=time_limit)
         if not answer.exists():
@@ -100,17 +96,6 @@ def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
         return Outcome(**json.loads(answer.read_text(encoding="utf-8")))
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """Nothing of the process and its mesher is left."""
-    if process.poll() is None:
-        with suppress(ProcessLookupError, AttributeError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.kill()
-    process.wait()
-
-
-def _environment(store: Path) -> dict[str, str]:
-    """One thread, so that processor time is work; nothing computed before is at hand; this very package first."""
-    paths = [str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")]
-    own = {VARIABLE: str(store), "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    return dict(os.environ) | dict.fromkeys(_THREADS, "1") | own
+def _environment(folder: Path) -> dict[str, str]:
+    """One thread, so that processor time is work; nothing computed before is at hand; what it leaves goes with it."""
+    return dict.fromkeys(_THREADS, "1") | {VARIABLE: str(folder / "store"), "TMPDIR": str(folder)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import faulthandler
-import json
 import multiprocessing as mp
 import os
 import resource
@@ -16,6 +15,10 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Final
+
+from seatfem.jobs.journal import append, entries
+from seatfem.jobs.processes import started_by
+from seatfem.jobs.worker import end_with_parent
 
 from .trial import Case, Verdict, carry_out
 
@@ -42,22 +45,19 @@ def run_cases(
     known = read_log(log)
     todo = [case for case in cases if case.name not in known]
     start = time.monotonic()
-    with log.open("a", encoding="utf-8") as file:
-        for number, (case, verdict) in enumerate(_carried_out(todo, corpus, folder, limit), start=1):
-            known[case.name] = verdict
-            file.write(json.dumps({"case": case.name, **asdict(verdict)}) + "\n")
-            file.flush()
-            if number % 250 == 0 or number == len(todo):
-                tell(f"{number} of {len(todo)} cases, {time.monotonic() - start:.0f} s")
+    for number, (case, verdict) in enumerate(_carried_out(todo, corpus, folder, limit), start=1):
+        known[case.name] = verdict
+        append(log, {"case": case.name, **asdict(verdict)})
+        if number % 250 == 0 or number == len(todo):
+            tell(f"{number} of {len(todo)} cases, {time.monotonic() - start:.0f} s")
     return {case.name: known[case.name] for case in cases}
 
 
 def read_log(log: Path) -> dict[str, Verdict]:
     """What an earlier run wrote; a line cut short is skipped."""
     found: dict[str, Verdict] = {}
-    for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else ():
-        with suppress(ValueError, KeyError, TypeError):
-            entry = json.loads(line)
+    for entry in entries(log):
+        with suppress(KeyError, TypeError):
             name = entry.pop("case")
             found[name] = Verdict(**entry)
     return found
@@ -89,7 +89,7 @@ def _start(corpus: Path, folder: Path, limit: float) -> Worker:
     ours, theirs = context.Pipe()
     folder.mkdir(parents=True, exist_ok=True)
     trace = folder / "trace.txt"
-    process = context.Process(target=_work, args=(theirs, ours, corpus, folder, trace, limit))
+    process = context.Process(target=_work, args=(theirs, ours, corpus, folder, trace, limit, started_by()))
     process.start()
     theirs.close()
     return Worker(process, ours, trace)
@@ -121,7 +121,10 @@ def _stop(worker: Worker) -> None:
     worker.process.join()
 
 
-def _work(pipe: Connection, other: Connection, corpus: Path, folder: Path, trace: Path, limit: float) -> None:
+def _work(
+    pipe: Connection, other: Connection, corpus: Path, folder: Path, trace: Path, limit: float, parent: str
+) -> None:
+    end_with_parent(parent)
     other.close()
     os.setsid()
     os.chdir(folder)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from seatfem.geometry import AnnularSeat, Stopper
-from seatfem.mesh import gmsh_process
 from seatfem.mesh.gmsh_process import GmshSession
 from seatfem.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.mesh.meshing import MeshingError, MeshSpec, make_mesh
@@ -25,7 +24,7 @@ def started(monkeypatch) -> list[subprocess.Popen[str]]:
             super().__init__(*args, **options)
             found.append(self)
 
-    monkeypatch.setattr(gmsh_process.subprocess, "Popen", Watched)
+    monkeypatch.setattr(subprocess, "Popen", Watched)
     return found
 
 

@@ -1,0 +1,73 @@
+"""In a worker: `python -m seatfem.jobs.worker MODULE ARGUMENTS` runs a module in a process that ends with its parent.
+
+Two ways at once. The first works everywhere: a worker's standard input (or `multiprocessing`'s own pipe) is held open
+by its parent alone, and a thread of the worker ends it when that closes. The second is the Linux kernel's: it kills the
+worker with its parent (PR_SET_PDEATHSIG), in the midst of compiled code too that keeps threads from running.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import queue
+import runpy
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from typing import Final
+
+from seatfem.jobs.processes import STARTED_BY
+
+ORPHANED: Final = 1  # exit code of a worker whose parent has ended
+_PR_SET_PDEATHSIG: Final = 1
+
+
+def end_with_parent(parent: str = "", take: Callable[[bytes], None] = lambda _: None) -> None:
+    """From now on this process ends when its parent does; called by the module that a worker runs, first of all.
+
+    ``take`` receives what the parent writes to the standard input; workers of `multiprocessing` have none, and give as
+    ``parent`` what `started_by` said there.
+    """
+    _die_with(parent)
+    threading.Thread(target=_watch, args=(take,), name="end with parent", daemon=True).start()
+
+
+def lines_from_parent() -> Iterator[str]:
+    """As `end_with_parent`; the lines that the parent writes, as they come. They end with the process."""
+    found: queue.SimpleQueue[str] = queue.SimpleQueue()
+    begun = bytearray()
+
+    def take(data: bytes) -> None:
+        begun.extend(data)
+        *lines, rest = bytes(begun).split(b"\n")
+        begun[:] = rest
+        for line in lines:
+            found.put(line.decode("utf-8"))
+
+    end_with_parent(take=take)
+    return iter(found.get, None)
+
+
+def _watch(take: Callable[[bytes], None]) -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+    else:
+        while data := os.read(0, 1 << 16):  # not sys.stdin: its lock would be held when the interpreter ends
+            take(data)
+    os._exit(ORPHANED)
+
+
+def _die_with(parent: str) -> None:
+    if sys.platform == "linux" and parent == str(os.getppid()):
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+
+
+if __name__ == "__main__":
+    _die_with(os.environ.get(STARTED_BY, ""))  # before anything is loaded
+    del sys.argv[0]
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
