@@ -213,7 +213,7 @@ def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
 
 
 def test_a_process_that_dies_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(runner.sys, "executable", "/bin/false")
+    monkeypatch.setattr("sys.executable", "/bin/false")
     died = run_point(small, Point("dies", "as given", "diagonal"), 10.0)
     assert died.state == "failed"
     assert "exit code 1" in died.reason
