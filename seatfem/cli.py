@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from importlib import resources
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
@@ -234,6 +234,60 @@ def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> 
 
 
 @app.command
+def faces(
+    part: Path,
+    /,
+    *,
+    output: Output = None,
+    unit: Literal["m", "mm", "um", "inch"] | None = None,
+    common: Common = COMMON,
+) -> int:
+    """Show the faces of a part: a table, and a picture with their numbers, by which scenes may select them.
+
+    Parameters
+    ----------
+    part:
+        A STEP, BREP or mesh file, or a scene (TOML), whose groups are shown then.
+    output:
+        File of the picture (.png, .pdf, .svg) or of the table (.csv) [default: the part's name + "-faces.png"].
+    unit:
+        Length unit of a BREP or mesh file, which state none [default: mm, m].
+    """
+    from impact.atomic import whole_file
+    from impact.drawing import gap_of
+    from seatfem.inspection.parts import open_part
+    from seatfem.system import require_gmsh_libraries
+    from seatfem.views.faces_picture import draw_faces
+    from seatfem.views.faces_table import faces_csv, faces_table
+
+    require_gmsh_libraries()
+    with _progress(common) as progress:
+        progress("reading the part", 0.0)
+        found = open_part(part, unit)
+        progress("reading the part", 1.0)
+    path = output or Path(f"{part.stem}-faces.png")
+    gap = ""
+    if path.suffix.lower() == ".csv":
+        with whole_file(path) as temporary:
+            temporary.write_text(faces_csv(found), encoding="utf-8")
+    else:
+        gap = gap_of(lambda file: draw_faces(found, file), path)
+    if common.quiet:
+        return FAILED if gap and output else DONE
+    _console().print(faces_table(found))
+    console = Console(soft_wrap=True, highlight=False, markup=False)
+    if len(found.regions) > 1:
+        console.print(f"solids: {', '.join(found.regions)}")
+    how = "contact = { number = 7 } or { numbers = [7, 9] }" if found.numbered else "the names of groups"
+    console.print(f"scenes select by {how}, and as docs/scene.md says")
+    for note in (*found.notes, *filter(None, [gap])):
+        console.print(f"note: {note}")
+    if not gap:
+        console.print(f"wrote {path}")
+    return FAILED if gap and output else DONE
+
+
+@app.command
 def verify(
     *,
     extremes: Annotated[bool, Parameter(negative="")] = False,
@@ -403,9 +457,15 @@ def _in_words(error: Exception) -> str:
 
 
 def _placed(error: Exception, arguments: Sequence[str]) -> str:
-    """In words; the contact solver knows no scenes, so the scene's name stands in front of what it says."""
-    text = _in_words(error)
+    """In words; the scene's name stands in front of what the contact solver says, which knows no scenes, and the lines
+    of its keys in front of what is wrong with the files that it names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
+    if scenes and type(error).__name__ == "SceneError":
+        from seatfem.scene import SceneError, located
+
+        assert isinstance(error, SceneError)
+        error = located(error, scenes[0])
+    text = _in_words(error)
     if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
         return text
     return f"{scenes[0]}: {text}"

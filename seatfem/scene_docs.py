@@ -14,6 +14,7 @@ from seatfem.named_materials import NAMED_MATERIALS
 from seatfem.scene import Scene
 from seatfem.scene.fields import ReadQuantity
 from seatfem.scene.parts import Material
+from seatfem.scene.selectors import ByColour
 from seatfem.units import DIMENSIONS
 
 _HEAD = """\
@@ -30,6 +31,23 @@ values are generic ones at room temperature: a casting may be a tenth off.
 
 | name | E (GPa) | nu | density (kg/m^3) | source |
 |---|---|---|---|---|
+"""
+_FACES = """\
+## Faces
+
+Faces of a CAD seat are named by colour, place, kind of surface, name or number; `seatfem faces part.step` shows them, as
+a table and as a picture with their numbers, and `seatfem faces scene.toml` those that a scene selects. A key that only
+one kind of selector has stands for the kind:
+
+    contact = { number = 7 }                                   # or { numbers = [7, 9] }
+    fixed = { radius = "2.25 mm", several = true }             # all bolt holes, wherever their axes are
+    fixed = { radius = "4 mm", axis_point = ["15 mm", "0 mm", "0 mm"] }
+    contact = { normal = [0, 0, 1], offset = "14 mm", radius_max = "10 mm" }
+    groups.rim = { colour = [0, 255, 0] }                      # for supports: on = "rim"
+    contact = { of = [{ number = 3 }, { name = "SEAT" }] }
+
+Numbers are places in the file's order: they stay as long as the file does, and may change with the next export.
+
 """
 _PLAIN = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
 _NUMBERS = {2: "two", 3: "three", 4: "four"}
@@ -48,6 +66,8 @@ def scene_page() -> str:
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
     parts += [_section(f"[{name}]", table) for name, table in sections]
     for name, table in _once(inner):
+        if table is ByColour:
+            parts.append(_FACES)
         parts.append(_section(f"{name} = {{ ... }}", table))
         if table is Material:
             parts.append(_named_materials())

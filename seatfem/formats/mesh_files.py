@@ -40,7 +40,7 @@ SMALLEST, LARGEST = 1e-4, 10.0  # metres: sizes of seats
 def read_mesh(
     path: str | Path,
     *,
-    contact: str = "contact",
+    contact: str | None = "contact",
     fixed: str | None = "fixed",
     unit: float = 1.0,
     merge: float | None = None,
@@ -53,25 +53,25 @@ def read_mesh(
     (`read_nastran`); .vtu (`read_vtu`). Every named surface becomes a boundary, every named volume a subdomain; a node
     set is the surface of the free faces all of whose vertices it holds.
 
-    ``contact``, ``fixed``: names of the file's groups, called "contact" and "fixed" from here on, whatever their case
-    where that leaves one; ``fixed=None``: the seat is free. ``unit``: metres per length unit of the file (files carry
-    none). ``merge``: nodes nearer than this [m] become one; None: coincident nodes are an error; 0: they are kept.
-    ``parts``: how many parts that share no node the mesh has. A mesh with every element mirrored is turned right side
-    out, which the provenance notes.
+    ``contact``, ``fixed``: names of the file's groups, called "contact" and "fixed" from here on, whatever their
+    case where that leaves one; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``:
+    metres per length unit of the file (files carry none). ``merge``: nodes nearer than this [m] become one; None:
+    coincident nodes are an error; 0: they are kept. ``parts``: how many parts that share no node the mesh has. A
+    mesh with every element mirrored is turned right side out, which the provenance notes.
 
     Raises `FileNotFoundError`, and `MeshError` naming the file: unreadable, elements of another or of several kinds, a
     size outside 0.1 mm to 10 m, a missing or empty group, and what `check_mesh` finds.
     """
     path = Path(path)
     _check_request(path, unit, merge)
-    if contact == fixed:
+    if contact is not None and contact == fixed:
         raise MeshError(f"{path}: contact and fixed are both {contact!r}: must be two groups")
     mesh, version = _read(path, progress)
     if merge:
         mesh = merged(mesh, merge / unit)
     arrays = to_arrays(mesh, unit, str(path))
     _check_size(arrays, unit)
-    names = {contact: "contact"} if fixed is None else {contact: "contact", fixed: "fixed"}
+    names = {name: role for name, role in ((contact, "contact"), (fixed, "fixed")) if name is not None}
     arrays = _renamed(arrays, names, mesh)
     if merge is None:
         check_coincident(arrays)
@@ -146,13 +146,22 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
     raise MeshError(
         f"{arrays.source}: the mesh would be {' x '.join(f'{length:.4g}' for length in extent)} m large "
         f"(unit = {unit:g} m); missing unit? Its numbers span {number}: in millimetres that is unit = 0.001, "
-        "in metres unit = 1"
+        "in metres unit = 1",
+        field="unit",
     )
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
     """Surfaces under the names that the program uses; others keep theirs, "contact" as "contact of the file"."""
-    new = {_found(name, arrays, mesh): role for name, role in names.items()}
+    new: dict[str, str] = {}
+    missing: list[tuple[str, str]] = []
+    for name, role in names.items():
+        try:
+            new[_found(name, arrays, mesh)] = role
+        except MeshError as error:
+            missing.append((role, str(error)))
+    if missing:
+        raise MeshError("\n".join(message for _, message in missing), problems=tuple(missing))
     given_away = {name: f"{name} of the file" for name in new.values()}
     surfaces = {new.get(name, given_away.get(name, name)): faces for name, faces in arrays.surfaces.items()}
     return dataclasses.replace(arrays, surfaces=surfaces)

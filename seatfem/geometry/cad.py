@@ -132,7 +132,8 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
             raise GeometryError(
                 f"{part.path}: the file states {stated:g} m per unit, CadPart.unit says {unit:g}; the part measures "
                 f"{_box(extent, stated / unit)} by the file, {_box(extent)} by CadPart.unit. Leave unit out, or set "
-                f"overrule = True"
+                f"overrule = True",
+                "unit",
             )
         unit = stated if unit is None else unit
     assert unit is not None
@@ -140,7 +141,8 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
         factor = 1e-3 if max(extent) > LARGEST else 1e3
         raise GeometryError(
             f"{part.path}: measures {_box(extent)} at {unit:g} m per unit; a seat is {SMALLEST:g} to {LARGEST:g} m. At "
-            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check CadPart.unit"
+            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check CadPart.unit",
+            "unit",
         )
 
 

@@ -6,7 +6,14 @@ import math
 
 
 class GeometryError(ValueError):
-    """A geometry that cannot be built; the message names the field, its value, the limit and the remedy."""
+    """A geometry that cannot be built; the message names the field, its value, the limit and the remedy.
+
+    ``field``: dotted, of the geometry's specification; "" where none is to blame alone.
+    """
+
+    def __init__(self, message: str, field: str = "") -> None:
+        super().__init__(message)
+        self.field = field
 
 
 def require_positive(spec: object, *fields: str) -> None:

@@ -28,7 +28,8 @@ class Face:
 
     ``outline``: points on its boundary curves, (n, 3); ``curves``: their tags. ``normal`` points out of the solid; None
     where the face is curved. ``axis``: of a cylinder or cone. ``name``: what the CAD file calls it, "" for nothing.
-    ``distance``: from a point to the face.
+    ``numbers``: places in the file's order, from 1; a face that two solids share has two, and pieces of one face have
+    the same. ``distance``: from a point to the face.
     """
 
     tag: int
@@ -41,6 +42,7 @@ class Face:
     colour: Colour | None = None
     axis: Axis | None = None
     name: str = ""
+    numbers: tuple[int, ...] = ()
     distance: Callable[[Vector], float] | None = None
 
     def radii(self, point: Vector, direction: Vector) -> NDArray[np.float64]:
@@ -51,7 +53,8 @@ class Face:
 
     def __str__(self) -> str:
         x, y, z = (f"{1e3 * c:.4g}" for c in np.round(self.centre, 12) + 0.0)
-        text = f"face {self.tag}: {self.kind}, centre ({x}, {y}, {z}) mm, area {1e6 * self.area:.4g} mm^2"
+        number = " = ".join(map(str, self.numbers)) or str(self.tag)
+        text = f"face {number}: {self.kind}, centre ({x}, {y}, {z}) mm, area {1e6 * self.area:.4g} mm^2"
         if self.normal is not None:
             text += ", normal ({:.3g}, {:.3g}, {:.3g})".format(*(np.round(self.normal, 6) + 0.0))
         if self.axis is not None:

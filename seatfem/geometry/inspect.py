@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.geometry.faces import Axis, Colour, Face, Vector
+from seatfem.geometry.faces import Colour, Face, Vector
 from seatfem.geometry.selectors import Patches, select
+from seatfem.geometry.surfaces import surface_of
 
 NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
 POINTS_PER_CURVE = 17
 STEP_OFF_FACE = 1e-3  # over the square root of its area
 
 
-Mark = tuple[Colour | None, str]
-"""Colour and name of a face."""
+class Mark(NamedTuple):
+    """What a face of a file is known by: colour, name, and its numbers in the file's order."""
+
+    colour: Colour | None = None
+    name: str = ""
+    numbers: tuple[int, ...] = ()
 
 
 def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
@@ -48,9 +53,9 @@ def area_of(model: Any, tags: list[int], unit: float) -> float:
 
 
 def _face(model: Any, tag: int, unit: float, marks: Mapping[int, Mark] | None) -> Face:
-    colour, name = (colour_of(model, 2, tag), "") if marks is None else marks.get(tag, (None, ""))
+    mark = Mark(colour_of(model, 2, tag), "", (tag,)) if marks is None else marks.get(tag, Mark())
     curves = [abs(curve) for _, curve in model.getBoundary([(2, tag)], oriented=False)]
-    kind = model.getType(2, tag)
+    kind, axis = surface_of(model, tag, unit)
     x, y, z = (unit * c for c in model.occ.getCenterOfMass(2, tag))
     return Face(
         tag=tag,
@@ -60,25 +65,12 @@ def _face(model: Any, tag: int, unit: float, marks: Mapping[int, Mark] | None) -
         outline=outline_of(model, curves, unit),
         curves=frozenset(curves),
         normal=_normal(model, tag, curves) if kind == "Plane" else None,
-        colour=colour,
-        name=name,
-        axis=_axis(model, tag, unit) if kind in ("Cylinder", "Cone") else None,
+        colour=mark.colour,
+        name=mark.name,
+        numbers=mark.numbers,
+        axis=axis,
         distance=lambda point: _distance(model, tag, point, unit),
     )
-
-
-def _axis(model: Any, tag: int, unit: float) -> Axis:
-    """OpenCASCADE's surface is P = O + (R + v sin a) e(u) + v cos a Z with the unit vector e normal to Z."""
-    low, high = model.getParametrizationBounds(2, tag)
-    where = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]
-    point = model.getValue(2, tag, where)
-    along = model.getDerivative(2, tag, where)[3:]
-    to_axis = model.getSecondDerivative(2, tag, where)[:3]
-    sine = -(along @ to_axis) / np.linalg.norm(to_axis)
-    direction = along + sine * to_axis / np.linalg.norm(to_axis)
-    x, y, z = direction / np.linalg.norm(direction)
-    px, py, pz = unit * (point + to_axis)
-    return Axis((float(px), float(py), float(pz)), (float(x), float(y), float(z)), abs(math.asin(float(sine))))
 
 
 def _distance(model: Any, tag: int, point: Vector, unit: float) -> float:

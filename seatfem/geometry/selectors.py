@@ -15,6 +15,9 @@ from seatfem.geometry.faces import Colour, Face, Vector, connected, listing
 LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
 ANGLE_TOLERANCE = 1e-3  # radians
 
+UP: Vector = (0.0, 0.0, 1.0)
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+
 CONTACT_COLOUR: Colour = (255, 0, 0, 255)
 FIXED_COLOUR: Colour = (0, 0, 255, 255)
 
@@ -58,26 +61,42 @@ class PlaneFace:
 class CylinderFace:
     """The cylindrical face of this ``radius`` about the line through ``axis_point`` along ``axis``.
 
+    Without the two, about any line; of several separate faces then those about the z axis, where there are such.
     ``several``: accept faces that do not touch each other.
     """
 
     radius: float
-    axis: Vector = (0.0, 0.0, 1.0)
-    axis_point: Vector = (0.0, 0.0, 0.0)
+    axis: Vector | None = None
+    axis_point: Vector | None = None
     several: bool = False
 
     def __post_init__(self) -> None:
-        _check_axis("CylinderFace", self.axis)
+        _check_axis("CylinderFace", UP if self.axis is None else self.axis)
         if not (math.isfinite(self.radius) and self.radius > 0.0):
             raise GeometryError(f"CylinderFace.radius = {self.radius:g} m: must be a finite length > 0")
 
     def matches(self, face: Face) -> bool:
-        if face.axis is None or face.axis.half_angle > 0.0 or not _coaxial(face, self.axis, self.axis_point):
+        if face.axis is None or face.axis.half_angle > 0.0:
             return False
-        return _between(face.radii(self.axis_point, self.axis), self.radius, self.radius)
+        if not self._anywhere and not _coaxial(face, self.axis or UP, self.axis_point or ORIGIN):
+            return False
+        return _between(face.radii(face.axis.point, face.axis.direction), self.radius, self.radius)
+
+    def preferred(self, faces: Sequence[Face]) -> list[Face]:
+        """Of several separate faces those about the z axis, where there are such and no axis is given."""
+        central = [face for face in faces if _coaxial(face, UP, ORIGIN)]
+        return central if central and self._anywhere and not self.several and not connected(faces) else list(faces)
+
+    @property
+    def _anywhere(self) -> bool:
+        return self.axis is None and self.axis_point is None
 
     def __str__(self) -> str:
-        return f"cylindrical face of radius {1e3 * self.radius:g} mm about {self.axis} through {self.axis_point} m"
+        text = f"cylindrical face of radius {1e3 * self.radius:g} mm"
+        if self._anywhere:
+            return text
+        place = ", ".join(f"{1e3 * c:g}" for c in self.axis_point or ORIGIN)
+        return f"{text} about {self.axis or UP} through ({place}) mm"
 
 
 @dataclass(frozen=True)
@@ -147,6 +166,24 @@ class NamedFace:
 
 
 @dataclass(frozen=True)
+class NumberedFace:
+    """The faces with these ``numbers`` in the file's order, from 1, as `seatfem faces` shows them."""
+
+    numbers: tuple[int, ...]
+    several: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.numbers or min(self.numbers) < 1:
+            raise GeometryError(f"NumberedFace.numbers = {self.numbers}: must be one or more numbers from 1")
+
+    def matches(self, face: Face) -> bool:
+        return bool(set(self.numbers) & set(face.numbers))
+
+    def __str__(self) -> str:
+        return f"number {', '.join(map(str, self.numbers))}"
+
+
+@dataclass(frozen=True)
 class HalfPlaneFace:
     """The flat faces in the half plane that the z axis bounds at this ``azimuth`` (radians from the x axis).
 
@@ -188,7 +225,7 @@ class ColourFace:
         return f"faces of colour {self.colour}"
 
 
-Selector = PlaneFace | CylinderFace | ConeFace | PointFace | NamedFace | HalfPlaneFace | ColourFace
+Selector = PlaneFace | CylinderFace | ConeFace | PointFace | NamedFace | NumberedFace | HalfPlaneFace | ColourFace
 Patches = dict[str, tuple[Selector, ...]]
 """Surface groups by name, each the union of what its selectors pick."""
 
@@ -198,6 +235,7 @@ SELECTORS: dict[str, type[Selector]] = {
     "cone": ConeFace,
     "point": PointFace,
     "name": NamedFace,
+    "number": NumberedFace,
     "half_plane": HalfPlaneFace,
     "colour": ColourFace,
 }
@@ -215,6 +253,13 @@ def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
         if isinstance(selector, NamedFace) and not any(face.name for face in faces):
             lost = ", and no face of the file has a name: names did not survive the export; select by another way"
         raise GeometryError(f"no face for {name!r} ({selector}{lost}); the solid has:\n{listing(faces)}")
+    if isinstance(selector, NumberedFace) and (
+        lacking := set(selector.numbers) - {n for f in found for n in f.numbers}
+    ):
+        there = f"number {', '.join(map(str, sorted(lacking)))}"
+        raise GeometryError(f"no face for {name!r} ({there}); the solid has:\n{listing(faces)}")
+    if isinstance(selector, CylinderFace):
+        found = selector.preferred(found)
     if isinstance(selector, PointFace):
         if len(found) > 1:
             raise GeometryError(
@@ -224,7 +269,7 @@ def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
     elif not selector.several and not connected(found):
         raise GeometryError(
             f"ambiguous selection for {name!r} ({selector}): {len(found)} separate faces match; "
-            f"narrow it by a radius range, or set several=True. They are:\n{listing(found)}"
+            f"narrow it, or set several = true. They are:\n{listing(found)}"
         )
     return found
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.geometry import CadPart, GeometryError, cad, model_unit
+from seatfem.geometry import CadPart, GeometryError, NumberedFace, cad, model_unit
 from seatfem.geometry.faces import Colour
 from seatfem.geometry.inspect import Mark, colour_of, outline_of
 
@@ -19,8 +19,8 @@ SAMPLES = 4  # every so many points of a face's outline are compared
 
 @dataclass
 class Imported:
-    """``marks``: colour and name by face, while the faces are the imported ones; ``copies``: of faces that have any,
-    with their type; ``regions``: name -> solids.
+    """``marks``: of the faces, while they are the imported ones; ``copies``: of the faces that must be found again,
+    with their type and mark; ``regions``: name -> solids.
     """
 
     marks: dict[int, Mark] = field(default_factory=dict)
@@ -28,8 +28,12 @@ class Imported:
     regions: dict[str, list[int]] = field(default_factory=dict)
 
 
-def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int) -> Imported:
-    """Import, check the size, and make all solids conformal; copies of faces stay in the model until `recall`."""
+def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bool = False) -> Imported:
+    """Import, check the size, and make all solids conformal; copies of faces stay in the model until `recall`.
+
+    ``numbered``: all faces keep their numbers, not only those that have colour or name, or are selected by number.
+    """
+    numbered = numbered or any(isinstance(s, NumberedFace) for chosen in part.patches.values() for s in chosen)
     model, occ = gmsh.model, gmsh.model.occ
     cad.build(part, occ)
     occ.synchronize()
@@ -37,11 +41,11 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int) -> Imported:
     cad.check_size(part, tuple(model_unit(part) * (box[3:] - box[:3])))
     solids = model.getEntities(3)
     marks = _marks(model, part)
-    found = Imported(marks, regions=_regions(model, part, [tag for _, tag in solids]))
+    found = Imported(marks, regions=regions_of(model, part, [tag for _, tag in solids]))
     if not heal and len(solids) == 1 and sectors == 1:
         return found
     found.marks = {}
-    marked = [(tag, mark) for tag, mark in marks.items() if mark != (None, "")]
+    marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour is not None or mark.name]
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
     found.copies = {copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)}
     if heal:
@@ -114,7 +118,9 @@ def recall(gmsh: Any, found: Imported) -> dict[int, Mark]:
         for copy, (kind, mark) in found.copies.items():
             same = kind == model.getType(2, face)
             if same and all(occ.getDistance(0, point, 2, copy)[0] < near for point in points):
-                marks[face] = mark
+                before = marks.get(face, Mark())
+                numbers = tuple(sorted({*before.numbers, *mark.numbers}))
+                marks[face] = Mark(mark.colour or before.colour, mark.name or before.name, numbers)
         occ.remove([(0, point) for point in points])
     occ.remove(_loose_faces(occ), recursive=True)
     return marks
@@ -127,10 +133,13 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
         kind == "" or kind == model.getType(2, tag) for (_, kind), tag in zip(names, tags, strict=True)
     )
     known = [name for name, _ in names] if kinds_agree else [""] * len(tags)
-    return {tag: (colour_of(model, 2, tag), name) for tag, name in zip(tags, known, strict=True)}
+    return {
+        tag: Mark(colour_of(model, 2, tag), name, (number,))
+        for number, (tag, name) in enumerate(zip(tags, known, strict=True), 1)
+    }
 
 
-def _regions(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
+def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
     """The part's regions, and for solids that none of them names "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
     names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
@@ -147,10 +156,15 @@ def _regions(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int
                 f"  solid {number}: name {name!r}, " + ("no colour" if colour is None else f"colour {colour}")
                 for number, (colour, name) in enumerate(zip(colours, names, strict=True), 1)
             )
-            raise GeometryError(f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{there}")
+            raise GeometryError(
+                f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{there}",
+                f"regions.{region.name}",
+            )
         taken = [tag for tag in fitting if tag not in left]
         if taken:
-            raise GeometryError(f"{part.path}: solids {taken} belong to {region.name!r} and to another region")
+            raise GeometryError(
+                f"{part.path}: solids {taken} belong to {region.name!r} and to another region", f"regions.{region.name}"
+            )
         regions[region.name] = fitting
         left = [tag for tag in left if tag not in fitting]
     if left and not regions and len(solids) == 1:

@@ -33,6 +33,7 @@ from seatfem.geometry.sectors import cut
 from seatfem.geometry.step_colours import paint
 from seatfem.jobs.worker import lines_from_parent
 from seatfem.mesh._gmsh_arrays import arrays
+from seatfem.mesh._gmsh_inspect import inspect
 from seatfem.mesh._gmsh_messages import send, stage
 from seatfem.mesh._gmsh_model import KeptModel
 from seatfem.mesh._gmsh_section import mesh_section, plane_arrays
@@ -55,7 +56,9 @@ OPTIONS = {
     # gmsh's own defaults, of what the job before may have set
     "Mesh.Algorithm": 6,
     "Mesh.Algorithm3D": 1,
+    "Mesh.MeshSizeMax": 1e22,
     "Mesh.MeshSizeMin": 0,
+    "Mesh.Optimize": 1,
     "Mesh.RecombineAll": 0,
     "Mesh.RecombinationAlgorithm": 1,
     "Mesh.SecondOrderLinear": 0,
@@ -140,6 +143,7 @@ def _plan_areas(gmsh: Any, geometry: Extruded, sectors: int) -> dict[str, list[i
 
 
 TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
+    "inspect": inspect,
     "mesh": make,
     "plan": plan,
     "read": read,
@@ -176,7 +180,7 @@ def main() -> int:
         for line in jobs:
             run(gmsh, json.loads(line), model)
     except GeometryError as error:
-        send(error=str(error), kind="geometry")
+        send(error=str(error), kind="geometry", field=error.field)
     except Exception as error:
         send(error=str(error), kind="gmsh")
     return 1

@@ -112,7 +112,7 @@ def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[
 
 def _check(code: int, last: Mapping[str, Any], log: str) -> None:
     if "error" in last:
-        raise (GeometryError if last["kind"] == "geometry" else MeshingError)(last["error"])
+        raise GeometryError(last["error"], last["field"]) if last["kind"] == "geometry" else MeshingError(last["error"])
     if code < 0:
         name = signal.Signals(-code).name
         if name == "SIGALRM":

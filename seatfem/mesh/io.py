@@ -17,7 +17,14 @@ SolidMesh: TypeAlias = MeshTet | MeshTet2 | MeshHex | MeshHex2
 
 
 class MeshError(ValueError):
-    """A mesh that cannot be used; the message names source, group, and what the mesh has instead."""
+    """A mesh that cannot be used; the message names source, group, and what the mesh has instead.
+
+    ``problems``: each by the argument of the reader that is to blame, "" where none is.
+    """
+
+    def __init__(self, message: str, *, field: str = "", problems: tuple[tuple[str, str], ...] = ()) -> None:
+        super().__init__(message)
+        self.problems = problems or ((field, message),)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import Final
 
 from impact.budget import SAFETY
 from impact.progress import Progress, silent
+from seatfem.inspection.checks import check_files
 from seatfem.planning.choices import choices_of
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.filling import is_given
@@ -54,8 +55,10 @@ def plan_scene(
     Raises:
         RunError: a given time step that cannot resolve the measures; more steps than can be stored.
         LevelError: a level that does not describe the seat is asked for.
+        SceneError: a file that cannot be read, or has no such face, group or region.
     """
     check_step(scene)
+    check_files(scene)
     choices = Choices(_look(scene, machine or Machine.known(), progress), without)
     wanted = choices.cheapest(scene.accuracy.target)
     found = _kept(wanted, folder, Store.default() if store is None else store)

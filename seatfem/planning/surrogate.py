@@ -60,9 +60,9 @@ def surrogate_of(scene: Scene) -> Surrogate:
         case GreensFile():
             return Surrogate(impact.load_greens(seat.file), True, f"the function in {seat.file.name}")
         case UniversalModes():
-            from seatfem.seats.imported_seats import from_modes  # its readers take half a second to load
+            from seatfem.inspection.imported import modes_of  # its readers take half a second to load
 
-            return Surrogate(from_modes(seat), True, f"the modes in {seat.file.name}")
+            return Surrogate(modes_of(seat), True, f"the modes in {seat.file.name}")
         case DrawnSeat() if (patch := patch_of(seat)) is not None:
             ratio = _damping(seat) if patch.one_dimensional else max(_damping(seat), SPREADING)
             words = f"patch of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"

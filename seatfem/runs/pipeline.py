@@ -13,6 +13,7 @@ import impact
 from impact.greens import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage import save_results
+from seatfem.inspection.checks import check_files
 from seatfem.planning.options import STEP
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import bar_keys
@@ -124,6 +125,7 @@ def write_modes(scene: Scene, folder: Path, progress: Progress = silent) -> RunO
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has no finite element modes; use annular, bar, block, cad or mesh"
         )
+    check_files(scene)
     seat = build_seat(scene, watch, progress, mesh_error=False)
     with watch("pictures"):
         files, gaps = draw_modes(scene, seat, folder, progress)

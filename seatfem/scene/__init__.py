@@ -1,7 +1,7 @@
 """Scene files: TOML with units in strings, checked with all errors at once."""
 
 from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
-from seatfem.scene.load import load_scene
+from seatfem.scene.load import load_scene, located
 from seatfem.scene.models import Accuracy, Cantilever, Contact, Release, RigidMass, Run, Scene
 from seatfem.scene.parts import GreensSettings, Material, Mesh, Rayleigh
 from seatfem.scene.problems import Problem, SceneError
@@ -56,4 +56,5 @@ __all__ = [
     "StopperSeat",
     "UniversalModes",
     "load_scene",
+    "located",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from pydantic import ValidationError
 
 from seatfem.scene.locate import KeyPath, key_lines
 from seatfem.scene.models import Scene
-from seatfem.scene.problems import Problem, SceneError, explain
+from seatfem.scene.problems import Problem, SceneError, explain, line_of
 
 
 def load_scene(path: Path | str) -> Scene:
@@ -27,6 +28,16 @@ def load_scene(path: Path | str) -> Scene:
         return Scene.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise SceneError(explain(error, Scene, data, path, _lines(text))) from None
+
+
+def located(error: SceneError, path: Path) -> SceneError:
+    """The same problems with the scene's file, and the lines of their keys in it."""
+    lines = _lines(_read(path))
+    problems = (
+        problem if problem.file else replace(problem, file=path, line=line_of(problem.path, lines))
+        for problem in error.problems
+    )
+    return SceneError(tuple(sorted(problems, key=lambda problem: problem.line)))
 
 
 def _read(path: Path) -> str:

@@ -18,14 +18,20 @@ from seatfem.scene.locate import KeyPath
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing to mend. `line` counts from 1; 0 where the whole file is meant."""
+    """One thing to mend. `line` counts from 1; 0 where the whole file is meant; `file` is None where it is not known.
 
-    file: Path
+    `path`: of the key, part by part, for who knows the file (`seatfem.scene.located`).
+    """
+
+    file: Path | None
     line: int
     key: str
     message: str
+    path: KeyPath = ()
 
     def __str__(self) -> str:
+        if self.file is None:
+            return f"{self.key}: {self.message}"
         place = f"{self.file}:{self.line}" if self.line else str(self.file)
         return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
 
@@ -60,10 +66,10 @@ def _problem(
     if details["type"].startswith("union_tag"):
         path = (*path, "kind")
     key = ".".join(str(part) for part in path)
-    return Problem(file, _line(path, lines), key, _message(details, path, table, data))
+    return Problem(file, line_of(path, lines), key, _message(details, path, table, data))
 
 
-def _line(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
+def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
     """The line of the key, or of the nearest table around it."""
     return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
 

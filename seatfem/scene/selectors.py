@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
-from typing import Annotated, Literal, Self, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Annotated, Final, Literal, Self, TypeVar
 
 from annotated_types import Ge, Le
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from seatfem.geometry import (
     CONTACT_COLOUR,
@@ -18,6 +18,7 @@ from seatfem.geometry import (
     CylinderFace,
     GeometryError,
     NamedFace,
+    NumberedFace,
     PlaneFace,
     PointFace,
     Selector,
@@ -85,12 +86,12 @@ class ByPlane(FaceChoice):
 
 
 class ByCylinder(FaceChoice):
-    """The cylindrical face of a radius about an axis."""
+    """The cylindrical face of a radius; without axis and axis_point about any line, rather about the z axis."""
 
     kind: Literal["cylinder"]
     radius: Length = Field(description="of the cylinder")
-    axis: _Direction = Field(_UP, description="direction of the axis", examples=[_UP])
-    axis_point: _Place = default(_ORIGIN, "a point on the axis", _PLACE)
+    axis: _Direction | None = Field(None, description="direction of the axis", examples=[_UP])
+    axis_point: _Place | None = default(None, "a point on the axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
     def selectors(self) -> tuple[Selector, ...]:
@@ -133,6 +134,24 @@ class ByName(FaceChoice):
         return (NamedFace(self.name),)
 
 
+class ByNumber(FaceChoice):
+    """Faces by number, as `seatfem faces` shows them: their places in the file, the same as long as the file is."""
+
+    kind: Literal["number"]
+    number: int | None = Field(None, strict=True, ge=1, description="of the face; or give numbers")
+    numbers: tuple[Annotated[int, Ge(1)], ...] | None = Field(None, min_length=1, description="of several faces")
+
+    @model_validator(mode="after")
+    def _one_key(self) -> Self:
+        if (self.number is None) == (self.numbers is None):
+            raise ValueError("give exactly one of number and numbers")
+        return self
+
+    def selectors(self) -> tuple[Selector, ...]:
+        numbers = self.numbers if self.number is None else (self.number,)
+        return (NumberedFace(numbers or ()),)
+
+
 class Nothing(FaceChoice):
     """No face: what is clamped of a body that only supports hold, or nothing."""
 
@@ -142,7 +161,25 @@ class Nothing(FaceChoice):
         return ()
 
 
-SimpleSelector = Annotated[ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName, Field(discriminator="kind")]
+def _kind_by_keys(given: object) -> object:
+    """{ number = 7 } is { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
+    if isinstance(given, Mapping) and "kind" not in given:
+        kind = next((kind for key, kind in _TELLING.items() if key in given), None)
+        return given if kind is None else {"kind": kind, **given}
+    return given
+
+
+_TELLING: Final[Mapping[str, str]] = {
+    "number": "number", "numbers": "number", "colour": "colour", "normal": "plane", "radius": "cylinder",
+    "half_angle": "cone", "point": "point", "name": "name", "of": "union",
+}  # fmt: skip
+"""Keys that only one kind of selector has."""
+
+SimpleSelector = Annotated[
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
+]
 
 
 class AnyOf(FaceChoice):
@@ -156,10 +193,14 @@ class AnyOf(FaceChoice):
 
 
 FaceSelector = Annotated[
-    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | AnyOf, Field(discriminator="kind")
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
 ]
 ClampSelector = Annotated[
-    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | AnyOf | Nothing, Field(discriminator="kind")
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf | Nothing,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
 ]
 RED_FACES = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
 BLUE_FACES = ByColour(kind="colour", colour=FIXED_COLOUR[:3])

@@ -10,6 +10,7 @@ from seatfem.elements.assembly import assemble
 from seatfem.elements.axisymmetric import assemble_axisymmetric
 from seatfem.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.geometry import GeometryError
+from seatfem.inspection.mesh_file import regions_of
 from seatfem.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.mesh.meshing import make_mesh
@@ -126,7 +127,7 @@ def solids(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh) -> Solid | Mapping[
     """
     if not seat.materials:
         return solid(seat.material)
-    regions = tuple(name for name in mesh.mesh.subdomains or () if name != "seat") or ("seat",)
+    regions = regions_of(mesh)
     if unknown := [name for name in seat.materials if name not in regions]:
         raise ModelError(f"seat.materials.{unknown[0]}: the mesh has no such region; it has {', '.join(regions)}")
     return {name: solid(seat.materials.get(name, seat.material)) for name in regions}

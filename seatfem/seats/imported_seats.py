@@ -1,34 +1,22 @@
-"""Green's functions of seats that come from files: matrices, modes, frequency responses."""
+"""Green's functions of seats that come from files: matrices, frequency responses."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from impact.greens import GreensFunction
-from impact.modal import ModalGreens
 from impact.progress import Progress, silent
-from seatfem.formats.matrices import read_matrices
-from seatfem.formats.uff import read_frf_uff, read_modes_uff
-from seatfem.measured.frf import FrequencyResponseError, read_frf
+from seatfem.inspection.imported import model_of, response_of
+from seatfem.measured.frf import FrequencyResponseError
 from seatfem.measured.pole_fit import fit_poles
 from seatfem.model import ModelError, SecondOrderModel
 from seatfem.roads.greens import Reduction, reduce_model
-from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
-
-UNIVERSAL = (".uff", ".unv")
+from seatfem.scene.imported import FrequencyResponseFile, Matrices
 
 
 def from_matrices(seat: Matrices, duration: float, progress: Progress = silent) -> tuple[SecondOrderModel, Reduction]:
     """The model in the files, and its Green's function for ``duration`` [s]."""
-    model = read_matrices(
-        seat.mass,
-        seat.stiffness,
-        seat.damping,
-        ports={"contact": seat.contact},
-        system=seat.system,
-        first_dof=seat.first_dof,
-        constrained=seat.constrained,
-    )
+    model = model_of(seat)
     try:
         reduction = reduce_model(
             model,
@@ -44,19 +32,9 @@ def from_matrices(seat: Matrices, duration: float, progress: Progress = silent) 
     return model, reduction
 
 
-def from_modes(seat: UniversalModes) -> ModalGreens:
-    """The modes of a universal file."""
-    return read_modes_uff(seat.file, ports={"contact": (seat.node, seat.direction)}, units=seat.system)
-
-
 def from_response(seat: FrequencyResponseFile) -> GreensFunction:
-    """Poles through the response; raises `FrequencyResponseError` for a universal file without a node."""
-    if seat.file.suffix.lower() not in UNIVERSAL:
-        response = read_frf(seat.file)
-    elif seat.node is None:
-        raise FrequencyResponseError(f"{seat.file}: a universal file needs seat.node, the contact's node number")
-    else:
-        response = read_frf_uff(seat.file, ports={"contact": (seat.node, seat.direction)})
+    """Poles through the response. Raises `FrequencyResponseError`."""
+    response = response_of(seat)
     try:
         return fit_poles(response, tolerance=seat.tolerance, free=seat.free)
     except FrequencyResponseError as problem:

@@ -16,7 +16,8 @@ from impact.progress import Progress, silent
 from impact.sampled import SampledGreens
 from impact.storage import load_greens
 from seatfem import scene as scenes
-from seatfem.formats.mesh_files import read_mesh
+from seatfem.inspection.imported import modes_of
+from seatfem.inspection.mesh_file import mesh_of
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.model import SecondOrderModel
@@ -28,7 +29,7 @@ from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.discretise import NAMES, draw_both, matrices, rayleigh_of, sliding_faces, solids, supports_of
-from seatfem.seats.imported_seats import from_matrices, from_modes, from_response
+from seatfem.seats.imported_seats import from_matrices, from_response
 from seatfem.seats.levels import Level, choose_level, clamp_error
 from seatfem.seats.memory_need import check_seat
 from seatfem.seats.needs import COARSENING, memory, mesh_spec
@@ -88,7 +89,7 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
             about = {"seat_model": f"matrices from {seat.stiffness.name}", "seat_dof": model.size}
             return SeatAnswer(reduction.greens, model=model, modes=reduction.modes, about=about)
         case scenes.UniversalModes():
-            return SeatAnswer(from_modes(seat), about={"seat_model": f"modes from {seat.file.name}"})
+            return SeatAnswer(modes_of(seat), about={"seat_model": f"modes from {seat.file.name}"})
         case scenes.FrequencyResponseFile():
             with watch("pole fit"):
                 fitted = from_response(seat)
@@ -102,17 +103,8 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
 
 
 def _from_file(scene: Scene, seat: scenes.MeshFile, watch: Stopwatch, progress: Progress) -> SeatAnswer:
-    unit = scenes.METRES[seat.unit]
     with watch("mesh"):
-        mesh = read_mesh(
-            seat.file,
-            contact=seat.contact,
-            fixed=seat.fixed or None,
-            unit=unit,
-            merge=seat.merge,
-            parts=seat.parts,
-            progress=progress,
-        )
+        mesh = mesh_of(seat, progress)
     return _solved(scene, seat, mesh, "3d", watch, progress)
 
 
