@@ -35,7 +35,7 @@ values are generic ones at room temperature: a casting may be a tenth off.
 _FACES = """\
 ## Faces
 
-Faces of a CAD seat are named by colour, place, kind of surface, name or number; `seatfem faces part.step` shows them, as
+Faces of a CAD seat are named by colour, place, surface, name or number; `seatfem faces part.step` shows them, as
 a table and as a picture with their numbers, and `seatfem faces scene.toml` those that a scene selects. A key that only
 one kind of selector has stands for the kind:
 

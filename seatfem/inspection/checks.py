@@ -1,4 +1,4 @@
-"""The files that a scene names, opened and checked before anything is planned or computed: all that is wrong at once."""
+"""The files that a scene names, opened and checked before anything is planned: all that is wrong at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The faces of a mesh: parts of its surface without a sharp edge within, of one kind of surface where it can be told."""
+"""The faces of a mesh: parts of its surface without a sharp edge within, planes and cylinders told as such."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class Shape:
         rows = self.groups[group]
         n = self.normals[rows]
         values, vectors = np.linalg.eigh(np.einsum("i,ij,ik->jk", self.areas[rows], n, n))
-        return vectors[:, 2] if values[2] - values[1] > DIRECTED * values.sum() else None
+        return np.asarray(vectors[:, 2]) if values[2] - values[1] > DIRECTED * values.sum() else None
 
     def outline(self, group: str) -> Integers:
         """(e, 2) edges that bound the group."""

@@ -38,8 +38,7 @@ GROUPS: Final = {"contact": ORANGE, "fixed": BLUE}
 FURTHER: Final = ("#009E73", "#CC79A7", "#F0E442", "#56B4E9", "#E69F00")  # of Okabe and Ito's palette
 LIGHT: Final = {"smooth_shading": True, "ambient": 0.5, "diffuse": 0.55, "specular": 0.05}
 INCH: Final = 4.6  # side of a picture
-LABEL: Final = {"ha": "center", "va": "center", "fontsize": 9, "color": DARK}
-BOX: Final = {"boxstyle": "round,pad=0.18", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+BOX: Final[dict[str, Any]] = {"boxstyle": "round,pad=0.18", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
 
 
 @dataclass(frozen=True)
@@ -175,12 +174,14 @@ def _show(ax: Axes, shot: _Shot, part: Part, needed: Sequence[int]) -> None:
         number = " = ".join(map(str, part.faces[face].numbers))
         (x, y), room = _deepest(shot.owner == face)
         if room > ROOM and all(math.hypot(x - a, y - b) > APART for a, b in taken):
-            ax.text(x, y, number, **LABEL, bbox=BOX)
+            ax.text(x, y, number, bbox=BOX, ha="center", va="center", fontsize=9, color=DARK)
             taken.append((x, y))
         elif face in needed:
             a, b = _beside((x, y), taken)
             line = {"arrowstyle": "-", "color": DARK, "linewidth": 0.7}
-            ax.annotate(number, (x, y), (a, b), **LABEL, bbox=BOX, arrowprops=line)
+            ax.annotate(
+                number, (x, y), (a, b), bbox=BOX, arrowprops=line, ha="center", va="center", fontsize=9, color=DARK
+            )
             ax.plot(x, y, ".", color=DARK, markersize=3)
             taken.append((a, b))
 

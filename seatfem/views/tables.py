@@ -12,6 +12,7 @@ from seatfem.doctor import Check
 if TYPE_CHECKING:
     from seatfem.verification.case import Row
 
+
 def time_line(seconds: Mapping[str, float]) -> str:
     """Where the time went, the longest stage first, in one line."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])

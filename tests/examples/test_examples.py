@@ -21,9 +21,7 @@ from seatfem.seats.levels import applicable
 from seatfem.seats.seat import build_seat
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = sorted(
-    path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8")
-)
+SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
 SCENES = sorted((ROOT / "examples").glob("*.toml"))
 REEDS = [path for path in SCENES if isinstance(load_scene(path).reed, Cantilever)]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
