@@ -41,7 +41,7 @@ def _read(
 
 
 def shape_of(mesh: SeatMesh) -> Shape:
-    """The surface of the mesh with its named faces, as straight triangles that look outwards; two for a quadrilateral."""
+    """The surface of the mesh with its named faces, as straight triangles that look outwards, two per quadrilateral."""
     solid = mesh.mesh
     outside = np.unique(np.concatenate([solid.boundary_facets(), *(solid.boundaries or {}).values()]))
     corners = solid.facets[:, outside].T

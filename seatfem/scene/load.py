@@ -32,6 +32,8 @@ def load_scene(path: Path | str) -> Scene:
 
 def located(error: SceneError, path: Path) -> SceneError:
     """The same problems with the scene's file, and the lines of their keys in it."""
+    if all(problem.file for problem in error.problems):
+        return error
     lines = _lines(_read(path))
     problems = (
         problem if problem.file else replace(problem, file=path, line=line_of(problem.path, lines))
