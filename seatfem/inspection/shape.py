@@ -114,4 +114,4 @@ def distances(points: Array, others: Array) -> Array:
     for some in np.array_split(others, max(1, len(others) // BLOCK)):
         off = squares[:, None] - 2 * points @ some.T + np.einsum("ij,ij->i", some, some)
         np.minimum(nearest, off.min(axis=1, initial=np.inf), out=nearest)
-    return np.sqrt(np.maximum(nearest, 0.0))
+    return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
