@@ -19,7 +19,8 @@ from seatfem.roads.damping import Damping, damping_of, uniform_loss
 from seatfem.roads.factorization import Backend
 from seatfem.roads.krylov import krylov_greens
 from seatfem.roads.lanczos import lanczos_greens
-from seatfem.roads.modes import Modes, modal_greens
+from seatfem.roads.modal_road import modal_greens
+from seatfem.roads.modes import Modes
 from seatfem.roads.second_order_krylov import second_order_greens
 from seatfem.roads.transient import transient_greens
 

@@ -1,4 +1,4 @@
-"""How far an eigenvalue problem may be shifted, and which eigenvalues round-off cannot tell from zero."""
+"""Which eigenvalues round-off cannot tell from zero."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 from seatfem.model import SecondOrderModel
 
 _ZERO: Final = 10.0  # of eps max(K_ii/M_ii); free discs, h/a = 0.1 to 0.01, leave up to 0.02 in their rigid modes
-_LOWEST: Final = 1e7  # of the same: the first solve with K + s^2 M then leaves a residual below 1e-9
-_LOWER: Final = 10.0  # from one shift s to the next
 
 
 def null_limit(model: SecondOrderModel) -> float:
@@ -20,11 +18,6 @@ def null_limit(model: SecondOrderModel) -> float:
     largest K_ii/M_ii: the limit must follow round-off, not the size of the elements.
     """
     return _ZERO * _round_off(model)
-
-
-def lower_shift(model: SecondOrderModel, shift: float) -> float:
-    """A shift [rad/s] ten times lower than ``shift``, or as low as round-off allows; the same where it is that low."""
-    return min(shift, max(shift / _LOWER, float(np.sqrt(_LOWEST * _round_off(model)))))
 
 
 def _round_off(model: SecondOrderModel) -> float:

@@ -16,7 +16,8 @@ from seatfem.model import ModelError, Port, SecondOrderModel
 from seatfem.roads.damping import Damping, damping_of, residual, truncate
 from seatfem.roads.greens import greens_function, reduce_model
 from seatfem.roads.krylov import krylov_greens
-from seatfem.roads.modes import ConvergenceError, modal_greens, solve_modes
+from seatfem.roads.modal_road import modal_greens
+from seatfem.roads.modes import ConvergenceError, solve_modes
 from seatfem.roads.transient import march, transient_greens
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
@@ -183,20 +184,6 @@ def test_a_free_body_has_six_rigid_modes_at_zero():
     assert np.array_equal(modes.frequencies_hz[:6], np.zeros(6))
     assert modes.frequencies_hz[6] > 1e4
     assert modes.complete
-
-
-def test_a_missing_mode_is_noticed(block, monkeypatch):
-    import seatfem.roads.modes as module
-
-    whole = module._lanczos
-
-    def forgetful(*arguments, **named):
-        values, shapes = whole(*arguments, **named)
-        return np.delete(values, 3), np.delete(shapes, 3, axis=1)
-
-    monkeypatch.setattr(module, "_lanczos", forgetful)
-    with pytest.raises(ConvergenceError, match="1 modes below the 8th are still missing"):
-        solve_modes(block, 8)
 
 
 def test_the_marched_samples_are_second_order(rod):
