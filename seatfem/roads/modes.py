@@ -146,7 +146,7 @@ def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
 
 def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
     limit = null_limit(model)
-    if values[0] < -limit:
+    if len(values) and values[0] < -limit:
         raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
     zero = values < limit
     rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
