@@ -32,6 +32,8 @@ from impact.stepper import ContactStepper, StepState, prepare
 
 if TYPE_CHECKING:
     from impact.batch import ImpactBatch, solve_many
+    from impact.budget import Budget
+    from impact.budgeting import Coarser, error_budget
     from impact.clamped import ClampedClamped
     from impact.half_space import HalfSpacePatch, half_space_patch, without_patch
     from impact.loads import Gravity, PointForce, Pressure, PressureField
@@ -51,8 +53,10 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice",
     "Body",
+    "Budget",
     "Cantilever",
     "ClampedClamped",
+    "Coarser",
     "CompiledLaw",
     "Contact",
     "ContactError",
@@ -100,6 +104,7 @@ __all__ = [
     "cantilever_reed",
     "collect",
     "compiled_law",
+    "error_budget",
     "fixed_rod",
     "free_rod",
     "half_space_patch",
@@ -136,6 +141,9 @@ _HOME = {
     "read_impulse_response": "measured",
     "sampling_advice": "measured",
     "repair": "nearest_passive",
+    "Budget": "budget",
+    "Coarser": "budgeting",
+    "error_budget": "budgeting",
     "ImpactBatch": "batch",
     "solve_many": "batch",
     "ClampedClamped": "clamped",

@@ -66,7 +66,7 @@ def solve_many(
     release_scales: ArrayLike | None = None,
     record: Literal["measures", "force"] = "measures",
     filter_width: float | None = None,
-    rule: str = "passive",
+    rule: str = "auto",
     workers: int | None = None,
     progress: Progress = silent,
 ) -> ImpactBatch:
@@ -89,7 +89,7 @@ def solve_many(
     force = np.zeros((count, n + 1)) if record == "force" else None
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
-    law = (contact.law.code, prepared.rule, *contact.law.parameters)
+    law = (contact.law.code, int(prepared.rules[0]), *contact.law.parameters)
     reach = _reach(problem)
     user = getattr(contact.law, "compiled", None) or no_user_law()
 

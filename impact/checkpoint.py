@@ -55,7 +55,7 @@ def _identity(stepper: ContactStepper) -> dict[str, Array]:
         "step dt": np.array([s.dt]),
         "duration": np.array([float(s.steps)]),
         "contacts": np.array([float(len(laws))]),
-        "laws": np.array([*np.ravel(laws), s.rule], dtype=float),
+        "laws": np.array([*np.ravel(laws), *s.rules], dtype=float),
         "history engine": np.array([float(s.plan.block), *map(float, s.plan.by_poles)]),
         "preload": _digest(s.rest),
         "free motion": _digest(s.free),

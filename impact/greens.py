@@ -30,6 +30,10 @@ class ErrorEstimate:
 
     ``reduction`` is what the road from M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
     discretisation error of M, C, K themselves. ``None`` means unknown, not zero.
+
+    It is an error of g, not of what an impact makes of it: where a contact chatters, opening and closing within its
+    blow, an error of 1e-3 has moved forces and impulses of single contacts by 1.6 %. `impact.error_budget` measures
+    the error of an impact.
     """
 
     reduction: float | None = None
@@ -40,6 +44,13 @@ class ErrorEstimate:
         """Sum of the known parts; ``None`` if nothing is known."""
         known = [e for e in (self.reduction, self.mesh) if e is not None]
         return sum(known) if known else None
+
+    def __str__(self) -> str:
+        reduction, mesh = ("unknown" if e is None else f"{e:.2g}" for e in (self.reduction, self.mesh))
+        return (
+            f"error of g in its band: reduction {reduction}, mesh {mesh}; "
+            "it bounds no contact that chatters, impact.error_budget does"
+        )
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,25 @@ pen_end = pen_free - W0 N; for a convex potential Psi
 
     N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start),
 
-so a step can lose energy and never gain it. With the *conserving* rule the force is the discrete gradient
-N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), for which equality holds; it needs a law that is nothing but
-its potential: linear springs and Hertz. Both rules solve one increasing scalar equation per contact for N. They speak
-of the contact alone: bodies lose what their damping takes, and a bare residual compliance c half of c times each
-force jump squared, whatever the rule.
+so a step can lose energy and never gain it: of first order in the step where the law has a potential. With the
+*conserving* rule the force is the discrete gradient N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), times
+the law's own damping factor 1 + d pen', if it has one; without damping equality holds. It is of second order, but
+where the step does not resolve the contact's own oscillation (Psi'' W0 > 1) the force rings at the step. The *blended*
+rule is N = (1 - s) conserving + s passive with
+
+    s = x^2/(1 + x^2),   x = Psi''(pen_start) W0  (W0 that of all contacts pressing at once),
+
+so that it is conserving where the contact is resolved, passive where it is not, and never gains energy, as s is known
+before the step. Each rule solves one increasing scalar equation per contact for N. They speak of the contact alone:
+bodies lose what their damping takes, and a bare residual compliance c half of c times each force jump squared,
+whatever the rule. The default, *auto*, is blended for a law that is `elastic`, else passive.
+
+Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured in docs/methods.md.
 
 One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
 
-To add a law: a frozen dataclass below with ``code``, ``parameters`` and ``potential``, and its line in
-`impact.march.law_force` (and, if it has a potential, in `impact.march.law_potential`).
+To add a law: a frozen dataclass below with ``code``, ``elastic``, ``parameters`` and ``potential``, and its line in
+`impact.march.law_force` (and, if it is elastic, in `law_potential`, `_elastic_force` and `_stiffness` there).
 """
 
 from __future__ import annotations
@@ -32,7 +41,7 @@ from numba import cfunc, types
 from impact.greens import Array
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
-PASSIVE, CONSERVING = 0, 1
+PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 
 Parameters = tuple[float, float, float]
 _SIGNATURE = types.float64(types.float64, types.float64, types.float64)
@@ -53,6 +62,10 @@ class Law(Protocol):
     def parameters(self) -> Parameters:
         """Its numbers."""
 
+    @property
+    def elastic(self) -> bool:
+        """Whether the march knows a potential of it, of which its force is the slope but for damping."""
+
     def potential(self, penetration: Array) -> Array:
         """Stored energy Psi [J]; zero for a law that stores none."""
 
@@ -67,6 +80,7 @@ class Signorini:
     """
 
     code: ClassVar[int] = SIGNORINI
+    elastic: ClassVar[bool] = False
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
@@ -78,12 +92,13 @@ class Signorini:
 class LinearSpring:
     """N = k max(0, pen); ``stiffness`` k [N/m].
 
-    Passive rule: N = k pen_free/(1 + k W0), convex potential k pen^2/2. Conserving rule: N = k times the mean
+    Convex potential k pen^2/2. Passive rule: N = k pen_free/(1 + k W0); conserving rule: N = k times the mean
     penetration of the step while closed.
     """
 
     stiffness: float
     code: ClassVar[int] = SPRING
+    elastic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _positive("LinearSpring.stiffness", self.stiffness)
@@ -102,12 +117,13 @@ class LinearSpring:
 class Hertz:
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Both rules, by the convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
+    Convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
     a Green's function that holds it too must lose it first, see `impact.half_space.without_patch`.
     """
 
     stiffness: float
     code: ClassVar[int] = HERTZ
+    elastic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _positive("Hertz.stiffness", self.stiffness)
@@ -126,7 +142,7 @@ class Hertz:
 class HuntCrossley:
     """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
 
-    Passive rule only: the elastic part by convexity, the damping part k pen^n d (pen')^2 >= 0 by itself, and where the
+    Every rule: the elastic part by convexity, the damping part d (pen')^2 >= 0 times it by itself, and where the
     bracket is negative the force is zero while the potential falls. On a rigid seat (1 + e) d V =
     ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2.
     Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
@@ -141,6 +157,7 @@ class HuntCrossley:
     damping: float = 0.0
     exponent: float = 1.5
     code: ClassVar[int] = HUNT_CROSSLEY
+    elastic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _positive("HuntCrossley.stiffness", self.stiffness)
@@ -175,6 +192,7 @@ class CompiledLaw:
 
     compiled: Any
     code: ClassVar[int] = USER
+    elastic: ClassVar[bool] = False
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def potential(self, penetration: Array) -> Array:
@@ -253,6 +271,7 @@ class PlainLaw:
     force: Callable[[float, float, float], float]
     compiled: _Callback = field(init=False, repr=False, compare=False)
     code: ClassVar[int] = USER
+    elastic: ClassVar[bool] = False
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:

@@ -21,7 +21,7 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from impact.laws import CONSERVING, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
+from impact.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 
 LANES = 16  # scenes marched side by side
 FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
@@ -46,22 +46,44 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def law_potential(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Psi [J] of the laws that the conserving rule admits."""
+    """Psi [J] of the laws that have one."""
     if pen <= 0.0:
         return 0.0
     if code == SPRING:
         return 0.5 * a * pen * pen
-    return 0.4 * a * pen * pen * math.sqrt(pen)
+    if code == HERTZ:
+        return 0.4 * a * pen * pen * math.sqrt(pen)
+    return a * pen ** (c + 1.0) / (c + 1.0)
 
 
 @njit(cache=True)
-def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The N >= 0 of one step: N = law(pen - w0 N) (passive) or the discrete gradient (conserving).
+def _elastic_force(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """dPsi/dpen [N]."""
+    return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
 
-    Both are one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
+
+@njit(cache=True)
+def _stiffness(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
+    if code == SPRING:
+        return a
+    exponent = 1.5 if code == HERTZ else c
+    return 0.0 if pen <= 0.0 else exponent * a * pen ** (exponent - 1.0)
+
+
+@njit(cache=True)
+def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The N >= 0 of one step by one of the rules of `impact.laws`.
+
+    Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
+    ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
     """
-    if rule == CONSERVING:
-        return _discrete_gradient(code, a, b, c, pen, pen_start, w0)
+    if rule != PASSIVE:
+        share = 0.0
+        if rule == BLENDED:
+            unresolved = (_stiffness(code, a, b, c, pen_start) * together) ** 2
+            share = unresolved / (1.0 + unresolved) if unresolved < 1e16 else 1.0
+        return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
     if pen <= 0.0:
         return 0.0
     if code == SIGNORINI:
@@ -131,29 +153,47 @@ def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_h
 
 
 @njit(cache=True)
-def _discrete_gradient(code, a, b, c, pen, pen_start, w0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Root of N (p - p0) = Psi(p) - Psi(p0), p = pen - w0 N, by bisection on p: p + w0 (secant slope of Psi) increases.
+def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `_step_force`.
 
-    The secant slope of a convex potential does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its
-    relative accuracy for laws far stiffer than 1/w0.
+    F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
+    stiffer than 1/w0.
     """
-    top = _secant(code, a, b, c, pen, pen_start)
-    if top <= 0.0:
-        return 0.0
-    if w0 <= 0.0:
-        return top
-    low, high = pen - w0 * top, pen
+    force = _step_force(code, a, b, c, pen, pen_start, dt, share)
+    if force <= 0.0 or w0 <= 0.0:
+        return force
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
     if pen_start <= 0.0:
-        low = max(low, 0.0)
-    for _ in range(200):
-        p = 0.5 * (low + high)
-        if p + w0 * _secant(code, a, b, c, p, pen_start) > pen:
-            high = p
-        else:
-            low = p
-        if high - low <= 2e-16 * max(abs(low), abs(high)):
+        low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
+    r_low = low + w0 * _step_force(code, a, b, c, low, pen_start, dt, share) - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
+        force = _step_force(code, a, b, c, p, pen_start, dt, share)
+        r = p + w0 * force - pen
+        if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
             break
-    return _secant(code, a, b, c, high, pen_start)
+        if r > 0.0:
+            high, r_high = p, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = p, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return force
+
+
+@njit(cache=True)
+def _step_force(code, a, b, c, p, p0, dt, share):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its damping."""
+    force = _secant(code, a, b, c, p, p0)
+    if share > 0.0:
+        force += share * (_elastic_force(code, a, b, c, p) - force)
+    if code == HUNT_CROSSLEY:
+        force *= max(0.0, 1.0 + b * (p - p0) / dt)
+    return force
 
 
 @njit(cache=True)
@@ -164,8 +204,14 @@ def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no
     if p > 0.0 and p0 > 0.0:
         if code == SPRING:
             return 0.5 * a * (p + p0)
-        x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
-        return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+        if code == HERTZ:
+            x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
+            return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+        middle, apart = 0.5 * (p + p0), (p - p0) / (p + p0)
+        if abs(apart) < 1e-3:
+            square = apart * apart
+            series = 1.0 + c * (c - 1.0) / 6.0 * square * (1.0 + (c - 2.0) * (c - 3.0) / 20.0 * square)
+            return a * middle**c * series
     return (law_potential(code, a, b, c, p) - law_potential(code, a, b, c, p0)) / (p - p0)
 
 
@@ -318,13 +364,13 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
 @njit(cache=True)
 def _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, more):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
-    others = pen[c] + more
+    others, together = pen[c] + more, 0.0
     for d in range(pen.size):
+        together += abs(w[c, d])
         if d != c:
             others -= w[c, d] * force[d]
-    return contact_force(
-        codes[c], rules[c], numbers[c, 0], numbers[c, 1], numbers[c, 2], user, others, pen_start[c], w[c, c], dt
-    )
+    a, b, exponent = numbers[c]
+    return contact_force(codes[c], rules[c], a, b, exponent, user, others, pen_start[c], w[c, c], together, dt)
 
 
 @njit(cache=True)
@@ -417,7 +463,7 @@ def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, us
         if recent.size > 0:
             opening += memory[n] + _past(recent, force, rest, n - n % block, n)
         opening -= w0 * rest
-        f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, dt)
+        f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
 
@@ -521,8 +567,8 @@ def march_lanes(rows, state, free, scales, w0, law, user, dt, force, approach): 
         for i in range(LANES):
             opening = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
             f = 0.0
-            if opening < 0.0 or rule == CONSERVING:
-                f = contact_force(code, rule, a, b, c, user, -opening, -gap[i], w0, dt)
+            if opening < 0.0 or rule != PASSIVE:
+                f = contact_force(code, rule, a, b, c, user, -opening, -gap[i], w0, w0, dt)
             if f > 0.0 and not met[i]:
                 met[i] = True
                 if n > 0:

@@ -25,15 +25,16 @@ def solve(
     *,
     dt: float,
     duration: float,
-    rule: str = "passive",
+    rule: str = "auto",
     engine: Engine = "auto",
     block: int | None = None,
     progress: Progress = silent,
 ) -> ImpactResult:
     """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
 
-    The passive rule is first order at force jumps and separation, second order between them, and never gains energy;
-    ``rule="conserving"`` loses none in the contact (laws with a potential only).
+    ``rule`` is the step rule of `impact.laws`: "auto" takes "blended" for laws with a potential, of second order while
+    the contact is resolved, else "passive", of first order where the force jumps or the bodies part. Both never gain
+    energy; "conserving" loses none in an elastic contact, and rings where the step does not resolve it.
 
     ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
     blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;

@@ -13,19 +13,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact import engines, history, march
 from impact.engines import Engine
 from impact.flight import BLOCK as FLIGHT
 from impact.flight import Flight, Pilot, flies, split
 from impact.greens import Array, GreensFunction
-from impact.laws import CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
+from impact.laws import BLENDED, CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.live_loads import LiveLoads
 from impact.modal import ModalGreens
 from impact.motion import Discrete
 from impact.problem import ContactError, ContactProblem
 
-RULES = {"passive": PASSIVE, "conserving": CONSERVING}
+RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
@@ -41,7 +42,7 @@ class Prepared:
         poles: the poles that are marched, seen from the contacts.
         weights: (p, p, n) step weights of the gaps, or (p, p, 0) without.
         own: (p, p) W_0 [m/N].
-        rule: code of the step rule.
+        rules: (p,) codes of the contacts' step rules.
         plan: which engine remembers what.
         flight: free bodies under loads, if there are any.
     """
@@ -55,7 +56,7 @@ class Prepared:
     poles: history.Poles
     weights: Array
     own: Array
-    rule: int
+    rules: NDArray[np.int64]
     plan: engines.Plan
     flight: Flight | None = None
 
@@ -73,7 +74,7 @@ def prepare(
     problem: ContactProblem,
     dt: float,
     duration: float,
-    rule: str = "passive",
+    rule: str = "auto",
     engine: Engine = "auto",
     block: int | None = None,
     bodies: tuple[Discrete, ...] | None = None,
@@ -84,7 +85,7 @@ def prepare(
         problem: what touches.
         dt: step [s].
         duration: of the run [s].
-        rule: "passive" or "conserving".
+        rule: "passive", "conserving" or "blended", see `impact.laws`; "auto": blended for elastic laws, else passive.
         engine: which remembers the past.
         block: steps summed directly by the blocked FFT.
         bodies: the problem's bodies where they are discretised already, at this step and over this duration: several
@@ -93,7 +94,7 @@ def prepare(
     Raises:
         ContactError: what cannot be marched; ``bodies`` of another problem, step or duration.
     """
-    n, code = step_count(dt, duration), _rule(problem, rule)
+    n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
     if bodies is None:
         bodies = tuple(Discrete.of(body, dt, n) for body in problem.bodies)
@@ -110,7 +111,7 @@ def prepare(
     plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
     poles, weights = _memory(bodies, turns, plan, own, n)
     flight = _flight(problem, bodies, turns, n)
-    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, code, plan, flight)
+    return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, rules, plan, flight)
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Array:
@@ -203,7 +204,7 @@ class ContactStepper:
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
         self._laws = (
             np.array([c.law.code for c in contacts]),
-            np.full(p, prepared.rule),
+            prepared.rules,
             np.array([c.law.parameters for c in contacts]),
         )
 
@@ -359,17 +360,20 @@ def _preloaded(
     return placed, rest
 
 
-def _rule(problem: ContactProblem, rule: str) -> int:
+def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
+    """(p,) codes."""
+    if rule == "auto":
+        return np.array([BLENDED if contact.law.elastic else PASSIVE for contact in problem.contacts])
     if rule not in RULES:
-        raise ContactError(f"step rule {rule!r} is unknown; choose from {', '.join(RULES)}")
-    if rule == "conserving":
+        raise ContactError(f"step rule {rule!r} is unknown; choose from auto, {', '.join(RULES)}")
+    if rule != "passive":
         for contact in problem.contacts:
-            if contact.law.code not in (1, 2):
+            if not contact.law.elastic:
                 raise ContactError(
-                    f"the conserving step needs a contact law with a potential, {type(contact.law).__name__} has none; "
-                    "use LinearSpring or Hertz, or the passive step"
+                    f"the {rule} step needs a contact law with a potential, {type(contact.law).__name__} has none; "
+                    'use LinearSpring, Hertz or HuntCrossley, the passive step, or rule="auto"'
                 )
-    return RULES[rule]
+    return np.full(len(problem.contacts), RULES[rule])
 
 
 def step_count(dt: float, duration: float) -> int:

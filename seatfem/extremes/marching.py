@@ -160,7 +160,7 @@ _CONSERVING: dict[str, tuple[Law, int, bool]] = {
     "spring, 40 modes": (LinearSpring(30.0), 40, False),
     "Hertz, mass": (Hertz(100.0), 0, True),
     "rigid": (Signorini(), 5, False),
-    "Hunt-Crossley": (HuntCrossley(100.0, 0.1), 5, False),
+    "Hunt-Crossley, no damping": (HuntCrossley(100.0), 5, False),
 }
 _PASSIVE: dict[str, tuple[Law, int, bool]] = {
     "rigid, 5 modes": (Signorini(), 5, False),

@@ -52,15 +52,14 @@ LEVELS: dict[str, tuple[float | str, ...]] = {
     "residual": ("none", "relaxation", "spring", "dominant spring"),
     "gap": ("closed", "open", "grazing", "pressed in"),
     "law": ("rigid", "soft spring", "stiff spring", "Hertz", "Hunt-Crossley"),
-    "rule": ("passive", "conserving"),
+    "rule": ("passive", "conserving", "auto"),
     "ports": ("one", "two", "twins"),
     "engine": get_args(Engine),
     "unit": (1.0, 2.0**120, 2.0**-120),
     "push": (0.0, 1.0),
 }
-REFUSED = (  # these two are refused, whatever the rest: a row with them would test nothing else
+REFUSED = (  # these are refused, whatever the rest: a row with them would test nothing else
     ("law", "rigid", "rule", "conserving"),
-    ("law", "Hunt-Crossley", "rule", "conserving"),
     ("residual", "none", "law", "rigid"),
 )
 

@@ -107,7 +107,7 @@ def test_releases_under_a_load() -> None:
     assert np.all(np.isnan(batch.rebound_velocity))
     assert np.sum(batch.contact_count > 0) >= 5
     for s, scale in enumerate(scales):
-        compare(batch, s, one_by_one(problem, 2e-5, None, scale, "passive"))
+        compare(batch, s, one_by_one(problem, 2e-5, None, scale, "auto"))
 
 
 def test_number_of_threads_changes_nothing_and_progress_is_told() -> None:

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalGreens, PlainLaw, Residual, compiled_law
-from impact.laws import CONSERVING, PASSIVE, Law, no_user_law
+from impact.laws import BLENDED, CONSERVING, PASSIVE, Law, no_user_law
 from impact.march import contact_force
 
 RIGID = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(1e-14))
@@ -38,7 +38,7 @@ def test_a_plain_law_is_the_compiled_law() -> None:
     """Bit for bit; the built-in law of the same formula differs by the order of its operations only."""
     plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
     built_in = impact.HuntCrossley(stiffness=300.0, damping=0.2)
-    a, b, c = (impact.solve(mass_on(law), dt=1e-3, duration=1.0) for law in (plain, compiled, built_in))
+    a, b, c = (impact.solve(mass_on(law), dt=1e-3, duration=1.0, rule="passive") for law in (plain, compiled, built_in))
     assert a.force.max() > 1.0
     np.testing.assert_array_equal(a.force, b.force)
     np.testing.assert_array_equal(a.energy.dissipated, b.energy.dissipated)
@@ -50,7 +50,7 @@ def test_one_law_of_ones_own_beside_built_in_ones() -> None:
     spring = impact.LinearSpring(stiffness=500.0)
     plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
     runs = [
-        impact.solve(two_seats(own, spring, own), dt=1e-3, duration=1.0)
+        impact.solve(two_seats(own, spring, own), dt=1e-3, duration=1.0, rule="passive")
         for own in (plain, compiled, impact.HuntCrossley(stiffness=300.0, damping=0.2))
     ]
     assert np.all(runs[0].force.max(axis=0) > 0.1)
@@ -74,7 +74,7 @@ def test_a_plain_law_may_be_any_callable() -> None:
 
     table = Table()
     told = impact.solve(mass_on(PlainLaw(table)), dt=1e-3, duration=0.5)
-    line = impact.solve(mass_on(impact.LinearSpring(stiffness=400.0)), dt=1e-3, duration=0.5)
+    line = impact.solve(mass_on(impact.LinearSpring(stiffness=400.0)), dt=1e-3, duration=0.5, rule="passive")
     np.testing.assert_allclose(told.force, line.force, atol=1e-10 * line.force.max(), rtol=0)
     assert np.sum(told.force > 0) < table.calls < 30 * np.sum(told.force > 0)
 
@@ -166,21 +166,21 @@ def test_hunt_crossley_restitution_to_first_order() -> None:
 @settings(max_examples=300, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_step_gains_energy(seed: int) -> None:
-    """N (end - start) >= Psi(end) - Psi(start) for every law, and equality with the conserving rule."""
+    """N (end - start) >= Psi(end) - Psi(start) for every law; equality by the conserving rule, without damping."""
     rng = np.random.default_rng(seed)
     start, pen = rng.uniform(-1, 1, 2)
     w0, k, dt = 10.0 ** rng.uniform([-6, -2, -3], [2, 4, 1])
-    laws: list[tuple[Law, int]] = [
-        (impact.LinearSpring(stiffness=k), PASSIVE),
-        (impact.Hertz(stiffness=k), PASSIVE),
-        (impact.HuntCrossley(stiffness=k, damping=rng.uniform(0, 3), exponent=rng.uniform(1, 3)), PASSIVE),
-        (impact.LinearSpring(stiffness=k), CONSERVING),
-        (impact.Hertz(stiffness=k), CONSERVING),
+    elastic = [
+        impact.LinearSpring(stiffness=k),
+        impact.Hertz(stiffness=k),
+        impact.HuntCrossley(stiffness=k, exponent=rng.uniform(1, 3)),
+        impact.HuntCrossley(stiffness=k, damping=rng.uniform(0, 3), exponent=rng.uniform(1, 3)),
     ]
+    laws: list[tuple[Law, int]] = [(law, rule) for law in elastic for rule in (PASSIVE, CONSERVING, BLENDED)]
     if start <= 0:  # a rigid contact holds no penetration
         laws.append((impact.Signorini(), PASSIVE))
     for law, rule in laws:
-        force = contact_force(law.code, rule, *law.parameters, no_user_law(), pen, start, w0, dt)
+        force = contact_force(law.code, rule, *law.parameters, no_user_law(), pen, start, w0, w0, dt)
         end = pen - w0 * force
         before, after = law.potential(np.array([start, end]))
         # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential
@@ -189,7 +189,7 @@ def test_no_step_gains_energy(seed: int) -> None:
         assert force >= 0.0
         gain = after - before - force * (end - start)
         assert gain <= round_off
-        if rule == CONSERVING:
+        if rule == CONSERVING and not (isinstance(law, impact.HuntCrossley) and law.damping):
             assert gain >= -round_off
 
 
@@ -209,7 +209,7 @@ def test_conserving_rule_keeps_the_energy_of_a_reed_on_modes(law: Law) -> None:
     assert np.all(result.force >= 0)
     assert np.max(np.abs(stored / stored[0] - 1)) < 1e-9
     # the passive rule, by contrast, loses some
-    passive = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2)
+    passive = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="passive")
     assert passive.energy.stored[-1] < 0.99 * stored[0]
     # a bare residual compliance c loses c (N_m - N_{m-1})^2/2 per step to the force's jumps: the body does, no contact
     c = released.greens.residual.static()
@@ -233,7 +233,6 @@ def test_conserving_rebound_of_a_mass_is_perfect_at_any_step(steps: int) -> None
     "law",
     [
         impact.Signorini(),
-        impact.HuntCrossley(stiffness=1.0),
         compiled_law(lambda pen, start, dt: pen),
         PlainLaw(lambda pen, start, dt: pen),
     ],
