@@ -153,7 +153,7 @@ def reed(
         shapes,
         beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
         port_names=("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))),
-        error=ErrorEstimate(),
+        error=ErrorEstimate(mesh=0.0),
         origin={
             **beam.description,
             "damping_ratio": damping_ratio,

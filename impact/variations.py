@@ -13,7 +13,6 @@ from impact.body import Body, Load, ModalState
 from impact.budget import Budget, Values, changes, larger, times, total
 from impact.modal import ModalGreens, Residual
 from impact.problem import ContactProblem
-from impact.sums import ScaledGreens
 
 FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
 NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
@@ -115,9 +114,9 @@ def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | No
 
 def enlarged(body: Body, factor: float) -> Body:
     """The body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as before."""
-    g = body.greens
-    if not isinstance(g, ModalGreens):
-        return replace(body, greens=ScaledGreens(g, factor))
+    g = body.greens.modal
+    if g is None:
+        return replace(body, greens=body.greens.scaled(factor))
     root, rest = np.where(g.omega > 0, np.sqrt(factor), 1.0), g.residual
     residual = Residual(np.sqrt(factor) * rest.shapes, rest.rates, factor * rest.compliance)
     state = None if body.state is None else ModalState(body.state.displacement / root, body.state.velocity / root)
@@ -129,8 +128,8 @@ def enlarged(body: Body, factor: float) -> Body:
 
 def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     """The body without its highest modes, down to ``ratio`` below the last; ``None`` where it has none."""
-    g = body.greens
-    if not isinstance(g, ModalGreens) or not np.any(g.omega):
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
     kept, state = _below(g, highest), body.state
