@@ -8,3 +8,11 @@ Progress = Callable[[str, float], None]
 
 def silent(stage: str, done: float) -> None:
     """Listen to nothing (the default everywhere)."""
+
+
+Tell = Callable[[str], None]
+"""Called with one sentence that is worth knowing while long work goes on."""
+
+
+def untold(sentence: str) -> None:
+    """Listen to nothing."""

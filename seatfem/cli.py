@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import warnings
@@ -90,8 +91,27 @@ def run_command(arguments: Sequence[str]) -> int:
     return code if isinstance(code, int) else DONE
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Effort:
+    """What a run may take."""
+
+    no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
+    max_time: Annotated[
+        float | None,
+        Parameter(
+            help="Seconds: no further round is begun that is predicted to end later, and one that does is stopped; the "
+            "first is always finished [default: 600 for each further round]."
+        ),
+    ] = None
+    rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = 4
+
+
+WHOLE: Final = Effort()
+
+
 @app.command
-def demo(*, output: Output = None, common: Common = COMMON) -> int:
+def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
     """Run the embedded example, all the way.
 
     Parameters
@@ -99,11 +119,11 @@ def demo(*, output: Output = None, common: Common = COMMON) -> int:
     output:
         Folder for the results [default: seatfem-demo].
     """
-    return _run(demo_scene(), output or Path("seatfem-demo"), common)
+    return _run(demo_scene(), output or Path("seatfem-demo"), effort, common)
 
 
 @app.command
-def run(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+def run(scene: Path, /, *, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
     """Compute everything that a scene describes: seat, contact, measures, pictures.
 
     Parameters
@@ -113,7 +133,7 @@ def run(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> in
     output:
         Folder for the results [default: the scene's name + "-result"].
     """
-    return _run(scene, output or Path(f"{scene.stem}-result"), common)
+    return _run(scene, output or Path(f"{scene.stem}-result"), effort, common)
 
 
 @app.command
@@ -386,14 +406,17 @@ def demo_scene() -> Path:
     return installed if installed.is_file() else source
 
 
-def _run(path: Path, folder: Path, common: Common) -> int:
+def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     scene = _load(path)
+    from seatfem.runs.next_round import Limits
     from seatfem.runs.pipeline import run_scene
     from seatfem.views.result_table import result_table
     from seatfem.views.verdict import verdict
 
-    with _progress(common) as progress:
-        outcome = run_scene(scene, folder, progress)
+    limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
+    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, quiet=common.quiet)
+    with _progress(common, errors) as progress:
+        outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     if not common.quiet:
         console = Console(highlight=False)
         console.print(f"\n{scene.title or path.stem}", markup=False)
@@ -413,10 +436,10 @@ def _console() -> Console:
     return console if console.is_terminal else Console(width=200)
 
 
-def _progress(common: Common) -> AbstractContextManager[Progress]:
+def _progress(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
     from seatfem.views.progress_bars import progress_bars
 
-    return progress_bars(Console(stderr=True), quiet=common.quiet)
+    return progress_bars(console or Console(stderr=True), quiet=common.quiet)
 
 
 def _load(path: Path) -> Scene:

@@ -34,6 +34,18 @@ def available_memory(root: Path = ROOT) -> float:
     return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
 
 
+def peak_memory() -> float:
+    """Largest resident memory of this process so far [bytes]; on Linux from /proc, where it is this program's own."""
+    try:
+        status = Path("/proc/self/status").read_text(encoding="ascii")
+        return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
+    except (OSError, IndexError):
+        pass
+    if sys.platform == "win32":
+        return math.nan
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
 def _of_the_machine() -> float:
     try:
         return float(psutil.virtual_memory().available)

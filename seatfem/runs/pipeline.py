@@ -6,20 +6,23 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 import impact
 from impact.greens import GreensFunction
-from impact.progress import Progress, silent
+from impact.progress import Progress, Tell, silent, untold
+from impact.result import ImpactResult
 from impact.storage import save_results
+from impact.stress import PeakStress
 from seatfem.inspection.checks import check_files
 from seatfem.planning.options import STEP
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import bar_keys
 from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
 from seatfem.runs.pictures import draw_modes, draw_run
-from seatfem.runs.rounds import Round, carry_out, missed
+from seatfem.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.summary import (
     accuracy_keys,
@@ -38,6 +41,10 @@ from seatfem.seats.seat import build_seat
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
 
+SUMMARY_FILE: Final = "summary.json"
+RESULT_FILE: Final = "result.h5"
+
+
 @dataclass(frozen=True)
 class RunOutcome:
     """What a run left: numbers, warnings, files, the seconds each stage took, and whether its target was met."""
@@ -49,12 +56,26 @@ class RunOutcome:
     met: bool = True
 
 
-def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOutcome:
+def run_scene(
+    scene: Scene,
+    folder: Path,
+    progress: Progress = silent,
+    *,
+    tell: Tell = untold,
+    limits: Limits = ANY,
+    pictures: bool = True,
+) -> RunOutcome:
     """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
     The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
-    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. All numbers
-    are on file before the first picture; one that cannot be drawn is told, and named in summary.json.
+    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. The numbers
+    of each round are on file before the next begins, marked as not the last, and all of them before the first
+    picture; one that cannot be drawn is told, and named in summary.json.
+
+    Args:
+        tell: hears of each round what it left and took, and the price of the next.
+        limits: number of rounds and time.
+        pictures: whether to draw.
 
     Raises:
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
@@ -64,43 +85,70 @@ def run_scene(scene: Scene, folder: Path, progress: Progress = silent) -> RunOut
     check_step(scene)
     with watch("plan"):
         plan = plan_scene(scene, progress=progress, folder=folder)
-    done = carry_out(plan, folder, watch, progress)
-    result, width = done.result, scene.run.filter_width
-    stiffness = _static_stiffness(done.seat.greens)
+    baseline: _Baseline | None = None
+    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
+        if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
+            baseline = _baseline(done, watch)
+        summary = _summary(scene, done, baseline, watch)
+        with watch("files"):
+            both = {"wave": done.result, "spring": baseline.result}
+            save_results(folder / RESULT_FILE, both, {"title": scene.title, "round": done.number})
+            write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    assert baseline is not None
+    drawn: tuple[Path, ...] = ()
+    gaps: tuple[str, ...] = ()
+    if pictures:
+        with watch("pictures"):  # whatever becomes of them, all numbers are on file
+            drawn, gaps = draw_run(done.plan.scene, done.seat, done.result, baseline.result, folder, progress)
+        summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
+        try:
+            write_json(folder / SUMMARY_FILE, summary)
+        except OSError as problem:
+            gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
+    advice = (*_assumed_reed(scene), *_advice(done))
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
+    summary |= timing_keys(watch, start)
+    return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)
+
+
+@dataclass(frozen=True)
+class _Baseline:
+    """The spring of equal static stiffness, struck as the seat was in ``beside``."""
+
+    beside: ImpactResult
+    stiffness: float
+    result: ImpactResult
+    stress: PeakStress | None
+
+
+def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
+    stiffness, scene = _static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
-        baseline = run_contact(done.plan.scene, done.striker, impact.spring(stiffness=stiffness), result.dt)
+        result = run_contact(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
     with watch("reed stress"):
         coarsely = "stress" not in scene.accuracy.measures
-        spring_stress = peak_stress(done.plan.scene, done.striker, baseline.force, baseline.dt, coarsely=coarsely)
-    summary: dict[str, object] = {
+        stress = peak_stress(scene, done.striker, result.force, result.dt, coarsely=coarsely)
+    return _Baseline(done.result, stiffness, result, stress)
+
+
+def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
+    width = scene.run.filter_width
+    return {
         "title": scene.title,
-        **summarise(result, width, done.stress),
-        **{f"spring_{k}": v for k, v in summarise(baseline, width, spring_stress).items()},
+        **summarise(done.result, width, done.stress),
+        **{f"spring_{k}": v for k, v in summarise(baseline.result, width, baseline.stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **bar_keys(done.left),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
-        "seat_static_stiffness_N_per_m": stiffness,
+        "seat_static_stiffness_N_per_m": baseline.stiffness,
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.reused,
         "seat_kind": scene.seat.kind,
-        **regime_keys(done.striker, done.seat.greens, result),
+        **regime_keys(done.striker, done.seat.greens, done.result),
     }
-    with watch("files"):
-        save_results(folder / "result.h5", {"wave": result, "spring": baseline}, {"title": scene.title})
-        write_json(folder / "summary.json", {**summary, **timing_keys(watch, start)})
-    with watch("pictures"):  # whatever becomes of them, all numbers are on file
-        pictures, gaps = draw_run(done.plan.scene, done.seat, result, baseline, folder, progress)
-    summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
-    try:
-        write_json(folder / "summary.json", summary)
-    except OSError as problem:
-        gaps = (*gaps, f"summary.json tells nothing of the pictures: {problem}")
-    advice = (*_assumed_reed(scene), *_advice(done))
-    files = (folder / "summary.json", folder / "result.h5", folder / "seat.h5", *pictures)
-    return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:

@@ -2,125 +2,148 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-import impact
-from impact.budget import Budget, Values, safety
-from impact.progress import Progress
-from impact.result import ImpactResult
+from impact.budget import Budget, Values
+from impact.progress import Progress, Tell, untold
 from impact.storage import save_greens
-from impact.stress import PeakStress
-from seatfem.machine.memory import available_memory
+from seatfem.machine.memory import peak_memory
 from seatfem.planning.filling import replaced
-from seatfem.planning.means import LONGEST, MEMORY
 from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
-from seatfem.planning.planner import refine
 from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.budget import KEYS, SOURCES, Source
-from seatfem.runs.contact import MAX_STEPS, check_length, peak_stress, run_contact, striker_of, time_step
+from seatfem.runs.budget import Source
+from seatfem.runs.contact import check_length, peak_stress, run_contact, striker_of, time_step
+from seatfem.runs.next_round import Limits, changed, next_plan, paces, price
+from seatfem.runs.round import Round, in_words, missed
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
 from seatfem.scene import ElasticSeat
 from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.seat import SeatAnswer
 
-MOST_ROUNDS: Final = 4
+__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
+
+ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
 LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
-REMEDIES: Final[Mapping[Source, str]] = {
-    "mesh": "refine seat.mesh",
-    "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
-    "time_step": "shorten run.time_step",
-    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
-}
 
 
-@dataclass(frozen=True)
-class Round:
-    """One plan, carried out.
-
-    Attributes:
-        plan: its scene was run.
-        seat: its answer, and whether it was there before (``reused``).
-        striker: of the run.
-        result, stress: what came out, and the reed's peak stress.
-        left: the errors in it.
-        number: 1, 2, ...
-        stopped: why no further round follows; "" where the target is met.
-    """
-
-    plan: Plan
-    seat: SeatAnswer
-    reused: bool
-    striker: impact.Body
-    result: ImpactResult
-    stress: PeakStress | None
-    left: Budget
-    number: int = 1
-    stopped: str = ""
-
-    @property
-    def met(self) -> bool:
-        """Whether the bar of every measure asked for is within the target."""
-        accuracy = self.plan.scene.accuracy
-        return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
+def carry_out(
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *,
+    limits: Limits = ANY,
+    tell: Tell = untold,
+) -> Round:
+    """The last of `rounds`."""
+    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell):
+        last = done
+    return last
 
 
-def carry_out(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+def rounds(
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *,
+    limits: Limits = ANY,
+    tell: Tell = untold,
+    start: float | None = None,
+) -> Iterator[Round]:
     """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
 
     What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
-    take more than `LONGEST` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round fails,
-    the one before is the answer, its seat on file again, and ``stopped`` tells why.
+    take more than the ``limits`` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round
+    fails, the one before is the answer, its seat on file again, and comes once more, ``stopped`` telling why.
+
+    Args:
+        tell: hears of each round what error it left and what it took, and what the next one would.
+        start: of the run (`time.perf_counter`), from which ``limits.seconds`` count.
+
+    Yields:
+        Each finished round, before the next begins; one that is not the last has that in ``stopped``.
     """
-    done = _first_round(plan, folder, watch, progress)
-    while not done.met:
+    deadline = limits.seconds + (time.perf_counter() if start is None else start)
+    done = _measured(_first_round, plan, folder, watch, progress)
+    while True:
         further: Plan | None = None
+        why = ""
         try:
-            further, why = _next(done)
-            if further is None:
-                return replace(done, stopped=why)
-            done = replace(_round(further, folder, watch, progress, done), number=done.number + 1)
+            if not done.met:
+                further, why = next_plan(done, limits, deadline - time.perf_counter())
         except FAILURES as problem:
-            return _stopped_by(problem, done, further, folder)
-    return done
-
-
-def _stopped_by(problem: Exception, done: Round, further: Plan | None, folder: Path) -> Round:
-    """The round before, with its own seat on file where the one that failed may have written a finer one."""
-    told = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
-    stopped = f"a finer round is not possible: {told}"
-    if further is not None and further.scene.seat_key() != done.plan.scene.seat_key():
+            why = _impossible(problem)
+        tell(in_words(done))
+        if further is None:
+            yield replace(done, stopped=why)
+            return
+        number = done.number + 1
+        yield replace(done, stopped=f"round {number} was begun and not finished")
+        cost = f"about {price(done, further):.2g} s and {further.cost.memory / 1e9:.2g} GB predicted"
+        tell(f"round {done.number} is on file; round {number} follows, {cost}: {changed(done, further)}")
         try:
-            save_greens(done.seat.greens, folder / SEAT_FILE)
-        except OSError as unwritten:
-            stopped += f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
-    return replace(done, stopped=stopped)
+            done = _measured(_round, further, folder, watch, _until(deadline, progress), done)
+        except FAILURES as problem:
+            yield replace(done, stopped=_impossible(problem) + _seat_again(done, further, folder))
+            return
+        except KeyboardInterrupt:
+            _seat_again(done, further, folder)
+            raise
 
 
-def missed(done: Round) -> tuple[str, ...]:
-    """What misses the target, by how much, because of what; and why the run stopped short."""
-    target = done.plan.scene.accuracy.target
-    found = []
-    for name in done.plan.scene.accuracy.measures:
-        if (bar := done.left.relative(name)) > target:
-            source = done.left.dominant(name)
-            remedy = next((words for known, words in REMEDIES.items() if known == source), "")
-            found.append(
-                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
-                f"{source.replace('_', ' ')}'s: {remedy}"
-            )
-    if found and done.stopped:
-        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
-    return tuple(found)
+class OutOfTime(RuntimeError):
+    """A further round has outlasted the time allowed."""
+
+
+def _until(deadline: float, progress: Progress) -> Progress:
+    """``progress``, which ends the work that reports to it once the time is over."""
+
+    def listen(stage: str, done: float) -> None:
+        if time.perf_counter() > deadline:
+            raise OutOfTime(f"--max-time is over ({stage})")
+        progress(stage, done)
+
+    return listen
+
+
+def _measured(
+    carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
+) -> Round:
+    """A round with its number, and what it took."""
+    before = dict(watch.stages)
+    done = carried_out(plan, folder, watch, progress, *more)
+    spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
+    number, known = (more[0].number + 1, more[0].paces) if more else (1, {})
+    return replace(done, number=number, spent=spent, memory=peak_memory(), paces=paces(spent, plan, known))
+
+
+def _impossible(problem: Exception) -> str:
+    if isinstance(problem, OutOfTime):
+        return f"the next round was stopped: {problem}"
+    told = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
+    return f"a finer round is not possible: {told}"
+
+
+def _seat_again(done: Round, further: Plan, folder: Path) -> str:
+    """The seat of ``done`` on file where the round that failed may have written a finer one; if it cannot be, words."""
+    if further.scene.seat_key() == done.plan.scene.seat_key():
+        return ""
+    try:
+        save_greens(done.seat.greens, folder / SEAT_FILE)
+    except OSError as unwritten:
+        return f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
+    return ""
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
@@ -169,59 +192,3 @@ def _at_least_planned(plan: Plan, left: Budget) -> Budget:
         source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts
     }
     return replace(left, parts={**left.parts, **raised})
-
-
-def _next(done: Round) -> tuple[Plan | None, str]:
-    """The refined plan, or why there is none."""
-    if done.number == MOST_ROUNDS:
-        return None, f"{MOST_ROUNDS} rounds at most"
-    accuracy, left = done.plan.scene.accuracy, done.left
-    missing = [name for name in accuracy.measures if left.relative(name) > accuracy.target]
-    reasons = []
-    for measure in sorted(missing, key=lambda name: -left.relative(name)):
-        further, why = _finer_in(done, measure)
-        if further is not None:
-            return further, ""
-        reasons.append(why)
-    return None, reasons[0]
-
-
-def _finer_in(done: Round, measure: str) -> tuple[Plan | None, str]:
-    """For the sake of one measure."""
-    left = done.left
-    allowed = done.plan.scene.accuracy.target * abs(left.values[measure]) / safety(measure)
-    if allowed == 0.0:
-        return None, f"{KEYS[measure]} is zero, a relative error means nothing"
-    stated = []
-    for source in sorted((s for s in SOURCES if s in left.parts), key=lambda s: -left.parts[s][measure]):
-        share = left.parts[source][measure]
-        if share <= 0.2 * allowed:
-            break
-        plan = refine(done.plan, source, _too_large(left, source, measure, allowed))
-        if plan is not None:
-            why = _too_much(plan)
-            return (None, why) if why else (plan, "")
-        stated.append(source.replace("_", " "))
-        if share > allowed:  # by itself: nothing else can help
-            break
-    return None, f"nothing finer is left to choose for the {' and the '.join(stated)} (stated in the file?)"
-
-
-def _too_large(left: Budget, source: Source, measure: str, allowed: float) -> float:
-    """By which factor one source is too large, the others left as they are and a fifth kept in reserve."""
-    here = left.parts[source][measure]
-    others = sum(part[measure] for part in left.parts.values()) - here
-    return here / max(0.8 * allowed - others, 0.2 * allowed)
-
-
-def _too_much(plan: Plan) -> str:
-    """What of a further round would be too much; "" if nothing."""
-    cost, there = plan.cost, available_memory()
-    if cost.memory > MEMORY * there:
-        return f"the next round would take {cost.memory / 1e9:.2g} GB, {there / 1e9:.2g} GB are available"
-    if cost.seconds > LONGEST:
-        return f"the next round would take about {cost.seconds:.2g} s; state a finer seat.mesh or step to insist"
-    dt = plan.scene.run.time_step
-    if dt is not None and plan.scene.run.duration / dt > MAX_STEPS:
-        return f"the next round would take {plan.scene.run.duration / dt:.2g} steps, at most {MAX_STEPS:.0e} are stored"
-    return ""

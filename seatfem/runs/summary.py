@@ -87,6 +87,8 @@ def accuracy_keys(done: Round) -> dict[str, object]:
         "accuracy_measures": ", ".join(accuracy.measures),
         "accuracy_met": done.met,
         "accuracy_rounds": done.number,
+        "accuracy_round_time_s": sum(done.spent.values()),
+        "peak_memory_bytes": done.memory if math.isfinite(done.memory) else None,
         "accuracy_stopped_because": done.stopped,
     }
 

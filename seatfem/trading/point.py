@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import platform
 import sys
 import time
 from collections.abc import Mapping
@@ -18,6 +17,7 @@ from typing import Any, Final, Literal
 from impact.atomic import whole_file
 from impact.engines import Engine
 from seatfem.jobs.worker import end_with_parent
+from seatfem.machine.memory import peak_memory
 from seatfem.runs.budget import measured
 from seatfem.runs.contact import check_length, check_step, peak_stress, run_contact, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
@@ -124,20 +124,6 @@ def _processor_time() -> float:
         return time.process_time()
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return sum(u.ru_utime + u.ru_stime for u in used)
-
-
-def peak_memory() -> float:
-    """Largest resident memory of this process so far [bytes]; on Linux from /proc, where it is this program's own."""
-    try:
-        status = Path("/proc/self/status").read_text(encoding="ascii")
-        return 1024.0 * int(status.partition("VmHWM:")[2].split()[0])
-    except (OSError, IndexError):
-        pass
-    try:
-        import resource  # absent on Windows
-    except ImportError:
-        return math.nan
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if platform.system() == "Darwin" else 1024.0)
 
 
 def _limit_processor_time(seconds: float) -> None:

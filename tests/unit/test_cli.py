@@ -1,5 +1,6 @@
 """The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
 
+import math
 import os
 import signal
 import subprocess
@@ -18,6 +19,7 @@ from seatfem import cli, doctor, system
 from seatfem.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
 from seatfem.doctor import Check
 from seatfem.geometry import GeometryError
+from seatfem.runs.next_round import Limits
 from seatfem.scene import Scene
 from seatfem.views.progress_bars import StageClock, progress_bars
 
@@ -59,8 +61,12 @@ class Pipeline(types.ModuleType):
         super().__init__("seatfem.runs.pipeline")
         self.asked: list[tuple[str, str, Path]] = []
         self.act: Callable[[], None] = lambda: None
+        self.options: dict[str, object] = {}
 
-    def run_scene(self, scene: Scene, folder: Path, progress: Callable[[str, float], None]) -> Outcome:
+    def run_scene(
+        self, scene: Scene, folder: Path, progress: Callable[[str, float], None], **options: object
+    ) -> Outcome:
+        self.options = options
         return self._answer("run", scene, folder, progress)
 
     def compute_greens(self, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
@@ -118,6 +124,35 @@ def test_the_regime_is_told_where_it_predicts(
     monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", -0.2)
     assert run_command(["run", str(SPRING_SCENE)]) == DONE
     assert "regime: a line about the map" in capsys.readouterr().out
+
+
+def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    limits = pipeline_limits(pipeline, [])
+    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (4, math.inf, True)
+    limits = pipeline_limits(pipeline, ["--max-time", "30", "--rounds", "2", "--no-pictures"])
+    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
+    capsys.readouterr()
+    for flag, value in (("--rounds", "0"), ("--max-time", "-1"), ("--max-time", "nan"), ("--rounds", "many")):
+        assert run_command(["run", str(SPRING_SCENE), flag, value]) == BAD_INPUT
+        out, err = capsys.readouterr()
+        assert flag in out + err
+
+
+def pipeline_limits(pipeline: Pipeline, flags: list[str]) -> Limits:
+    assert run_command(["run", str(SPRING_SCENE), "--quiet", *flags]) == DONE
+    limits = pipeline.options["limits"]
+    assert isinstance(limits, Limits)
+    return limits
+
+
+def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
+    pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pipeline.act = lambda: pipeline.options["tell"]("round 1: [bar] 3 %")  # type: ignore[operator]
+    assert run_command(["run", str(SPRING_SCENE)]) == DONE
+    assert "round 1: [bar] 3 %\n" in capsys.readouterr().err
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
+    assert capsys.readouterr().err == ""
 
 
 def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,7 +315,7 @@ def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
     code = """
 import sys, time, types
 pipeline = types.ModuleType("seatfem.runs.pipeline")
-def run_scene(scene, folder, progress):
+def run_scene(scene, folder, progress, **options):
     print("ready", flush=True)
     time.sleep(60)
 pipeline.run_scene = run_scene

@@ -2,21 +2,27 @@
 
 import errno
 import json
+import re
+import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from impact import measures
 from impact.greens import GreensFunctionError
 from impact.progress import silent
-from impact.storage import load_greens
+from impact.storage import load_greens, load_results
 from seatfem.cli import run_command
 from seatfem.mesh.gmsh_process import MeshingError
 from seatfem.planning.filling import replaced
-from seatfem.planning.plan import Plan
+from seatfem.planning.plan import Cost, Plan
 from seatfem.planning.planner import plan_scene
 from seatfem.roads.factorization import FactorizationError
-from seatfem.runs import pipeline, rounds
+from seatfem.runs import next_round, pipeline, rounds
+from seatfem.runs.contact import RunError
+from seatfem.runs.next_round import Limits
 from seatfem.runs.rounds import carry_out, missed
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import Cantilever, load_scene
@@ -85,10 +91,9 @@ def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> No
 
 def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
-    monkeypatch.setattr(rounds, "MOST_ROUNDS", 2)
-    two = carry_out(plan, tmp_path, Stopwatch(), silent)
+    two = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
     assert (two.number, two.stopped) == (2, "2 rounds at most")
-    monkeypatch.setattr(rounds, "available_memory", lambda: 1e6)
+    monkeypatch.setattr(next_round, "available_memory", lambda: 1e6)
     one = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert one.number == 1
     assert "GB, 0.001 GB are available" in one.stopped
@@ -142,22 +147,19 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
 
     monkeypatch.setattr(rounds, "run_contact", failing)
     monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
-    monkeypatch.setattr(rounds, "_next", lambda done: (finer, ""))
+    monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert done.stopped == "a finer round is not possible: out of memory"
     assert written == [plan.scene.seat_key(), finer.scene.seat_key()]
     assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == plan.scene.seat_key()
 
 
-def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path: Path) -> None:
     """As the plan saw them: 3 % of the peak."""
-    monkeypatch.setattr(rounds, "MOST_ROUNDS", 1)
     plan = replace(
         plan_of(SCENE + 'target = "4 %"\n', tmp_path), level="spring", shares={"model": {"filtered_peak": 0.03}}
     )
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(1))
     peak = done.left.values["filtered_peak"]
     assert done.left.parts["model"]["filtered_peak"] == pytest.approx(0.03 * peak)
     assert not done.met  # 1.5 times 3 %
@@ -190,3 +192,92 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(
     assert found["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
     assert 0 <= found["peak_reed_stress_at_m"] <= 25.4e-3
     assert found["spring_peak_reed_stress_Pa"] == pytest.approx(found["peak_reed_stress_Pa"], rel=1e-6)
+
+
+def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
+    told: list[str] = []
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=told.append)
+    assert len(told) == 2 * done.number - 1
+    assert re.match(r"round 1: impulse \+-\S+ %, filtered peak \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
+    assert re.match(r"round 1 is on file; round 2 follows, about \S+ s and \S+ GB predicted: run.time_step", told[1])
+    assert f"filtered peak +-{100 * done.left.relative('filtered_peak'):.2g} % (target met)" in told[-1]
+    assert done.memory > 50e6
+    assert set(done.spent) == {"contact", "reed stress", "error budget"}
+    assert 0 < sum(done.spent.values()) < 60
+
+
+def test_no_round_that_is_predicted_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
+    assert (one.number, one.met) == (1, False)  # the first is always finished
+    assert "0 s of --max-time are left" in one.stopped
+    assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
+
+
+def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Predicted to cost nothing; its first report of progress comes too late."""
+    monkeypatch.setattr(next_round, "price", lambda done, plan: 0.0)
+    plan, begun = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), time.perf_counter()
+    seen: list[rounds.Round] = []
+    for done in rounds.rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=3600), start=begun):
+        seen.append(done)
+        monkeypatch.setattr(rounds.time, "perf_counter", lambda: begun + 3601)
+    assert [r.number for r in seen] == [1, 1]
+    assert seen[0].stopped == "round 2 was begun and not finished"
+    assert seen[1].stopped.startswith("the next round was stopped: --max-time is over (")
+    assert seen[1].result is seen[0].result
+
+
+def test_the_price_of_a_round_knows_how_far_off_the_last_one_was(tmp_path: Path) -> None:
+    plan = plan_of(SCENE, tmp_path)
+    plan = replace(plan, cost=Cost(12.0, 1e9, {"mesh": 2.0, "reduction": 8.0, "contact": 0.5, "pictures": 1.5}))
+    off = next_round.paces({"mesh": 10.0, "reduction": 70.0, "contact": 20.0}, plan, {"contact": 1.2})
+    assert off == {"seat": 8.0, "contact": 1.2}  # half a second predicted tells of one-off costs
+    done = SimpleNamespace(paces=off)
+    dearer = replace(plan, cost=Cost(26.0, 2e9, {"mesh": 4.0, "reduction": 20.0, "contact": 1.0, "pictures": 1.0}))
+    assert next_round.price(done, dearer) == pytest.approx(8 * 24 + 1.2)  # type: ignore[arg-type]
+    kept = replace(plan, cost=Cost(1.0, 1e9, {"contact": 1.0}))
+    assert next_round.price(done, kept) == pytest.approx(1.2)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
+def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
+    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
+        Limits(number, seconds)
+
+
+def test_each_finished_round_is_on_file_while_the_next_is_under_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C in round 2 leaves round 1: whole, and marked."""
+    scene, out, run_contact, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contact, []
+    scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
+
+    def stopping(*given, **more):
+        calls.append(given)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return run_contact(*given, **more)
+
+    monkeypatch.setattr(rounds, "run_contact", stopping)
+    monkeypatch.setattr(pipeline, "plan_scene", lambda scene, **more: with_step(plan_scene(scene, **more), 2e-6))
+    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
+    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (found["accuracy_rounds"], found["accuracy_met"]) == (1, False)
+    assert found["accuracy_stopped_because"] == "round 2 was begun and not finished"
+    assert found["spring_impulse_Ns"] > 0
+    both = load_results(out / "result.h5")
+    assert measures.impulse(both["wave"]) == found["impulse_Ns"]
+    assert both["wave"].dt == 2e-6
+    load_greens(out / "seat.h5")
+
+
+def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "s.toml", tmp_path / "out"
+    scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
+    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    assert "skipped" not in capsys.readouterr().out

@@ -1,0 +1,86 @@
+"""One plan, carried out: its answer, the error left in it, what it took; and all that in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import impact
+from impact.budget import Budget
+from impact.result import ImpactResult
+from impact.stress import PeakStress
+from seatfem.planning.plan import Plan
+from seatfem.runs.budget import KEYS, Source
+from seatfem.seats.seat import SeatAnswer
+
+REMEDIES: Final[Mapping[Source, str]] = {
+    "mesh": "refine seat.mesh",
+    "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
+    "time_step": "shorten run.time_step",
+    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """One plan, carried out.
+
+    Attributes:
+        plan: its scene was run.
+        seat: its answer, and whether it was there before (``reused``).
+        striker: of the run.
+        result, stress: what came out, and the reed's peak stress.
+        left: the errors in it.
+        number: 1, 2, ...
+        stopped: why no further round follows; "" where the target is met.
+        spent: wall time of this round by stage [s].
+        memory: largest of the process up to its end [bytes].
+        paces: measured over predicted time of seat and contact, where a round so far has measured them.
+    """
+
+    plan: Plan
+    seat: SeatAnswer
+    reused: bool
+    striker: impact.Body
+    result: ImpactResult
+    stress: PeakStress | None
+    left: Budget
+    number: int = 1
+    stopped: str = ""
+    spent: Mapping[str, float] = field(default_factory=dict)
+    memory: float = math.nan
+    paces: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def met(self) -> bool:
+        """Whether the bar of every measure asked for is within the target."""
+        accuracy = self.plan.scene.accuracy
+        return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
+
+
+def missed(done: Round) -> tuple[str, ...]:
+    """What misses the target, by how much, because of what; and why the run stopped short."""
+    target = done.plan.scene.accuracy.target
+    found = []
+    for name in done.plan.scene.accuracy.measures:
+        if (bar := done.left.relative(name)) > target:
+            source = done.left.dominant(name)
+            remedy = next((words for known, words in REMEDIES.items() if known == source), "")
+            found.append(
+                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{source.replace('_', ' ')}'s: {remedy}"
+            )
+    if found and done.stopped:
+        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
+    return tuple(found)
+
+
+def in_words(done: Round) -> str:
+    """The bar of each measure asked for, time and memory."""
+    accuracy, left = done.plan.scene.accuracy, done.left
+    bars = ", ".join(f"{name.replace('_', ' ')} +-{100 * left.relative(name):.2g} %" for name in accuracy.measures)
+    memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
+    verdict = "target met" if done.met else f"target {100 * accuracy.target:.3g} % missed"
+    return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"
