@@ -20,6 +20,7 @@ __all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _COLOURS = (BLUE, ORANGE)
+_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
 
 
 def plot_force(
@@ -192,9 +193,9 @@ def _forces(
     rate, time_unit = scaled(window[1], "s")
     for k, run in enumerate(runs):
         seen = _within(run, *window)
-        time, order = rate * run.time[seen], 3 - 0.1 * k
-        axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=order)
-        axes.plot(time, filtered[k][seen], color=_COLOURS[k], label=names[k], zorder=order)
+        time, order = rate * run.time[seen], 3 + 0.1 * k
+        axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
+        axes.plot(time, filtered[k][seen], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]")
     axes.set_ylim(bottom=0.0)
 
@@ -238,8 +239,7 @@ def _curves(
     rate, time_unit = scaled(window[1], "s")
     for k, (run, value) in enumerate(zip(runs, values, strict=True)):
         time = rate * run.time[seen[k]]
-        style = ("solid", (0, (4, 2)))[k]  # dashes above the solid curve: both stay visible where they coincide
-        axes.plot(time, factor * value[seen[k]], color=_COLOURS[k], linestyle=style, label=names[k])
+        axes.plot(time, factor * value[seen[k]], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k])
     zero_line(axes)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"displacement [{unit}]")
 

@@ -33,7 +33,7 @@ BAD_INPUT: Final = 2
 INTERRUPTED: Final = 130
 WIDEST: Final = 1000  # characters of a line of a message
 MOST_LINES: Final = 40
-DEMO_SCENE: Final = "flapper_on_annular_seat.toml"
+DEMO_SCENE: Final = "flapper_on_peek_sleeve.toml"
 
 app = App(
     name="seatfem",

@@ -141,7 +141,7 @@ def plot_mesh(
     contact: str = "contact",
     fixed: str = "fixed",
 ) -> None:
-    """The mesh from above, cut open, and from below, with the contact patch and the fixed faces in colour.
+    """The mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
 
     ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
 
@@ -157,17 +157,24 @@ def plot_mesh(
     behind = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
     images = []
     plotter = new_plotter(pyvista, (700, 580))
-    for view, kept in ((ABOVE, np.ones_like(behind)), (ABOVE, behind), (BELOW, np.ones_like(behind))):
+    everything = np.ones_like(behind)
+    views = [("from above", ABOVE, everything, vertices), ("cut open", ABOVE, behind, vertices)]
+    views.append(("from below", BELOW, everything, vertices))
+    patch = np.asarray(mesh.boundaries.get(contact, np.zeros(0)), dtype=np.int64)
+    if patch.size:
+        near, half = vertices[np.unique(mesh.facets[:, patch])], vertices[:, 2].min() + vertices[:, 2].max()
+        views.append(("contact patch", ABOVE if 2 * near[:, 2].mean() >= half else BELOW, everything, near))
+    for _, view, kept, seen in views:
         plotter.clear_actors()
         for name, facets in _visible_facets(mesh, kept, (contact, fixed)).items():
             if facets.size:
-                patch = pyvista.PolyData.from_regular_faces(vertices, np.ascontiguousarray(mesh.facets[:, facets].T))
-                plotter.add_mesh(patch, color=colours.get(name, _INSIDE), **_EDGES, **_LIGHT)
-        aim(plotter, vertices, 0.0, view)
+                faces = pyvista.PolyData.from_regular_faces(vertices, np.ascontiguousarray(mesh.facets[:, facets].T))
+                plotter.add_mesh(faces, color=colours.get(name, _INSIDE), **_EDGES, **_LIGHT)
+        aim(plotter, seen, 0.0 if seen is vertices else 0.1 * float(np.ptp(seen, axis=0).max()), view)
         images.append(shoot(plotter))
     plotter.close()
     cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
-    with _album(crop(images), ["from above", "cut open", "from below"], path, title, 3) as figure:
+    with _album(crop(images), [heading for heading, *_ in views], path, title, 2) as figure:
         figure.legend(
             handles=[
                 Patch(color=colours[name], label=label) for name, label in ((contact, "contact"), (fixed, "fixed"))

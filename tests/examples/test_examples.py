@@ -25,6 +25,12 @@ SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__
 SCENES = sorted((ROOT / "examples").glob("*.toml"))
 REEDS = [path for path in SCENES if isinstance(load_scene(path).reed, Cantilever)]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
+THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
+
+
+def pace(scene: Scene) -> float:
+    """Thickness over that of the reed whose arrival is known."""
+    return scene.reed.thickness / THICKNESS if isinstance(scene.reed, Cantilever) else 1.0
 
 
 def names(paths: list[Path]) -> list[str]:
@@ -53,7 +59,7 @@ def shortened(path: Path) -> Scene:
     """The scene until its first contact group is over, in steps finer than its accuracy needs; a coarse mesh."""
     scene = load_scene(path)
     slow = path.stem == "paper_table1_30mm_strip"
-    run = {"duration": 1.1e-3 if slow else 0.8e-3, "time_step": 1.4e-8}
+    run = {"duration": (1.1e-3 if slow else 0.8e-3) / pace(scene), "time_step": 1.4e-8}
     changed: dict[str, object] = {"run": scene.run.model_copy(update=run)}
     if isinstance(scene.reed, Cantilever):
         changed["reed"] = scene.reed.model_copy(update={"n_modes": 40})
@@ -105,9 +111,11 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     for prefix in ("", "spring_"):
         step = summary[prefix + "time_step_s"]
         # the step in which the reed arrives; ARRIVAL is printed to 0.05 ns
-        assert -1e-10 < ARRIVAL - summary[prefix + "first_contact_s"] < step + 1e-10
+        assert -1e-10 < ARRIVAL / pace(scene) - summary[prefix + "first_contact_s"] < step + 1e-10
         # the mean over the step before it, at most 1.5 steps earlier; the tip slows down by 7e3 m/s^2 (measured 4e3)
-        assert summary[prefix + "impact_velocity_m_per_s"] == pytest.approx(SPEED, abs=1e-6 + 1.5 * 7e3 * step)
+        assert summary[prefix + "impact_velocity_m_per_s"] == pytest.approx(
+            SPEED * pace(scene), abs=2e-6 + 1.5 * 7e3 * pace(scene) ** 2 * step
+        )
         assert summary[prefix + "energy_residual"] < 1e-9
         assert summary[prefix + "contact_count"] == 1
     # Measured differences: 1e-6 to 8e-5, first order in the step. On the meshed seat, sixty times as stiff, the reed

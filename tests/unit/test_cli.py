@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tomllib
 import types
 import warnings
 from collections.abc import Callable
@@ -176,7 +177,7 @@ def test_where_results_go(pipeline: Pipeline) -> None:
         Path("flapper_on_spring-seat.h5"),
         Path("flapper_on_spring-modes"),
     ]
-    assert pipeline.asked[0][1] == "Flapper reed on an annular seat"
+    assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
 
 
 @pytest.mark.parametrize("verb", ["demo", "run", "plan", "greens", "modes", "verify", "doctor"])
@@ -304,6 +305,9 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert cli.demo_scene().is_file()
+    shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    assert included == {f"examples/{cli.DEMO_SCENE}": f"seatfem/data/{cli.DEMO_SCENE}"}
     inside = tmp_path / "data" / cli.DEMO_SCENE
     inside.parent.mkdir()
     inside.write_text("")
