@@ -70,7 +70,7 @@ def main() -> None:
 def run_command(arguments: Sequence[str]) -> int:
     """Carry out one command line and return its exit code. No traceback leaves here unless it is asked for."""
     debug = "--debug" in arguments or os.environ.get("SEATFEM_DEBUG", "0") not in ("", "0")
-    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+    errors = _lines(stderr=True)
     try:
         sweep()
         with ended_by_signals(), warnings.catch_warnings(record=True) as caught:
@@ -159,10 +159,10 @@ def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
         console = _console()
         console.print(choices_table(planned))
         console.print(costs_table(planned))
-        console.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True, markup=False)
-        console.print(f"predicted error: {shares_line(planned)}", soft_wrap=True, markup=False)
+        console.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
+        console.print(f"predicted error: {shares_line(planned)}", soft_wrap=True)
         for note in planned.notes:
-            console.print(f"note: {note}", soft_wrap=True, markup=False)
+            console.print(f"note: {note}", soft_wrap=True)
     return DONE
 
 
@@ -200,7 +200,7 @@ def trade(
         found = measure_trade(scene, folder / "trade.jsonl", quick=quick, time_limit=limit, progress=progress)
     files = [folder / "trade.csv", folder / "trade.json"]
     write_trade(found, *files)
-    console = Console(soft_wrap=True, highlight=False, markup=False, quiet=common.quiet)
+    console = _lines(quiet=common.quiet)
     console.print(in_words(found))
     if gap := gap_of(lambda path: draw_trade(found, path), folder / "trade.png"):
         console.print(f"note: {gap}")
@@ -360,7 +360,7 @@ def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common
     if not common.quiet:
         _console().print(doctor_table(checks))
     for gap in gaps:
-        Console(stderr=True, soft_wrap=True, highlight=False).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
+        _lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
 
 
@@ -377,7 +377,7 @@ def _calibrate(common: Common) -> int:
     machine.save(path)
     if not common.quiet:
         _console().print(rates_table(machine.rates(), type(machine)().rates()))
-        Console(soft_wrap=True, highlight=False, markup=False).print(f"wrote {path}")
+        _lines().print(f"wrote {path}")
     return DONE
 
 
@@ -392,7 +392,7 @@ def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) 
     write_table(cells, outcomes, folder / "extremes.csv")
     gap = gap_of(lambda path: draw_map(cells, outcomes, path), folder / "extremes.png")
     if not common.quiet:
-        console = Console(soft_wrap=True, highlight=False, markup=False)
+        console = _lines()
         console.print(in_words(outcomes))
         console.print(f"wrote {folder / 'extremes.csv'}")
         console.print(f"note: {gap}" if gap else f"wrote {folder / 'extremes.png'}")
@@ -414,32 +414,37 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     from seatfem.views.verdict import verdict
 
     limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
-    errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False, quiet=common.quiet)
+    errors = _lines(stderr=True, quiet=common.quiet)
     with _progress(common, errors) as progress:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     if not common.quiet:
-        console = Console(highlight=False)
-        console.print(f"\n{scene.title or path.stem}", markup=False)
-        console.print(verdict(outcome.summary), soft_wrap=True, markup=False)
+        console = Console(highlight=False, markup=False)
+        console.print(f"\n{scene.title or path.stem}")
+        console.print(verdict(outcome.summary), soft_wrap=True)
         console.print(result_table(outcome.summary))
         if outcome.summary.get("regime_predicted_peak_error") is not None:
-            console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True, markup=False)
+            console.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
     _tell(outcome, common)
     if common.quiet and not outcome.met:  # an exit code alone explains nothing
-        Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(f"seatfem: {outcome.messages[0]}")
+        _lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return DONE if outcome.met else FAILED
 
 
 def _console() -> Console:
     """For tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
-    console = Console()
-    return console if console.is_terminal else Console(width=200)
+    console = Console(markup=False)
+    return console if console.is_terminal else Console(width=200, markup=False)
+
+
+def _lines(*, stderr: bool = False, quiet: bool = False) -> Console:
+    """For sentences, one a line, as they are: what a file says, and [uff], is no markup."""
+    return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
 
 
 def _progress(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
     from seatfem.views.progress_bars import progress_bars
 
-    return progress_bars(console or Console(stderr=True), quiet=common.quiet)
+    return progress_bars(console or _lines(stderr=True), quiet=common.quiet)
 
 
 def _load(path: Path) -> Scene:
@@ -459,7 +464,7 @@ def _tell(outcome: RunOutcome, common: Common) -> None:
         return
     from seatfem.views.tables import time_line
 
-    console = Console(soft_wrap=True, highlight=False, markup=False)
+    console = _lines()
     for message in outcome.messages:
         console.print(f"note: {message}")
     for file in outcome.files:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 import impact
+from impact.drawing import text
 from impact.greens import GreensFunction
 from impact.progress import Progress, Tell, silent, untold
 from impact.result import ImpactResult
 from impact.storage import save_results
 from impact.stress import PeakStress
 from seatfem.inspection.checks import check_files
-from seatfem.planning.options import STEP
+from seatfem.planning.options import MODES, STEP
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import bar_keys
 from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
@@ -43,6 +44,7 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
+NARROWER: Final = "a narrower seat.greens.bandwidth"
 
 
 @dataclass(frozen=True)
@@ -192,14 +194,29 @@ def _static_stiffness(greens: GreensFunction) -> float:
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Of the run; a step that was chosen, and whose error is measured and within the target, needs none."""
+    """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
     measured = done.met and not done.plan.is_given(STEP)
-    return tuple(str(a) for a in done.result.advice if not (measured and a.name.endswith("times step")))
+    told = []
+    for advice in done.result.advice:
+        of_the_step = "dt <=" in advice.remedy
+        if not (measured and of_the_step):
+            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else NARROWER}
+            remedy = advice.remedy
+            for word, key in keys.items():
+                remedy = remedy.replace(word, key)
+            told.append(str(replace(advice, remedy=remedy)))
+    return tuple(told)
 
 
 def _assumed_reed(scene: Scene) -> tuple[str, ...]:
-    """What of the reed was not given and taken from the paper's."""
-    assumed = [key for key in ("width", "thickness", "material") if key not in scene.reed.model_fields_set]
-    if not isinstance(scene.reed, Cantilever) or not assumed:
+    """What of the reed was not given and taken from the paper's, with its value."""
+    reed = scene.reed
+    if not isinstance(reed, Cantilever):
         return ()
-    return (f"not given, taken from the paper's reed: {', '.join(f'reed.{key}' for key in assumed)}",)
+    values = {
+        "width": text(reed.width, "m"),
+        "thickness": text(reed.thickness, "m"),
+        "material": f"{text(reed.material.young, 'Pa')}, {reed.material.density:g} kg/m^3",
+    }
+    assumed = [f"reed.{key} = {value}" for key, value in values.items() if key not in reed.model_fields_set]
+    return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()

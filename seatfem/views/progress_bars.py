@@ -25,7 +25,8 @@ def progress_bars(console: Console, *, quiet: bool = False) -> Iterator[Progress
     elif not console.is_terminal:
         yield StageClock(_lines(console))
     else:
-        columns = (TextColumn("{task.description:<16}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+        stage = TextColumn("{task.description:<16}", markup=False)
+        columns = (stage, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
         with Bars(*columns, console=console) as bars:
             yield StageClock(_bars(bars))
 

@@ -1,4 +1,4 @@
-"""Tables for the terminal: the verification, the state of the installation."""
+"""Tables of the verification and of the installation. Their terminal takes no markup: messages have brackets."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
+from rich.text import Text
 
 from seatfem.doctor import Check
 
@@ -23,7 +24,7 @@ def verification_table_view(rows: Sequence[Row]) -> Table:
     """Case, exact value, ours, error, verdict. Errors are relative."""
     table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
     for row in rows:
-        verdict = "pass" if row.verdict else "[red]FAIL[/red]"
+        verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
         numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
         table.add_row(row.case, row.quantity, *numbers, verdict)
     return table
@@ -33,7 +34,7 @@ def doctor_table(checks: Sequence[Check]) -> Table:
     """What is there, and how to mend what is not."""
     table = Table("", "", "state", "remedy")
     for check in checks:
-        state = "ok" if check.ok else ("[red]missing[/red]" if check.required else "[yellow]gap[/yellow]")
+        state = Text("ok") if check.ok else Text(*(("missing", "red") if check.required else ("gap", "yellow")))
         table.add_row(check.name, state, check.detail, "" if check.ok else check.remedy)
     return table
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from rich.table import Table
 
 from seatfem import cli, doctor, system
 from seatfem.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
@@ -377,3 +378,36 @@ def test_the_program_runs_as_a_module() -> None:
         done = subprocess.run([sys.executable, "-m", module, "run"], capture_output=True, text=True, check=False)
         assert done.returncode == BAD_INPUT
         assert "SCENE" in done.stderr + done.stdout
+
+
+def test_brackets_are_no_markup_wherever_text_is_printed(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``pip install 'seatfem[uff]'`` must come through whole: tables, notes, errors, stages, titles."""
+    remedy = "pip install 'seatfem[uff]'"
+    gap = Check("pyuff", False, "absent", remedy, required=False)
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (gap, Check("gmsh[x]", False, "absent [y]", remedy)))
+    assert run_command(["doctor"]) == FAILED
+    out, err = capsys.readouterr()
+    assert out.count(remedy) == 2
+    assert f"gmsh[x]: absent [y]; {remedy}" in err
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("Flapper", "[red]Flapper[/red] [uff]"))
+    monkeypatch.setitem(SUMMARY, "regime", "map [red]of[/red] rods")
+    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", 0.1)
+    monkeypatch.setitem(SUMMARY, "error_unknown", "mesh[/]")
+    assert run_command(["run", str(scene)]) == DONE
+    out = capsys.readouterr().out
+    for words in ("[red]Flapper[/red] [uff] reed", "map [red]of[/red] rods", "mesh[/]", "pictures [skipped]"):
+        assert words in out
+    pipeline.act = failing(GeometryError(remedy))
+    assert run_command(["run", str(scene), "--quiet"]) == BAD_INPUT
+    assert remedy in capsys.readouterr().err
+    text = StringIO()
+    with progress_bars(Console(file=text, force_terminal=True, width=80), quiet=False) as progress:
+        progress("seat[uff]", 0.5)
+    assert "seat[uff]" in text.getvalue()
+    choices = Table("key")
+    choices.add_row("a [uff] choice")
+    cli._console().print(choices)
+    assert "[uff]" in capsys.readouterr().out

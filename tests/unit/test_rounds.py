@@ -281,3 +281,16 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
     assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"}
     assert "skipped" not in capsys.readouterr().out
+
+
+def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a stated step that damps modes: its key, not the solver's argument; what is assumed, with its value."""
+    scene = tmp_path / "s.toml"
+    scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
+    run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
+    assert any("highest striker frequency" in note and "use run.time_step <= " in note for note in notes), notes
+    assert any(note.endswith("or fewer reed.n_modes") for note in notes)
+    assert not any(re.search(r"\bdt\b", note) for note in notes)
+    assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
+    assert f"note: not given, taken from the paper's reed: {assumed}" in notes
