@@ -32,7 +32,7 @@ LIBRARIES: Final = (
     "scikit-fem",
     "pymetis",
     "pydantic",
-    "meshlane",
+    "meshio",
     "pint",
     "cyclopts",
     "rich",
@@ -46,7 +46,7 @@ UNIVERSAL_FILES: Final = ("pyuff",)
 PROBE_TIMEOUT: Final = 60.0
 _THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
-_GMSH_PROBE: Final = "import gmsh; gmsh.initialize(); print(gmsh.__version__); gmsh.finalize()"
+_GMSH_PROBE: Final = "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()"
 _PARDISO_PROBE: Final = (
     "import numpy, scipy.sparse, pypardiso; "
     "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "

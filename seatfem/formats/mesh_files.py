@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from impact.input_files import MB, check_file
 from impact.progress import Progress, silent
 from seatfem.formats.abaqus_mesh import read_abaqus
 from seatfem.formats.file_mesh import FileMesh, merged, to_arrays
@@ -34,6 +35,7 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
     }
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
+LIMIT = 2048 * MB
 SMALLEST, LARGEST = 1e-4, 10.0  # metres: sizes of seats
 
 
@@ -98,8 +100,9 @@ def _content_hash(arrays: MeshArrays) -> str:
 
 
 def _check_request(path: Path, unit: float, merge: float | None) -> None:
-    if not path.is_file():
+    if not path.exists():
         raise FileNotFoundError(f"{path}: no such mesh file")
+    check_file(path, LIMIT, MeshError)
     suffix = path.suffix.lower()
     if suffix in CAD:
         raise MeshError(f"{path}: not a mesh; a CAD file is meshed by make_mesh(CadPart(path), MeshSpec(...))")
@@ -121,7 +124,8 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     try:
         found = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
     except (GeometryError, MeshingError) as error:
-        raise MeshError(f"{path}: {error}") from error
+        told = str(error).removeprefix(f"{path.resolve()}: ")
+        raise MeshError(f"{path}: {told}") from error
     surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
     return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
 

@@ -11,15 +11,23 @@ from typing import Any
 from seatfem.geometry.checks import GeometryError
 from seatfem.geometry.faces import Colour
 from seatfem.geometry.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
+from seatfem.geometry.step_text import cad_text, entities
 
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)
 
+OTHER_FILES = ("DOCUMENT_FILE", "EXTERNALLY_DEFINED_ITEM")  # parts of an assembly in files of their own
 SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6}
 NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
 
 SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
 SMALLEST, LARGEST = 1e-4, 10.0  # metres; what a seat may measure
+
+_FACE = re.compile(r"\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)")
+_SHELL = re.compile(r"\s*'[^']*'\s*,\s*\(([^)]*)\)")
+_LENGTH_UNIT = re.compile(r"\bLENGTH_UNIT\s*\(\s*\)")
+_NAMED_UNIT = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'(\w+)'")
+_SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.")
 
 Selection = Selector | tuple[Selector, ...]
 
@@ -110,8 +118,8 @@ def build(part: CadPart, occ: Any) -> None:
 
 
 def check_readable(path: Path) -> None:
-    """Raise `GeometryError` for a file that is empty, of another kind, or cut off."""
-    text = path.read_text(encoding="latin-1").strip()
+    """Raise `GeometryError` for a file that is empty, of another kind, cut off, or points to other files."""
+    text = cad_text(path).strip()
     if not text:
         raise GeometryError(f"{path}: is empty")
     if path.suffix.lower() in BREP_SUFFIXES:
@@ -121,6 +129,8 @@ def check_readable(path: Path) -> None:
         raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'")
     elif not text.endswith("END-ISO-10303-21;"):
         raise GeometryError(f"{path}: is cut off; it does not end with 'END-ISO-10303-21;'. Export it again")
+    elif other := next((number for number, keyword, _ in entities(text) if keyword in OTHER_FILES), None):
+        raise GeometryError(f"{path}: {other} points to another file, which is not read; export the part as one file")
 
 
 def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
@@ -152,18 +162,18 @@ def _box(extent: tuple[float, ...], factor: float = 1.0) -> str:
 
 def step_face_names(path: Path) -> list[tuple[str, str]]:
     """Name and gmsh's type ("" for an uncommon one) of the faces, shell by shell in the file's order."""
-    text = path.read_text(encoding="latin-1")
-    faces = {
-        number: (name, surface)
-        for number, name, surface in re.findall(
-            r"(#\d+)\s*=\s*ADVANCED_FACE\s*\(\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)", text
-        )
-    }
-    kinds = dict(re.findall(r"(#\d+)\s*=\s*(PLANE|CYLINDRICAL_SURFACE|CONICAL_SURFACE)\s*\(", text))
-    shells = re.findall(r"CLOSED_SHELL\s*\(\s*'[^']*'\s*,\s*\(([^)]*)\)", text)
-    ordered = [face for shell in shells for face in re.findall(r"#\d+", shell)]
+    faces: dict[str, tuple[str, str]] = {}
+    kinds: dict[str, str] = {}
+    ordered: list[str] = []
+    for number, keyword, body in entities(cad_text(path)):
+        if keyword in SURFACE_KINDS:
+            kinds[number] = SURFACE_KINDS[keyword]
+        elif keyword == "ADVANCED_FACE" and (face := _FACE.match(body)):
+            faces[number] = (face[1], face[2])
+        elif keyword == "CLOSED_SHELL" and (shell := _SHELL.match(body)):
+            ordered += re.findall(r"#\d+", shell[1])
     found = [faces.get(face, ("", "")) for face in ordered]
-    return [(name, SURFACE_KINDS.get(kinds.get(surface, ""), "")) for name, surface in found]
+    return [(name, kinds.get(surface, "")) for name, surface in found]
 
 
 def imported_unit(part: CadPart) -> float:
@@ -178,12 +188,12 @@ def imported_unit(part: CadPart) -> float:
 
 def stated_unit(path: Path) -> float:
     """Metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
-    text = path.read_text(encoding="latin-1")
-    units = " ".join(re.findall(r"=\s*\(([^;]*\bLENGTH_UNIT\s*\(\s*\)[^;]*)\)\s*;", text))
-    if named := re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'(\w+)'", units):
+    found = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
+    named = next(filter(None, (_NAMED_UNIT.search(body) for body in found)), None)
+    if named:
         scale = NAMED_UNIT.get(named[1].upper())
     else:
-        si = re.search(r"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.", units)
+        si = next(filter(None, (_SI_UNIT.search(body) for body in found)), None)
         scale = SI_PREFIX.get(si[1]) if si else None
     if scale is None:
         raise GeometryError(f"{path}: states no length unit that is known")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from seatfem.geometry import CadPart, GeometryError, NumberedFace, cad, model_unit
 from seatfem.geometry.faces import Colour
 from seatfem.geometry.inspect import Mark, colour_of, outline_of
+from seatfem.mesh._gmsh_input import handed_over
 
 SAME_PLACE = 1e-5  # of the model's size
 OFF_SURFACE = 1e-3  # of the model's size
@@ -35,7 +36,8 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     """
     numbered = numbered or any(isinstance(s, NumberedFace) for chosen in part.patches.values() for s in chosen)
     model, occ = gmsh.model, gmsh.model.occ
-    cad.build(part, occ)
+    with handed_over(part.path) as copy:
+        cad.build(replace(part, path=copy), occ)
     occ.synchronize()
     box = np.array(model.getBoundingBox(-1, -1))
     cad.check_size(part, tuple(model_unit(part) * (box[3:] - box[:3])))

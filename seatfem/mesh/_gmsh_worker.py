@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ from seatfem.geometry.step_colours import paint
 from seatfem.jobs.worker import lines_from_parent
 from seatfem.mesh._gmsh_arrays import arrays
 from seatfem.mesh._gmsh_inspect import inspect
+from seatfem.mesh._gmsh_input import handed_over
 from seatfem.mesh._gmsh_messages import send, stage
 from seatfem.mesh._gmsh_model import KeptModel
 from seatfem.mesh._gmsh_section import mesh_section, plane_arrays
@@ -70,7 +72,8 @@ OPTIONS = {
 def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "read": a mesh file -> arrays."""
     stage("reading the mesh", 0.0)
-    model.built(gmsh, job, lambda: gmsh.open(job["path"]))
+    with handed_over(Path(job["path"])) as copy:
+        model.built(gmsh, job, lambda: gmsh.open(str(copy)))
     model.forget()
     return arrays(gmsh, job["unit"])
 
@@ -164,6 +167,7 @@ def import_gmsh() -> Any:
 
 
 def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
+    tempfile.tempdir = str(Path(job["arrays"]).parent)  # which the parent removes, however this process ends
     for option, value in OPTIONS.items():
         gmsh.option.setNumber(option, value)
     result = TASKS[job["task"]](gmsh, job, model)
