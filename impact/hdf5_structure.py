@@ -87,7 +87,7 @@ def _not_plain(dataset: Any) -> str:
 
 
 def _bytes(dataset: Any, shape: tuple[int, ...]) -> int:
-    count = dataset.dtype.itemsize
+    count = int(dataset.dtype.itemsize)
     for length in shape:
         count *= int(length)
     return count
