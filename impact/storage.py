@@ -19,6 +19,8 @@ from impact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.energy import EnergyLedger
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens
 from impact.half_space import half_space_patch
+from impact.hdf5_structure import check_structure
+from impact.input_files import MB, check_file
 from impact.modal import ModalGreens, Residual
 from impact.poles import PoleGreens
 from impact.result import Advice, ImpactResult
@@ -40,8 +42,12 @@ _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement"
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
 _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
-_DEFLATE = 1032  # the most that compression saves, bytes per byte
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
+_NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
+_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # of a seat's provenance
+FILE_LIMIT = 8192 * MB
+MOST_PACKED = {"result": 100.0}  # bytes per byte of the file: histories are packed, Green's functions are not
+_DEFLATE = 1032  # the most that compression saves, bytes per byte
 
 
 class StorageError(ValueError):
@@ -219,12 +225,14 @@ def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
 def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
     """The open file, checked; anything that goes wrong while reading becomes a `StorageError`."""
     name = Path(path)
-    if not name.is_file():
+    if not name.exists():
         raise StorageError(f"{name}: no such file")
+    check_file(name, FILE_LIMIT, StorageError)
     intact = seal_holds(name)
     if not intact and not can_be_opened(name):
         raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:
+        check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
             found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
             if found != content or schema < 0:
@@ -233,6 +241,7 @@ def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
                 )
+            _check_numbers(file)
             yield file
         if intact is False:
             raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
@@ -242,6 +251,22 @@ def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
         raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
     except _BROKEN as problem:
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
+
+
+def _check_numbers(file: Any) -> None:
+    """Raise `_Damage` naming the key of a group's attribute, or of its provenance, that must be a number and is none."""
+    groups = [("", file)]
+    file.visititems(lambda name, found: groups.append((name, found)) if isinstance(found, h5py.Group) else None)
+    for name, group in groups:
+        stated = {key: group.attrs[key] for key in _NUMBER_ATTRIBUTES if key in group.attrs}
+        origin = json.loads(str(group.attrs.get("provenance", "{}")))
+        if isinstance(origin, dict):
+            stated |= {f"provenance {key}": origin[key] for key in _NUMBERS_OF_ORIGIN if key in origin}
+            if group.attrs.get("kind") in _CLOSED:
+                stated |= {f"provenance {key}": value for key, value in origin.items() if key != "kind"}
+        for key, value in stated.items():
+            if isinstance(value, bool) or np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+                raise _Damage(f"{f'{name}/'.lstrip('/')}{key} is {value!r}: must be a number")
 
 
 def finite_array(group: Any, key: str) -> Array:
