@@ -254,7 +254,7 @@ def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
 
 
 def _check_numbers(file: Any) -> None:
-    """Raise `_Damage` naming the key of a group's attribute, or of its provenance, that must be a number and is none."""
+    """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
     groups = [("", file)]
     file.visititems(lambda name, found: groups.append((name, found)) if isinstance(found, h5py.Group) else None)
     for name, group in groups:

@@ -154,7 +154,7 @@ def test_provenance_that_is_no_table(seat, text):
 
 
 def test_values_of_another_type(seat):
-    with pytest.raises(StorageError, match="values holds .*no real numbers"):
+    with pytest.raises(StorageError, match=r"values holds .*no real numbers"):
         load_greens(changed(seat, replaced(lambda file: file.__setitem__("values", [b"abc"]))))
 
 
