@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import traceback
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, suppress
@@ -15,7 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import App, CycloptsError, Parameter
-from rich.console import Console
+
+from seatfem.views.terminal import Console
 
 from seatfem.jobs.folders import sweep
 from seatfem.jobs.signals import ended_by_signals, exit_code
@@ -42,6 +44,8 @@ app = App(
     result_action="return_value",
     suppress_keyboard_interrupt=False,
     exit_on_error=False,
+    console=Console(),
+    error_console=Console(stderr=True),
     help_format="plaintext",
 )
 
@@ -64,7 +68,11 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without a letter must not end a run
-    sys.exit(run_command(sys.argv[1:]))
+    try:
+        sys.exit(run_command(sys.argv[1:]))
+    except Exception:  # asked for by --debug
+        Console(stderr=True, soft_wrap=True, highlight=False).print(traceback.format_exc())
+        sys.exit(FAILED)
 
 
 def run_command(arguments: Sequence[str]) -> int:
@@ -419,7 +427,10 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     if not common.quiet:
         console = Console(highlight=False, markup=False)
-        console.print(f"\n{scene.title or path.stem}")
+        title = (scene.title or path.stem).replace("
+", "\n")
+        console.print(f"
+{title}")
         console.print(verdict(outcome.summary), soft_wrap=True)
         console.print(result_table(outcome.summary))
         if outcome.summary.get("regime_predicted_peak_error") is not None:

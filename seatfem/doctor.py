@@ -33,6 +33,7 @@ LIBRARIES: Final = (
     "pymetis",
     "pydantic",
     "meshio",
+    "netCDF4",
     "pint",
     "cyclopts",
     "rich",

@@ -27,10 +27,10 @@ def read_vtu(path: Path) -> FileMesh:
     A point array of 0 and 1 is a node set: the surface of the free faces all of whose vertices it holds. Raises
     `MeshError`.
     """
-    import meshlane  # here, for it brings readers of every other format along
+    import meshio  # here, for it brings readers of every other format along
 
     try:
-        mesh = meshlane.vtu.read(path)
+        mesh = meshio.vtu.read(path)
     except Exception as error:  # a broken file makes numpy, zlib or the XML parser raise what they like
         raise MeshError(f"{path}: not readable as a .vtu file ({type(error).__name__}: {error})") from error
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in mesh.cells]

@@ -33,7 +33,8 @@ class Problem:
         if self.file is None:
             return f"{self.key}: {self.message}"
         place = f"{self.file}:{self.line}" if self.line else str(self.file)
-        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        told = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        return told.replace("\n", "\\n")  # keys may hold line ends
 
 
 class SceneError(ValueError):

@@ -31,7 +31,8 @@ def plan_json(plan: Plan) -> str:
         "notes": list(plan.notes),
         "scene": scene.model_dump(mode="json"),
     }
-    return json.dumps(without_nan(data), indent=1, allow_nan=False)
+    text = json.dumps(without_nan(data), indent=1, allow_nan=False)
+    return text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
 
 
 def _cost(cost: Cost) -> dict[str, object]:

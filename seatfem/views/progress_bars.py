@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from rich.console import Console
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
 from impact.progress import Progress, silent
+from seatfem.views.terminal import Console
 
 Show = Callable[[str, float, float], None]
 """Called with the stage, the fraction done (0..1) and the seconds that the stage has taken."""
