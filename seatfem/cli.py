@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
-from seatfem.views.terminal import Console
-
 from seatfem.jobs.folders import sweep
 from seatfem.jobs.signals import ended_by_signals, exit_code
+from seatfem.views.terminal import Console
 
 if TYPE_CHECKING:
     from impact.progress import Progress
