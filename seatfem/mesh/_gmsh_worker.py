@@ -34,8 +34,8 @@ from seatfem.geometry.sectors import cut
 from seatfem.geometry.step_colours import paint
 from seatfem.jobs.worker import lines_from_parent
 from seatfem.mesh._gmsh_arrays import arrays
-from seatfem.mesh._gmsh_inspect import inspect
 from seatfem.mesh._gmsh_input import handed_over
+from seatfem.mesh._gmsh_inspect import inspect
 from seatfem.mesh._gmsh_messages import send, stage
 from seatfem.mesh._gmsh_model import KeptModel
 from seatfem.mesh._gmsh_section import mesh_section, plane_arrays
