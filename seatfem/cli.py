@@ -426,10 +426,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     if not common.quiet:
         console = Console(highlight=False, markup=False)
-        title = (scene.title or path.stem).replace("
-", "\n")
-        console.print(f"
-{title}")
+        title = (scene.title or path.stem).replace("\n", "\\n")
+        console.print(f"\n{title}")
         console.print(verdict(outcome.summary), soft_wrap=True)
         console.print(result_table(outcome.summary))
         if outcome.summary.get("regime_predicted_peak_error") is not None:
