@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -137,6 +137,10 @@ class SampledGreens(StatedGreens):
     def valid_for(self) -> float:
         """The last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
         return self.end if self.tail == "forbid" else math.inf
+
+    def known_for(self, time: float) -> Self:
+        """Itself: samples are known as far as they go."""
+        return self
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:

@@ -36,3 +36,9 @@ class StatedGreens(GreensFunction):
         assert is_dataclass(self)
         changed: Self = replace(self, error=error, origin=self.origin if origin is None else origin)
         return changed
+
+    def known_for(self, time: float) -> Self:
+        """The same function, known until ``time`` [s]."""
+        assert is_dataclass(self)
+        changed: Self = replace(self, valid_for=time)
+        return changed

@@ -7,16 +7,31 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
+from impact.greens import GreensFunction, GreensFunctionError
 from impact.modal import ModalGreens
+from impact.storage import load_greens
 from seatfem.formats.matrices import read_matrices
 from seatfem.formats.uff import read_frf_uff, read_modes_uff
 from seatfem.inspection.opened import FileState, state_of
 from seatfem.measured.frf import FrequencyResponse, FrequencyResponseError, read_frf
 from seatfem.model import SecondOrderModel
+from seatfem.scene import GreensFile
 from seatfem.scene.imported import FrequencyResponseFile, Matrices, UniversalModes
 
 UNIVERSAL = (".uff", ".unv")
 _System = Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"]
+
+
+def greens_of(seat: GreensFile, duration: float) -> GreensFunction:
+    """The function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration`` [s]."""
+    greens = load_greens(seat.file)
+    if greens.valid_for < duration * (1 - 1e-9):
+        raise GreensFunctionError(
+            f"seat.file = {seat.file.name}: the run lasts {duration:g} s (run.duration) but g is known up to "
+            f"{greens.valid_for:.6g} s only: shorten the run to that, or make the file anew for all of it (seatfem "
+            f"greens, with this run.duration): {greens.lengthened}"
+        )
+    return greens
 
 
 def model_of(seat: Matrices) -> SecondOrderModel:

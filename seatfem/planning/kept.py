@@ -10,7 +10,7 @@ from typing import Final
 import impact
 from impact.greens import GreensFunction
 from seatfem.scene import Scene
-from seatfem.seats.needs import memory
+from seatfem.seats.needs import serves
 from seatfem.seats.store import Store
 
 RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
@@ -44,10 +44,10 @@ def kept_seat(
         return None  # with nothing kept, no key need be formed
     for fineness, scene in candidates:
         key = scene.seat_key()
-        if here is not None and _serves(here, key, scene):
+        if here is not None and serves(here, key, scene):
             return fineness, scene, f"in {folder.name}" if folder is not None else ""
         path = store.path(key)
-        if path.is_file() and _serves(_read(path), key, scene):
+        if path.is_file() and serves(_read(path), key, scene):
             return fineness, scene, "in the store"
     return None
 
@@ -57,9 +57,3 @@ def _read(path: Path) -> GreensFunction | None:
         return impact.load_greens(path)
     except impact.StorageError:
         return None
-
-
-def _serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
-    if greens is None or greens.provenance.get("seat_key") != key:
-        return False
-    return float(str(greens.provenance.get("valid_for_s", 0.0))) >= memory(scene)

@@ -17,8 +17,6 @@ import numpy as np
 
 import impact
 from impact.budget import Values, larger, times
-from impact.modal import ModalGreens
-from impact.sums import ScaledGreens
 from impact.variations import NARROWER, left_by_step, narrowed
 from seatfem.planning.prerun import Bench, relative_changes
 from seatfem.runs.variations import FEWER, other_modes
@@ -130,7 +128,7 @@ class Sensitivity:
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:
-            seat = self.bench.seat if factor == 1.0 else ScaledGreens(self.bench.seat, factor)
+            seat = self.bench.seat if factor == 1.0 else self.bench.seat.scaled(factor)
             self._runs[n_modes, factor] = self.bench.measures(dt=self.step, n_modes=n_modes, seat=seat)
         return self._runs[n_modes, factor]
 
@@ -183,9 +181,9 @@ class Sensitivity:
 
         No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
         """
-        seat = self.bench.seat
+        seat = self.bench.seat.modal
         found: Changes = dict.fromkeys(self.base, 0.0)
-        if not isinstance(seat, ModalGreens) or len(seat.omega) == 0:
+        if seat is None or len(seat.omega) == 0:
             return found
         rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
         while NARROWER ** (rung - 1) < highest:
@@ -199,8 +197,8 @@ class Sensitivity:
         return self._rungs[rung]
 
     def _up_to(self, frequency: float) -> Values:
-        seat = self.bench.seat
-        assert isinstance(seat, ModalGreens)
+        seat = self.bench.seat.modal
+        assert seat is not None
         kept = int(np.sum(seat.omega <= 2 * math.pi * frequency))
         if kept not in self._cuts:
             less = seat if kept == len(seat.omega) else narrowed(seat, frequency)
@@ -211,7 +209,7 @@ class Sensitivity:
     def of_g(self) -> Changes:
         """Relative change of each measure per relative change of g."""
         runs = [
-            relative_changes(self.base, self._with(ScaledGreens(self.bench.seat, factor)))
+            relative_changes(self.base, self._with(self.bench.seat.scaled(factor)))
             for factor in (1 - OFF, 1 + OFF)
         ]
         return {name: change / OFF for name, change in larger(*runs).items()}

@@ -58,9 +58,11 @@ def surrogate_of(scene: Scene) -> Surrogate:
         case Spring():
             return Surrogate(impact.spring(stiffness=seat.stiffness), True, "the spring itself")
         case GreensFile():
-            return Surrogate(impact.load_greens(seat.file), True, f"the function in {seat.file.name}")
+            from seatfem.inspection.imported import greens_of  # its readers take half a second to load
+
+            return Surrogate(greens_of(seat, scene.run.duration), True, f"the function in {seat.file.name}")
         case UniversalModes():
-            from seatfem.inspection.imported import modes_of  # its readers take half a second to load
+            from seatfem.inspection.imported import modes_of  # likewise
 
             return Surrogate(modes_of(seat), True, f"the modes in {seat.file.name}")
         case DrawnSeat() if (patch := patch_of(seat)) is not None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
-from typing import TypedDict, get_args
+from typing import Final, TypedDict, get_args
 
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
@@ -17,6 +17,7 @@ from seatfem.model import ModelError, SecondOrderModel
 from seatfem.roads.choice import Method, choose
 from seatfem.roads.damping import Damping, damping_of, uniform_loss
 from seatfem.roads.factorization import Backend
+from seatfem.roads.forgetting import memory, valid_for
 from seatfem.roads.krylov import krylov_greens
 from seatfem.roads.lanczos import lanczos_greens
 from seatfem.roads.modal_road import modal_greens
@@ -27,6 +28,9 @@ from seatfem.roads.transient import transient_greens
 __all__ = ["Method", "Reduction", "greens_function", "reduce_model"]
 
 _MODES_ARE_CHEAP = 3000  # unknowns
+MOST_VECTORS: Final = 800  # Krylov; ...
+MOST_SECOND_ORDER: Final = 500  # ... of a second-order space; ...
+MOST_STEPS: Final = 20_000  # ... of Lanczos, where no given max_vectors says otherwise
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,7 @@ def greens_function(
     tolerance: float,
     damping_ratio: float = 0.0,
     method: Method = "auto",
+    max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
     backend: Backend = "auto",
     progress: Progress = silent,
@@ -57,12 +62,16 @@ def greens_function(
 
     Args:
         bandwidth: [Hz].
-        duration: [s], how long g is needed.
+        duration: [s], how long g is needed: ``valid_for`` of the answer, which is without limit for modes, and where
+            ``damping_ratio`` has forgotten the band's tail before (`seatfem.roads.forgetting.memory`). A run that lasts
+            longer is refused.
         tolerance: largest estimated relative error.
         damping_ratio: uniform modal damping ratio, added to the model's own damping: C and loss factors.
         method: "krylov" (one factorization, Ritz pairs), "lanczos" (diagonal mass, products only), "modes"
             (eigensolve + residual flexibility), "second_order" (any C: complex poles), "transient" (any C: time
             stepping). "auto" chooses; ``origin["reason"]`` says why, with numbers.
+        max_vectors: most Krylov vectors, or Lanczos steps; default 800, of a second-order space 500, of Lanczos 20,000.
+            Modes and time stepping do not ask for it.
         ports: names of the ports to use; default: all of the model's.
         backend: sparse factorization.
         progress: called with the stage and the fraction done.
@@ -78,6 +87,7 @@ def greens_function(
         tolerance=tolerance,
         damping_ratio=damping_ratio,
         method=method,
+        max_vectors=max_vectors,
         ports=ports,
         backend=backend,
         progress=progress,
@@ -92,6 +102,7 @@ def reduce_model(
     tolerance: float,
     damping_ratio: float = 0.0,
     method: Method = "auto",
+    max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
     backend: Backend = "auto",
     progress: Progress = silent,
@@ -102,12 +113,15 @@ def reduce_model(
             raise ModelError(f"{name} = {value} must be positive and finite")
     if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
+    if max_vectors is not None and max_vectors < 1:
+        raise ModelError(f"max_vectors = {max_vectors} must be at least 1")
     if method not in get_args(Method):
         raise ModelError(f"method {method!r} is unknown; choose from {', '.join(get_args(Method))}")
     model = _with_ports(model, ports)
     road, reason = choose(model, duration) if method == "auto" else (method, "asked for")
-    aims = Aims(bandwidth=bandwidth, duration=duration, tolerance=tolerance, progress=progress)
-    greens, modes = _run(model, road, damping_ratio, backend, aims)
+    forgotten = duration if road == "transient" else min(duration, memory(damping_ratio, bandwidth))
+    aims = Aims(bandwidth=bandwidth, duration=forgotten, tolerance=tolerance, progress=progress)
+    greens, modes = _run(model, road, damping_ratio, backend, max_vectors, aims)
     origin = {
         "method": road,
         "reason": reason,
@@ -121,7 +135,8 @@ def reduce_model(
         **({"advice": advice} if (advice := _advice(road, model)) else {}),
         "versions": {name: version(name) for name in ("numpy", "scipy", "scikit-fem")},
     }
-    return Reduction(replace(greens, origin=origin), modes)
+    known = greens.known_for(valid_for(road, damping_ratio, bandwidth, duration))
+    return Reduction(known.with_error(known.error, origin), modes)
 
 
 class Aims(TypedDict):
@@ -134,18 +149,20 @@ class Aims(TypedDict):
 
 
 def _run(
-    model: SecondOrderModel, road: Method, ratio: float, backend: Backend, aims: Aims
+    model: SecondOrderModel, road: Method, ratio: float, backend: Backend, max_vectors: int | None, aims: Aims
 ) -> tuple[ModalGreens | PoleGreens | SampledGreens, Modes | None]:
     if road == "transient":
         _refuse_modal_damping(model, ratio)
         return transient_greens(model, backend=backend, **aims), None
     if road == "second_order":
-        return second_order_greens(model, _beside(model, ratio), backend=backend, **aims), None
+        most = max_vectors or MOST_SECOND_ORDER
+        return second_order_greens(model, _beside(model, ratio), backend=backend, max_vectors=most, **aims), None
     damping = damping_of(model, ratio)
     if road == "lanczos":
-        return lanczos_greens(model, damping, **aims), None
-    solve = krylov_greens if road == "krylov" else modal_greens
-    return solve(model, damping, backend=backend, **aims)
+        return lanczos_greens(model, damping, max_steps=max_vectors or MOST_STEPS, **aims), None
+    if road == "krylov":
+        return krylov_greens(model, damping, backend=backend, max_vectors=max_vectors or MOST_VECTORS, **aims)
+    return modal_greens(model, damping, backend=backend, **aims)
 
 
 def _beside(model: SecondOrderModel, ratio: float) -> Damping:

@@ -50,6 +50,7 @@ def ring_greens(
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
     method: Method = "auto",
+    max_vectors: int | None = None,
     backend: Backend = "auto",
     max_harmonic: int = 1000,
     progress: Progress = silent,
@@ -82,6 +83,7 @@ def ring_greens(
         tolerance=tolerance,
         damping_ratio=damping_ratio,
         method=method,
+        max_vectors=max_vectors,
         backend=backend,
         max_harmonic=max_harmonic,
         progress=progress,
@@ -97,6 +99,7 @@ def combine_harmonics(
     tolerance: float,
     damping_ratio: float = 0.0,
     method: Method = "auto",
+    max_vectors: int | None = None,
     backend: Backend = "auto",
     max_harmonic: int = 1000,
     progress: Progress = silent,
@@ -113,7 +116,7 @@ def combine_harmonics(
     check_patches(patches)
     t = error_times(duration, 1 / bandwidth)
     total = _Sum(patches, list(dict.fromkeys(patch.boundary for patch in patches.values())), t, 1 / bandwidth)
-    harmonic, lags = 0, [math.inf]
+    harmonic, lags, limit = 0, [math.inf], math.inf
     while total.touches_from(harmonic):
         if harmonic > max_harmonic:
             raise ConvergenceError(f"{max_harmonic} harmonics still have waves in the band: raise max_harmonic")
@@ -125,13 +128,15 @@ def combine_harmonics(
             tolerance=tolerance / 3,
             damping_ratio=damping_ratio,
             method=method,
+            max_vectors=max_vectors,
             backend=backend,
-        ).greens
-        if not isinstance(greens, ModalGreens):
+        ).greens.modal
+        if greens is None:
             raise ModelError("harmonics combine modes: use damping that does not couple them (ratio, Rayleigh, loss)")
         damping = damping_of(model, damping_ratio)
         start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()], dtype=float)
         total.add(harmonic, greens)
+        limit = min(limit, greens.valid_for)
         lags.append(total.beyond(harmonic, static_lag(greens, np.diag(start), damping, total.t, total.width)))
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 12))
@@ -157,7 +162,8 @@ def combine_harmonics(
             "damping_ratio": damping_ratio,
             "patches": {k: {"angle": v.angle, "width": v.width, "boundary": v.boundary} for k, v in patches.items()},
             "dof": model.size,
-        }
+        },
+        limit,
     )
 
 
@@ -241,7 +247,7 @@ class _Sum:
         self._append(part)
         self.error += error * float(np.abs(self.response).max())
 
-    def greens(self, origin: Mapping[str, object]) -> ModalGreens:
+    def greens(self, origin: Mapping[str, object], valid_for: float) -> ModalGreens:
         """All parts in one, without the modes and relaxations that no patch sees."""
         modes = np.concatenate([part.shapes for part in self.parts])
         relaxing = np.concatenate([part.residual.shapes for part in self.parts])
@@ -259,4 +265,5 @@ class _Sum:
             tuple(self.patches),
             ErrorEstimate(reduction=self.relative(self.error)),
             origin,
+            valid_for,
         )

@@ -63,7 +63,8 @@ def krylov_greens(
         if basis.size == basis.limit:
             raise ConvergenceError(
                 f"{basis.size} Krylov vectors leave an estimated error of {error:.1e}, which must be below half the "
-                f"tolerance, {tolerance / 2:.1e}: lower the bandwidth or the duration, or raise max_vectors"
+                f"tolerance, {tolerance / 2:.1e}: lower the bandwidth or the duration, or raise max_vectors "
+                "(seat.greens.max_vectors in a scene)"
             )
     if (lost := basis.orthogonality_error()) > 1e-8:
         raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")

@@ -80,8 +80,8 @@ def lanczos_greens(
         if recursion.steps >= max_steps:
             raise ConvergenceError(
                 f"{recursion.steps} Lanczos steps leave an estimated error of {error:.1e} (tolerance {tolerance:.1e}); "
-                f"about {valid} would do: shorten the duration, raise max_steps, or use method='krylov', whose cost "
-                "does not grow with the duration"
+                f"about {valid} would do: shorten the duration, raise max_vectors (seat.greens.max_vectors in a "
+                "scene), or use method='krylov', whose cost does not grow with the duration"
             )
         wanted = min(max_steps, recursion.steps + max(10, recursion.steps // 8))
     progress("reduction", 1.0)

@@ -83,7 +83,8 @@ def second_order_greens(
         if basis.size == basis.limit:
             raise ConvergenceError(
                 f"{basis.size} second-order Krylov vectors leave an estimated error of {error:.1e} (tolerance "
-                f"{tolerance:.1e}): lower the bandwidth or the duration, raise max_vectors, or use method='transient'"
+                f"{tolerance:.1e}): lower the bandwidth or the duration, raise max_vectors (seat.greens.max_vectors in "
+                "a scene), or use method='transient'"
             )
     origin = {
         "vectors": basis.size,

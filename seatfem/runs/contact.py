@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 import impact
 from impact.budget import Values
-from impact.closed_form import DelayRod
-from impact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.engines import Engine
 from impact.greens import Array, GreensFunction
 from impact.laws import Law
-from impact.modal import ModalGreens
-from impact.poles import PoleGreens
 from impact.progress import Progress, silent
 from impact.replay import port_displacement
 from impact.result import ImpactResult
 from impact.stress import PeakStress, peak_bending_stress
-from impact.sums import ScaledGreens
 from impact.variations import with_body
 from seatfem.machine.memory import available_memory
 from seatfem.runs.budget import values_of
 from seatfem.scene import Cantilever, ElasticSeat, Scene
 
-STEPS_PER_RADIAN = 4  # of the highest frequency kept in either body
+STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
-STEPS_PER_TRANSIT = 40  # of a closed-form rod
 MAX_STEPS = 20_000_000
 STEP_BYTES = 360  # of the histories that a run holds at once, for each step
 
@@ -106,7 +98,7 @@ def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, d
 
 def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
     """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
-    bare = impact.Body(without_energies(problem.target.greens))
+    bare = impact.Body(problem.target.greens.forces_only())
     striker, problem = problem.striker, with_body(problem, problem.target, bare)
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
@@ -119,36 +111,11 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     return values_of(force, dt, scene.run.filter_width, displacement, None if peak is None else peak.value)
 
 
-def without_energies(greens: GreensFunction) -> GreensFunction:
-    """The same function in the form that is fastest where its energies are not asked for."""
-    if isinstance(greens, ScaledGreens):
-        return replace(greens, part=without_energies(greens.part))
-    if isinstance(greens, DampedFixedRod):
-        return BareFixedRod(greens.impedance, greens.transit, greens.damping_ratio)
-    return greens
-
-
 def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
-    """Step [s]: a quarter radian of the highest frequency kept, a twentieth of the filter, a fortieth of a transit."""
+    """Step [s]: a quarter radian of the highest rate in either body, a twentieth of the filter."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
-    for greens in (reed, seat):
-        highest = _highest_frequency(greens)
-        if highest > 0:
-            limits.append(1.0 / (STEPS_PER_RADIAN * highest))
-        if isinstance(greens, DampedFixedRod):
-            limits.append(greens.transit / STEPS_PER_TRANSIT)
-        elif isinstance(greens, DelayRod):
-            limits.append(greens.round_trip / 2 / STEPS_PER_TRANSIT)
+    limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (reed.highest_rate, seat.highest_rate) if rate > 0]
     return min(limits)
-
-
-def _highest_frequency(greens: GreensFunction) -> float:
-    """[rad/s], 0 where the representation has none."""
-    if isinstance(greens, ModalGreens):
-        return float(greens.omega.max(initial=0.0))
-    if isinstance(greens, PoleGreens):
-        return float(abs(greens.poles).max(initial=0.0))
-    return 0.0
 
 
 def check_step(scene: Scene) -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 import impact
 from impact.budget import Budget, Values, changes, times
 from impact.greens import GreensFunction
-from impact.modal import ModalGreens
 from impact.problem import ContactProblem
 from impact.result import ImpactResult
 from impact.variations import NARROWER, Terms, Variation, budget_of, narrowed
@@ -86,12 +85,11 @@ def _of_mesh(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms |
 def _of_reduction(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
     greens = seat.greens
     stated = of_body(problem, problem.target, greens.error_estimate.reduction)
-    if stated is None or not isinstance(scene.seat, ElasticSeat) or not isinstance(greens, ModalGreens):
+    modal = greens.modal
+    if stated is None or not isinstance(scene.seat, ElasticSeat) or modal is None or len(modal.omega) == 0:
         return stated
-    if len(greens.omega) == 0:
-        return stated
-    highest = float(greens.frequencies_hz.max())
-    return (*stated, (_with_seat(scene, problem, narrowed(greens, highest / NARROWER)),))
+    highest = float(modal.frequencies_hz.max())
+    return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
 
 
 def _of_model(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:

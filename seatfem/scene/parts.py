@@ -219,3 +219,6 @@ class GreensSettings(Table):
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
+    max_vectors: int | None = Field(
+        None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: 800, second_order 500, lanczos 20000"
+    )

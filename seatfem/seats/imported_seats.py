@@ -25,6 +25,7 @@ def from_matrices(seat: Matrices, duration: float, progress: Progress = silent) 
             tolerance=seat.greens.tolerance,
             damping_ratio=seat.damping_ratio,
             method=seat.greens.method,
+            max_vectors=seat.greens.max_vectors,
             progress=progress,
         )
     except (ModelError, np.linalg.LinAlgError) as problem:

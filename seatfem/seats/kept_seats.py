@@ -7,18 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from impact.greens import GreensFunction
-from impact.modal import ModalGreens
-from impact.poles import PoleGreens
 from impact.progress import Progress
-from impact.sampled import SampledGreens
 from impact.storage import StorageError, load_greens, save_greens
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, GreensFile, Scene
-from seatfem.seats.needs import COARSENING, memory
+from seatfem.seats.needs import COARSENING, serves
 from seatfem.seats.seat import SeatAnswer, build_seat
 from seatfem.seats.store import Store
-
-_Storable = ModalGreens | PoleGreens | SampledGreens
 
 
 def seat_of(
@@ -31,8 +26,8 @@ def seat_of(
     """
     key, kept_in = scene.seat_key(), Store.default() if store is None else store
     here = _read(path)
-    found = here if _serves(here, key, scene) else kept_in.get(key)
-    if found is not None and _serves(found, key, scene):
+    found = here if serves(here, key, scene) else kept_in.get(key)
+    if found is not None and serves(found, key, scene):
         if found is not here:
             save_greens(found, path)
         coarser = kept_in.get(_coarser(key))
@@ -40,11 +35,11 @@ def seat_of(
         return SeatAnswer(found, coarser, about={"seat_model": f"kept in {path.name}"}, refinement=ratio), True
     answer = build_seat(scene, watch, progress)
     greens = answer.greens
-    if isinstance(greens, _Storable):  # a closed form costs nothing to make again
-        greens = replace(greens, origin={**greens.origin, "seat_key": key, "valid_for_s": memory(scene)})
+    if not greens.closed_form:  # one costs nothing to make again
+        greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
     if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
         save_greens(greens, path)
-    if isinstance(scene.seat, ElasticSeat) and isinstance(greens, _Storable):
+    if isinstance(scene.seat, ElasticSeat) and not greens.closed_form:
         kept_in.put(key, greens)
         if answer.coarser is not None:
             kept_in.put(_coarser(key), answer.coarser)
@@ -60,11 +55,3 @@ def _read(path: Path) -> GreensFunction | None:
         return load_greens(path)
     except StorageError:
         return None
-
-
-def _serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
-    """Whether it is there, belongs to this seat and lasts for this run."""
-    if greens is None:
-        return False
-    lasts = float(str(greens.provenance.get("valid_for_s", 0.0))) >= memory(scene)
-    return greens.provenance.get("seat_key") == key and lasts

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Final
 
+from impact.greens import GreensFunction
 from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.forgetting import memory as forgotten_after
 from seatfem.scene import ElasticSeat, Matrices, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.levels import Level
@@ -27,11 +28,15 @@ def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
 
 
 def memory(scene: Scene) -> float:
-    """How long the kernel must be right [s]: the run, or the time in which uniform damping forgets the band's tail.
-
-    After ln(1000) / (zeta w) of the lowest frequency of interest, a tenth of the band, a thousandth is left.
-    """
+    """How long the kernel must be right [s]: the run, or the time in which uniform damping forgets the band's tail."""
     seat = scene.seat
-    if not isinstance(seat, ElasticSeat | Matrices) or seat.damping_ratio <= 0:
+    if not isinstance(seat, ElasticSeat | Matrices):
         return scene.run.duration
-    return min(scene.run.duration, math.log(1e3) / (seat.damping_ratio * 2 * math.pi * 0.1 * seat.greens.bandwidth))
+    return min(scene.run.duration, forgotten_after(seat.damping_ratio, seat.greens.bandwidth))
+
+
+def serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
+    """Whether it is there, belongs to this seat and is known for this run."""
+    if greens is None or greens.provenance.get("seat_key") != key:
+        return False
+    return greens.valid_for >= scene.run.duration * (1 - 1e-9)

@@ -10,13 +10,9 @@ import numpy as np
 
 import impact
 from impact.greens import ErrorEstimate, GreensFunction
-from impact.modal import ModalGreens
-from impact.poles import PoleGreens
 from impact.progress import Progress, silent
-from impact.sampled import SampledGreens
-from impact.storage import load_greens
 from seatfem import scene as scenes
-from seatfem.inspection.imported import modes_of
+from seatfem.inspection.imported import greens_of, modes_of
 from seatfem.inspection.mesh_file import mesh_of
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.mesh.seat_mesh import SeatMesh
@@ -82,7 +78,10 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
         case scenes.Spring():
             return SeatAnswer(impact.spring(stiffness=seat.stiffness), about={"seat_model": "spring"})
         case scenes.GreensFile():
-            return SeatAnswer(load_greens(seat.file), about={"seat_model": f"Green's function from {seat.file.name}"})
+            return SeatAnswer(
+                greens_of(seat, scene.run.duration),
+                about={"seat_model": f"Green's function from {seat.file.name}"},
+            )
         case scenes.Matrices():
             with watch("reduction"):
                 model, reduction = from_matrices(seat, memory(scene), progress)
@@ -145,6 +144,7 @@ def _solved(
             tolerance=seat.greens.tolerance,
             damping_ratio=seat.damping_ratio,
             method=seat.greens.method,
+            max_vectors=seat.greens.max_vectors,
             progress=progress,
         )
     return SeatAnswer(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
@@ -166,6 +166,7 @@ def _around(
                 duration=memory(scene),
                 tolerance=seat.greens.tolerance,
                 damping_ratio=seat.damping_ratio,
+                max_vectors=seat.greens.max_vectors,
                 sliding=sliding_faces(seat),
                 supports=supports_of(seat),
                 rayleigh=rayleigh_of(seat),
@@ -194,10 +195,8 @@ def _mesh_keys(mesh: SeatMesh | MeridianMesh) -> dict[str, object]:
 
 def _from_mesh(greens: GreensFunction, mesh: SeatMesh | MeridianMesh) -> GreensFunction:
     """``greens`` that knows the mesh it came from."""
-    if not isinstance(greens, ModalGreens | PoleGreens | SampledGreens):
-        return greens
     known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
-    return replace(greens, origin={**greens.origin, **known})
+    return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
 
 
 def _with_mesh_error(
@@ -222,10 +221,8 @@ def _with_mesh_error(
     ratio = refinement_of(answer.mesh, coarse.mesh)
     mesh_error = MESH_SAFETY * difference / (ratio - 1)
     greens, coarser = answer.greens, coarse.greens
-    assert isinstance(greens, ModalGreens | PoleGreens | SampledGreens)
-    greens = replace(greens, error=ErrorEstimate(greens.error.reduction, mesh_error))
-    assert isinstance(coarser, ModalGreens | PoleGreens | SampledGreens)
-    coarser = replace(coarser, origin={**coarser.origin, "refinement": ratio})
+    greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
+    coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**answer.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
     return replace(answer, greens=greens, coarser=coarser, about=about, refinement=ratio)
 

@@ -29,9 +29,10 @@ def beyond_level(scene: Scene, greens: GreensFunction) -> GreensFunction | None:
     A spring has no g(0+): beside it stands the exponential of the same compliance that has. A bar as a rod has no
     lateral inertia: beside it stands Love's rod.
     """
-    if isinstance(greens, ModalGreens) and isinstance(start := greens.provenance.get(START), float) and start > 0:
-        rest = Residual.exponential(greens.static_compliance(), [[start]])
-        return replace(greens, residual=rest)
+    modal = greens.modal
+    if modal is not None and isinstance(start := modal.provenance.get(START), float) and start > 0:
+        rest = Residual.exponential(modal.static_compliance(), [[start]])
+        return replace(modal, residual=rest)
     if isinstance(scene.seat, BarSeat) and scene.seat.model == "rod":
         return love_rod(scene.seat)
     return None

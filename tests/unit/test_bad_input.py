@@ -208,3 +208,11 @@ def test_a_reed_known_by_its_length_is_the_papers_and_that_is_told(
         results.append(outcome.summary["impulse_Ns"])
     assert results[0] == results[1]
     assert told == [(), ("not given, taken from the paper's reed: reed.width, reed.thickness, reed.material",)]
+
+
+def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The message names the key, both times and the remedy."""
+    save_greens(impact.single_mode(frequency_hz=1e4, mass=1.0).known_for(2e-5), tmp_path / "seat.h5")
+    told = complaint(tmp_path, GREENS + BALL + RUN, capsys)
+    assert "seat.file = seat.h5: the run lasts" in told
+    assert "(run.duration) but g is known up to 2e-05 s only: shorten the run to that" in told

@@ -377,9 +377,10 @@ class TestSeatsAtHand:
     @staticmethod
     def keep(plan: Plan, store: Store) -> None:
         key = plan.scene.seat_key()
-        origin = {"seat_key": key, "valid_for_s": memory(plan.scene)}
-        none = np.zeros(0)
-        store.put(key, ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin=origin))
+        scene, none = plan.scene, np.zeros(0)
+        forgotten = memory(scene) < scene.run.duration
+        spring = ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin={"seat_key": key})
+        store.put(key, spring if forgotten else spring.known_for(scene.run.duration))
 
 
 class TestPreRuns:

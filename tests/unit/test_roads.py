@@ -12,8 +12,9 @@ import impact
 from impact.modal import ModalGreens, Residual
 from seatfem.elements.assembly import assemble
 from seatfem.elements.rod1d import rod_model
-from seatfem.model import ModelError, Port, SecondOrderModel
+from seatfem.model import ModelError, Port, SecondOrderModel, as_csr
 from seatfem.roads.damping import Damping, damping_of, residual, truncate
+from seatfem.roads.forgetting import memory
 from seatfem.roads.greens import greens_function, reduce_model
 from seatfem.roads.krylov import krylov_greens
 from seatfem.roads.modal_road import modal_greens
@@ -337,3 +338,68 @@ def test_the_factorization_is_a_stage_of_its_own(rod):
         progress=lambda stage, done: stages.append((stage, done)),
     )
     assert stages[:3] == [("factorization", 0.0), ("factorization", 1.0), ("reduction", 0.0)]
+
+
+WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
+
+
+def lumped(model):
+    return SecondOrderModel(as_csr(sparse.diags_array(model.M.diagonal())), None, model.K, model.ports)
+
+
+def late_error(model, greens, ratio, duration):
+    """Largest error of g after the pulse, relative to its largest value, over ``duration``; all modes are the truth."""
+    exact = all_modes(model, damping_of(model, ratio))
+    t = np.linspace(0.0, duration, 2000)
+    truth, found = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))
+    return float(np.abs(truth - found).max() / np.abs(truth).max())
+
+
+@pytest.mark.parametrize("method", ["krylov", "lanczos"])
+def test_g_is_known_for_as_long_as_it_was_computed(block, method):
+    """Pairs near the edge of the band are fitted to the duration: measured, 7 % off after 30 times 5 us, and 68 %."""
+    model = block if method == "krylov" else lumped(block)
+    greens = greens_function(model, bandwidth=1 / WIDTH, duration=SHORT, tolerance=2e-2, method=method)
+    assert greens.valid_for == SHORT
+    assert late_error(model, greens, 0.0, SHORT) <= greens.error_estimate.reduction
+    assert late_error(model, greens, 0.0, 30 * SHORT) > 3 * greens.error_estimate.reduction
+    problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), greens)
+    impact.prepare(problem, 1e-8, SHORT)
+    with pytest.raises(impact.GreensFunctionError, match=r"lasts 6e-06 s but g is known up to 5e-06 s .* 500 steps"):
+        impact.prepare(problem, 1e-8, 6e-6)
+
+
+def test_samples_are_known_to_their_end(block):
+    stepped = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="transient")
+    assert stepped.valid_for == pytest.approx(2e-5)
+
+
+def test_modes_are_modes_at_any_time(block):
+    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
+    assert modes.valid_for == np.inf
+    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
+
+
+def test_what_damping_has_forgotten_need_not_be_right(block):
+    """Once the band's tail has died away, a longer duration changes nothing: not the work, not the answer."""
+    ratio = 0.08
+    end = memory(ratio, 1 / WIDTH)
+    assert np.exp(-ratio * 2 * np.pi * 0.1 / WIDTH * end) == pytest.approx(1e-3)
+    arguments = {"bandwidth": 1 / WIDTH, "tolerance": 1e-2, "damping_ratio": ratio, "method": "krylov"}
+    just, longer = (greens_function(block, duration=d, **arguments) for d in (end, 40 * end))
+    short = greens_function(block, duration=0.2 * end, **arguments)
+    assert (just.valid_for, longer.valid_for) == (np.inf, np.inf)
+    assert short.valid_for == pytest.approx(0.2 * end)
+    assert longer.provenance["vectors"] == just.provenance["vectors"]
+    assert late_error(block, longer, ratio, 10 * end) <= longer.error_estimate.reduction
+
+
+@pytest.mark.parametrize("method", ["krylov", "second_order", "lanczos"])
+def test_the_number_of_vectors_can_be_given(block, method):
+    arguments = {"bandwidth": 1 / WIDTH, "duration": SPAN, "tolerance": 1e-4, "method": method}
+    if method == "lanczos":
+        block = lumped(block)
+    with pytest.raises(ConvergenceError, match=r"(?s)^(12|14) .*max_vectors \(seat\.greens\.max_vectors in a scene\)"):
+        greens_function(block, **arguments, max_vectors=12)
+    with pytest.raises(ModelError, match="max_vectors = 0"):
+        greens_function(block, **arguments, max_vectors=0)
