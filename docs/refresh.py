@@ -1,9 +1,10 @@
 """Refresh what the documents show: pictures of the demo, the verification table, the numbers in the README.
 
-    .venv/bin/python docs/refresh.py [FOLDER]
+    .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
 Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run) and the verification cases, then rewrites
-docs/images/, docs/verification.md and what stands between the markers in README.md.
+docs/images/, docs/verification.md and what stands between the markers in README.md. With --demo: nothing of the
+verification, which takes minutes.
 """
 
 from __future__ import annotations
@@ -24,21 +25,24 @@ from seatfem.scene import load_scene
 from seatfem.seats.store import Store
 from seatfem.verification.case import Row
 from seatfem.verify import PROVIDERS, markdown_table, verification_table
+from seatfem.views.verdict import verdict
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp())
+    folders = [Path(word) for word in sys.argv[1:] if word != "--demo"]
+    folder = folders[0] if folders else Path(tempfile.mkdtemp())
     if not (folder / "summary.json").is_file():
         run_scene(load_scene(demo_scene()), folder)
     for name in PICTURES:
         shutil.copyfile(folder / name, ROOT / "docs" / "images" / name)
-    rows = verification_table()
-    write(ROOT / "docs" / "verification.md", "# Verification\n\n" + PREFACE + markdown_table(rows))
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    readme = between(readme, "verification", short_table(rows))
+    if "--demo" not in sys.argv[1:]:
+        rows = verification_table()
+        write(ROOT / "docs" / "verification.md", "# Verification\n\n" + PREFACE + markdown_table(rows))
+        readme = between(readme, "verification", short_table(rows))
     readme = between(readme, "demo", demo_table(json.loads((folder / "summary.json").read_text(encoding="utf-8"))))
     readme = between(
         readme, "plan", plan_table(plan_scene(load_scene(demo_scene()), store=Store(Path(tempfile.mkdtemp()))))
@@ -69,21 +73,20 @@ def short_table(rows: tuple[Row, ...]) -> str:
 
 
 def demo_table(s: dict[str, float]) -> str:
-    """The demo's answer beside the spring's."""
+    """What the demo prints: its sentence, the answer beside the spring's."""
     quantities = (
         ("peak force, mean over 1 us", "filtered_peak_force_N", 1.0, "N"),
-        ("impulse", "impulse_Ns", 1e3, "mN s"),
+        ("impulse", "impulse_Ns", 1e6, "uN s"),
         ("first contact", "first_contact_s", 1e6, "us"),
         ("its duration", "contact_duration_s", 1e6, "us"),
-        ("largest seat displacement", "max_seat_displacement_m", 1e9, "nm"),
+        ("restitution", "restitution", 1.0, ""),
         ("energy residual", "energy_residual", 1.0, ""),
     )
-    lines = ["| | elastic seat | spring baseline | unit |", "|---|---|---|---|"]
-    lines += [f"| {n} | {s[k] * f:.4g} | {s['spring_' + k] * f:.4g} | {u} |" for n, k, f, u in quantities]
-    lines.append(
-        f"\n{s['seat_dof']} unknowns ({s['seat_level']}); error bars: peak force "
-        f"{s['error_bar_filtered_peak_force_N']:.2g} N, impulse {1e3 * s['error_bar_impulse_Ns']:.1g} mN s."
-    )
+    lines = [f"> {verdict(s)}", "", "| | elastic seat | error bar | spring baseline | unit |", "|---|---|---|---|---|"]
+    for name, key, factor, unit in quantities:
+        bar = f"{s[f'error_bar_{key}'] * factor:.2g}" if f"error_bar_{key}" in s else ""
+        lines.append(f"| {name} | {s[key] * factor:.4g} | {bar} | {s['spring_' + key] * factor:.4g} | {unit} |")
+    lines.append(f"\n{s['seat_dof']} unknowns ({s['seat_level']}).")
     return "\n".join(lines)
 
 

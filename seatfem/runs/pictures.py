@@ -9,16 +9,21 @@ from pathlib import Path
 from impact.atomic import whole_file
 from impact.drawing import gap_of
 from impact.greens_plots import plot_greens
+from impact.modal import ModalGreens
 from impact.plots import plot_energy, plot_force, plot_motion
+from impact.poles import PoleGreens
 from impact.progress import Progress
 from impact.result import ImpactResult
+from seatfem.inspection.imported import response_of
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.model import Array
 from seatfem.scene import Scene
+from seatfem.scene.imported import FrequencyResponseFile
 from seatfem.scene.seats import ElasticSeat, RevolvedSeat
 from seatfem.seats.seat import SeatAnswer
 from seatfem.seats.store import Store, StoreError
 from seatfem.views.cell_grid import CellGrid
+from seatfem.views.fit_plot import plot_fit
 from seatfem.views.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.views.revolved_grid import revolve
 from seatfem.views.section_plot import plot_section
@@ -80,6 +85,10 @@ def draw_modes(
 
 
 def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
+    measured, fitted = scene.seat, seat.greens
+    if isinstance(measured, FrequencyResponseFile) and isinstance(fitted, ModalGreens | PoleGreens):
+        width = scene.run.filter_width
+        return [("fit.png", lambda p: plot_fit(response_of(measured), fitted, p, width=width))]
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[_Picture] = [("mesh.png", lambda p: _draw_mesh(seat, p))]
