@@ -240,8 +240,16 @@ def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) ->
 
 
 @app.command
-def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
-    """Compute the seat's modes: table, pictures, animation, files for ParaView.
+def modes(
+    scene: Path,
+    /,
+    *,
+    output: Output = None,
+    count: int | None = None,
+    up_to: str | None = None,
+    common: Common = COMMON,
+) -> int:
+    """Compute the seat's natural modes, none missing: table, pictures, animation, a file for ParaView.
 
     Parameters
     ----------
@@ -249,13 +257,23 @@ def modes(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> 
         The scene file (TOML).
     output:
         Folder for the results [default: the scene's name + "-modes"].
+    count:
+        Number of modes, the lowest; a pair of a body of revolution counts as two [default: 20].
+    up_to:
+        Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
     """
+    from seatfem.units import parse_quantity
+
+    highest = None if up_to is None else parse_quantity(up_to, "frequency")
     checked = _load(scene)
     from seatfem.runs.pipeline import write_modes
+    from seatfem.views.tables import modes_table
 
     folder = output or Path(f"{scene.stem}-modes")
     with _progress(common) as progress:
-        outcome = write_modes(checked, folder, progress)
+        outcome = write_modes(checked, folder, progress, count=count, up_to_hz=highest)
+    if not common.quiet and outcome.modes:
+        _console().print(modes_table(outcome.modes))
     _tell(outcome, common)
     return DONE
 

@@ -38,6 +38,7 @@ def assemble_axisymmetric(
     material: Solid | Mapping[str, Any],
     *,
     harmonic: int = 0,
+    torsion: bool = False,
     fixed: str | Sequence[str] = "fixed",
     sliding: str | Sequence[str] = (),
     ports: Mapping[str, str] | None = None,
@@ -64,6 +65,7 @@ def assemble_axisymmetric(
         material: a `Material`; an `Orthotropic` one whose stiffness does not change by turning it about z; a mapping
             with young [Pa], poisson and density [kg/m^3]; or one of these for each subdomain of the mesh by name.
         harmonic: n >= 0.
+        torsion: of harmonic 0, the motion that the symmetric one leaves out: V alone, which no port excites.
         fixed: boundaries without displacement; ``()`` for a free body.
         sliding: straight boundaries without normal displacement: planes, cylinders, cones.
         ports: boundary name of each port's ring; default ``{"contact": "contact"}``.
@@ -79,6 +81,8 @@ def assemble_axisymmetric(
     """
     if harmonic < 0 or harmonic != int(harmonic):
         raise ModelError(f"harmonic = {harmonic} must be a whole number >= 0")
+    if torsion and harmonic != 0:
+        raise ModelError(f"torsion is a motion of harmonic 0, not of {harmonic}")
     if mass not in get_args(Mass):
         raise ModelError(f"mass {mass!r} is unknown; choose from {', '.join(get_args(Mass))}")
     mesh = getattr(mesh, "mesh", mesh)
@@ -87,11 +91,12 @@ def assemble_axisymmetric(
     for solid in solids:
         check_revolved(solid)
     patches = {"contact": "contact"} if ports is None else dict(ports)
+    patches = {} if torsion else patches
     held = {"fixed": _names(fixed), "sliding": _names(sliding)}
     check_ports(mesh, patches, held)
-    T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, held))
+    T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, torsion, held))
     progress("assembly", 0.1)
-    K, M, C, loss = _matrices(section, solids, region, harmonic, mass, T)
+    K, M, C, loss = _matrices(section, solids, region, harmonic, torsion, mass, T)
     progress("assembly", 0.8)
     if rayleigh is not None:
         C = _sum(C, rayleigh[0] * M + rayleigh[1] * K)
@@ -117,13 +122,16 @@ def _matrices(
     solids: Sequence[Solid],
     region: NDArray[np.int32],
     harmonic: int,
+    torsion: bool,
     mass: Mass,
     T: sparse.csr_array,
 ) -> tuple[sparse.csr_array, sparse.csr_array, sparse.csr_array | None, sparse.csr_array | None]:
     """(K, M, C, loss) of the unknowns; C and loss are the materials' own, ``None`` without."""
-    components = np.array([0, 2] if harmonic == 0 else [0, 1, 2])
+    components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
-    blocks = stiffness_blocks(section, np.array([solid.elasticity for solid in solids])[region], harmonic)
+    blocks = stiffness_blocks(
+        section, np.array([solid.elasticity for solid in solids])[region], harmonic, torsion=torsion
+    )
     volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
     density = np.array([solid.density for solid in solids])[region]
     alpha, beta = np.array([solid.rayleigh for solid in solids])[region].T
@@ -153,12 +161,14 @@ def _names(given: str | Sequence[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
 
 
-def _constraints(section: Section, harmonic: int, held: Mapping[str, Sequence[str]]) -> Iterator[Constraint]:
+def _constraints(
+    section: Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
+) -> Iterator[Constraint]:
     """What holds the nodes: the harmonic's own conditions, fixed and sliding boundaries."""
     r, th, z = np.eye(3)
     if harmonic == 0:
-        yield np.arange(section.n_nodes), th
-    on_axis = {0: (r,), 1: (r + th, z)}.get(harmonic, (r, th, z))
+        yield from ((np.arange(section.n_nodes), direction) for direction in ((r, z) if torsion else (th,)))
+    on_axis = {0: (th,) if torsion else (r,), 1: (r + th, z)}.get(harmonic, (r, th, z))
     yield from ((section.on_axis, direction) for direction in on_axis)
     for name in held["fixed"]:
         yield from ((boundary_nodes(section, name, "fixed"), direction) for direction in (r, th, z))

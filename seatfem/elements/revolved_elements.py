@@ -138,14 +138,18 @@ def angle_integral(harmonic: int) -> float:
     return 2 * math.pi if harmonic == 0 else math.pi
 
 
-def stiffness_blocks(section: Section, elasticity: Array, harmonic: int) -> Array:
+def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, torsion: bool = False) -> Array:
     """(n_cells, n_local, d, n_local, d) element stiffness; d = 2 (r, z) for harmonic 0, else 3 (r, th, z).
+
+    ``torsion``: of harmonic 0, the motion along th alone, d = 1.
 
     ``elasticity``: (n_cells, 6, 6) in the order rr, tt, zz, tz, rz, rt. Where a cell's material is nearly
     incompressible its dilatation is replaced by the projection on fewer terms (B-bar; Hughes 1980, Simo & Taylor
     1985): its mean, or a linear field on nine-node quadrilaterals.
     """
     components, rows = ((0, 2), (0, 1, 2, 4)) if harmonic == 0 else ((0, 1, 2), (0, 1, 2, 3, 4, 5))
+    if torsion:
+        components, rows = (1,), (3, 5)
     d, local = len(components), len(section.cells)
     out = np.empty((section.cells.shape[1], local * d, local * d))
     soft = nearly_incompressible(elasticity)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from impact.atomic import whole_file
 from impact.drawing import gap_of
 from impact.greens_plots import plot_greens
 from impact.modal import ModalGreens
@@ -16,6 +15,7 @@ from impact.progress import Progress
 from impact.result import ImpactResult
 from seatfem.inspection.imported import response_of
 from seatfem.mesh.meridian import MeridianMesh
+from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.model import Array
 from seatfem.scene import Scene
 from seatfem.scene.imported import FrequencyResponseFile
@@ -24,12 +24,12 @@ from seatfem.seats.seat import SeatAnswer
 from seatfem.seats.store import Store, StoreError
 from seatfem.views.cell_grid import CellGrid
 from seatfem.views.fit_plot import plot_fit
-from seatfem.views.plots import animate_mode, plot_mesh, plot_modes, write_vtu
+from seatfem.views.plots import animate_mode, plot_mesh, plot_modes
 from seatfem.views.revolved_grid import revolve
 from seatfem.views.section_plot import plot_section
 
 SHOWN_MODES = 6
-_Picture = tuple[str, Callable[[Path], None]]
+Picture = tuple[str, Callable[[Path], None]]
 
 
 def draw_run(
@@ -43,14 +43,14 @@ def draw_run(
     elastic = isinstance(scene.seat, ElasticSeat)
     band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
     memory = min(scene.run.duration, (40 if elastic else 200) / band)
-    pictures: list[_Picture] = [
+    pictures: list[Picture] = [
         ("force.png", lambda p: plot_force(result, baseline, p, filter_width=width, title=title)),
         ("motion.png", lambda p: plot_motion(result, baseline, p, title=title)),
         ("energy.png", lambda p: plot_energy(result, p, title=title)),
         ("greens.png", lambda p: plot_greens(seat.greens, p, duration=memory, width=1 / band)),
     ]
     of_seat = _seat_pictures(scene, seat)
-    files, gaps = _draw(pictures + of_seat, folder, progress)
+    files, gaps = draw_all(pictures + of_seat, folder, progress)
     if not isinstance(scene.seat, ElasticSeat):
         return files, gaps
     names = [name for name, _ in of_seat]
@@ -69,29 +69,14 @@ def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) 
     return () if names else store.fetch(key, folder)
 
 
-def draw_modes(
-    scene: Scene, seat: SeatAnswer, folder: Path, progress: Progress
-) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Modes and mesh alone, with a table and a ParaView file; (files written, gaps in words)."""
-    pictures = _seat_pictures(scene, seat)
-    if seat.modes is None or seat.model is None:
-        return _draw(pictures, folder, progress)
-    table, count = folder / "modes.csv", len(seat.modes.frequencies_hz)
-    rows = zip(seat.modes.frequencies_hz, seat.modes.residuals, strict=True)
-    _write_table(table, [f"{k},{f:.9g},{r:.2e}" for k, (f, r) in enumerate(rows, start=1)])
-    pictures.append(("modes.vtu", lambda p: write_vtu(*_shapes(seat, count), _frequencies(seat, count), p)))
-    files, gaps = _draw(pictures, folder, progress)
-    return (table, *files), gaps
-
-
-def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
+def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
     measured, fitted = scene.seat, seat.greens
     if isinstance(measured, FrequencyResponseFile) and isinstance(fitted, ModalGreens | PoleGreens):
         width = scene.run.filter_width
         return [("fit.png", lambda p: plot_fit(response_of(measured), fitted, p, width=width))]
     if seat.model is None or seat.mesh is None:
         return []
-    pictures: list[_Picture] = [("mesh.png", lambda p: _draw_mesh(seat, p))]
+    pictures: list[Picture] = [("mesh.png", lambda p: draw_mesh(seat.mesh, p))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
@@ -105,16 +90,24 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[_Picture]:
         grid, shapes = shown()
         animate_mode(grid, shapes[0], frequencies[0], path, cut=cut)
 
-    pictures.append(("modes.png", lambda p: plot_modes(*shown(), frequencies, p, cut=cut)))
+    title = "Modes of the seat" if _whole(seat) else "Modes of the seat that this load excites"
+    pictures.append(("modes.png", lambda p: plot_modes(*shown(), frequencies, p, title=title, cut=cut)))
     pictures.append(("mode_1.gif", animate))
     return pictures
 
 
-def _draw_mesh(seat: SeatAnswer, path: Path) -> None:
-    if isinstance(seat.mesh, MeridianMesh):
-        plot_section(seat.mesh.mesh, path)
+def _whole(seat: SeatAnswer) -> bool:
+    """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
+    assert seat.modes is not None
+    return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
+
+
+def draw_mesh(mesh: SeatMesh | MeridianMesh | None, path: Path) -> None:
+    """Whichever picture suits the mesh."""
+    if isinstance(mesh, MeridianMesh):
+        plot_section(mesh.mesh, path)
     else:
-        plot_mesh(seat.mesh, path)
+        plot_mesh(mesh, path)
 
 
 def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
@@ -133,7 +126,8 @@ def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
     return [float(f) for f in seat.modes.frequencies_hz[:count]]
 
 
-def _draw(pictures: list[_Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Draw them into a folder; (files written, gaps in words)."""
     files, gaps = [], []
     for number, (name, draw) in enumerate(pictures, start=1):
         if gap := gap_of(draw, folder / name):
@@ -142,8 +136,3 @@ def _draw(pictures: list[_Picture], folder: Path, progress: Progress) -> tuple[t
             files.append(folder / name)
         progress("pictures", number / len(pictures))
     return tuple(files), tuple(dict.fromkeys(gaps))
-
-
-def _write_table(path: Path, rows: list[str]) -> None:
-    with whole_file(path) as temporary:
-        temporary.write_text("\n".join(["mode,frequency_hz,residual", *rows]) + "\n", encoding="utf-8")

@@ -22,7 +22,8 @@ from seatfem.planning.options import MODES, STEP
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import bar_keys
 from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
-from seatfem.runs.pictures import draw_modes, draw_run
+from seatfem.runs.mode_pictures import draw_modes
+from seatfem.runs.pictures import draw_run
 from seatfem.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.summary import (
@@ -34,10 +35,10 @@ from seatfem.runs.summary import (
     timing_keys,
     write_json,
 )
-from seatfem.scene import Cantilever, Scene
-from seatfem.scene.seats import ElasticSeat
+from seatfem.scene import Cantilever, Matrices, MeshFile, Scene
+from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.seat import build_seat
+from seatfem.seats.natural_modes import Mode, Wanted, natural_modes
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -49,13 +50,14 @@ NARROWER: Final = "a narrower seat.greens.bandwidth"
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What a run left: numbers, warnings, files, the seconds each stage took, and whether its target was met."""
+    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes."""
 
     summary: Mapping[str, object]
     messages: tuple[str, ...]
     files: tuple[Path, ...]
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool = True
+    modes: tuple[Mode, ...] = ()
 
 
 def run_scene(
@@ -168,19 +170,34 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     return RunOutcome(summary, (), (path,), watch.stages)
 
 
-def write_modes(scene: Scene, folder: Path, progress: Progress = silent) -> RunOutcome:
-    """The seat's modes: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+def write_modes(
+    scene: Scene,
+    folder: Path,
+    progress: Progress = silent,
+    *,
+    count: int | None = None,
+    up_to_hz: float | None = None,
+) -> RunOutcome:
+    """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
     watch = Stopwatch()
-    if not isinstance(scene.seat, ElasticSeat):
+    seat = scene.seat
+    if not isinstance(seat, DrawnSeat | MeshFile | Matrices):
         raise RunError(
-            f"seat.kind = {scene.seat.kind!r} has no finite element modes; use annular, bar, block, cad or mesh"
+            f"seat.kind = {seat.kind!r} has neither finite elements nor matrices to take modes from; use a geometry "
+            "(annular, bar, block, cad, ...), mesh or matrices"
         )
     check_files(scene)
-    seat = build_seat(scene, watch, progress, mesh_error=False)
+    found = natural_modes(seat, Wanted.of(count, up_to_hz), watch, progress)
     with watch("pictures"):
-        files, gaps = draw_modes(scene, seat, folder, progress)
-    frequencies = [] if seat.modes is None else [float(f) for f in seat.modes.frequencies_hz]
-    return RunOutcome({"frequencies_hz": frequencies, **seat.about}, gaps, files, watch.stages)
+        files, gaps = draw_modes(found, folder, progress)
+    counted = "as many as inertia counts" if found.complete else "NOT counted: some may be missing"
+    note = f"{len(found.modes)} modes of {found.searched}, {found.dof} unknowns, {counted}"
+    summary = {
+        "frequencies_hz": [float(f) for f in found.frequencies_hz],
+        "complete": found.complete,
+        "seat_dof": found.dof,
+    }
+    return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
 
 
 def _static_stiffness(greens: GreensFunction) -> float:

@@ -40,6 +40,7 @@ def plot_modes(
     title: str = "Modes of the seat",
     cut: bool = False,
     columns: int | None = None,
+    names: Sequence[str] | None = None,
 ) -> None:
     """The modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
 
@@ -48,6 +49,7 @@ def plot_modes(
         frequencies_hz: of each mode [Hz].
         cut: take the half towards the viewer away, for hollow bodies.
         columns: pictures in a row; ``None`` chooses by their shape.
+        names: what stands before each frequency [1, 2, ...].
 
     Raises:
         PictureError: no modes, or what drawing needs is missing.
@@ -70,7 +72,8 @@ def plot_modes(
     height, width = images[0].shape[:2]
     rows = math.ceil(len(images) / (columns or math.ceil(math.sqrt(1.5 * len(images) * height / width))))
     columns = columns or math.ceil(len(images) / rows)
-    headings = [f"{k}:  {text(float(f), 'Hz', 4)}" for k, f in enumerate(frequencies_hz, start=1)]
+    numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
+    headings = [f"{k}:  {text(float(f), 'Hz', 4)}" for k, f in zip(numbers, frequencies_hz, strict=True)]
     with _album(images, headings, path, title, columns) as figure:
         colours = figure.colorbar(
             ScalarMappable(Normalize(0.0, 1.0), COLOURS),

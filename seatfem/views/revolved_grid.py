@@ -41,13 +41,13 @@ class RevolvedGrid:
     def shape(self, amplitudes: Array, harmonic: int, *, angle: float = 0.0) -> Array:
         """(3, n) displacements in space of (3, n_nodes) amplitudes (U, V, W), as ``model.expand`` gives them.
 
-        u_r = U cos n(th - angle), u_th = V sin n(th - angle), u_z = W cos n(th - angle).
+        u_r = U cos n(th - angle), u_th = V sin n(th - angle), u_z = W cos n(th - angle); u_th = V for n = 0, torsion.
         """
         if amplitudes.ndim != 2 or amplitudes.shape[0] != 3 or amplitudes.shape[1] <= self.nodes.max():
             raise ModelError(f"amplitudes have shape {amplitudes.shape}, must be (3, nodes of the section)")
         phase = harmonic * (self.angles - angle)
         radial, axial = (amplitudes[k, self.nodes] * np.cos(phase) for k in (0, 2))
-        tangential = amplitudes[1, self.nodes] * np.sin(phase)
+        tangential = amplitudes[1, self.nodes] * (np.sin(phase) if harmonic else 1.0)
         c, s = np.cos(self.angles), np.sin(self.angles)
         return np.stack([radial * c - tangential * s, radial * s + tangential * c, axial])
 

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
+from impact.drawing import text
 from seatfem.doctor import Check
 
 if TYPE_CHECKING:
+    from seatfem.seats.natural_modes import Mode
     from seatfem.verification.case import Row
 
 
@@ -18,6 +20,17 @@ def time_line(seconds: Mapping[str, float]) -> str:
     """Where the time went, the longest stage first, in one line."""
     longest_first = sorted(seconds.items(), key=lambda item: -item[1])
     return ", ".join(f"{stage} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
+
+
+def modes_table(modes: Sequence[Mode]) -> Table:
+    """Number, frequency, nodal diameters of a body of revolution, and the port's share of each mode."""
+    revolved = any(mode.diameters is not None for mode in modes)
+    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the port's compliance")
+    for number, mode in enumerate(modes, start=1):
+        around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
+        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else f"{100 * mode.share:.3g} %"
+        table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
+    return table
 
 
 def verification_table_view(rows: Sequence[Row]) -> Table:

@@ -54,6 +54,7 @@ class Outcome:
     files: tuple[Path, ...] = (Path("somewhere/summary.json"),)
     stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
     met: bool = True
+    modes: tuple[object, ...] = ()
 
 
 class Pipeline(types.ModuleType):
@@ -74,7 +75,16 @@ class Pipeline(types.ModuleType):
     def compute_greens(self, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
         return self._answer("greens", scene, path, progress)
 
-    def write_modes(self, scene: Scene, folder: Path, progress: Callable[[str, float], None]) -> Outcome:
+    def write_modes(
+        self,
+        scene: Scene,
+        folder: Path,
+        progress: Callable[[str, float], None],
+        *,
+        count: int | None,
+        up_to_hz: float | None,
+    ) -> Outcome:
+        self.wanted = (count, up_to_hz)
         return self._answer("modes", scene, folder, progress)
 
     def _answer(self, verb: str, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
