@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to about 1e-4
+EXCITED = 1e-3  # of the compliance: a pole with less is not told to be a mode
 _WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is left at its end
 
 
@@ -159,7 +160,7 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
         axes.axhline(factor * static, color=GREEN, linewidth=1.0, linestyle=(0, (5, 2)))
     seen = modes[(modes >= low) & (modes <= high)]
     axes.vlines(
-        rate * seen, 0.0, 0.04, transform=axes.get_xaxis_transform(), color=GREY, linewidth=0.6, zorder=3, label="modes"
+        rate * seen, 0.0, 0.04, transform=axes.get_xaxis_transform(), color=GREY, linewidth=0.6, zorder=3, label="poles"
     )
     axes.axvline(rate / width, color=GREY, linewidth=0.8, linestyle=":")
     axes.annotate(
@@ -176,9 +177,22 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
     axes.set_title("Receptance" + (", windowed" if found[0] is None else ""))
-    if seen.size:
-        lowest = ", lowest " + text(float(seen.min()), "Hz")
-        axes.set_title(f"{seen.size} modes{lowest}", loc="right", color=GREY, fontsize=8)
+    if found[0] is not None and seen.size:
+        first = lowest_excited(found[0], port)
+        lowest = "" if first is None else f", lowest excited {text(first, 'Hz')}"
+        axes.set_title(f"{seen.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
+
+
+def lowest_excited(greens: ModalGreens, port: int = 0) -> float | None:
+    """Frequency [Hz] of the lowest oscillator with a thousandth or more of the port's compliance, if there is one.
+
+    A reduction lists weaker ones too, below and between, which need not be modes of the body.
+    """
+    elastic = greens.omega > 0
+    compliance = (greens.shapes[elastic, port] / greens.omega[elastic]) ** 2
+    whole = float(np.sum(compliance)) + float(greens.residual.static()[port, port])
+    excited = greens.frequencies_hz[elastic][compliance >= EXCITED * whole]
+    return float(excited.min()) if excited.size else None
 
 
 def _modal(greens: GreensFunction, duration: float, high: float) -> ModalGreens | None:

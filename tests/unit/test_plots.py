@@ -12,7 +12,7 @@ import skfem
 import impact
 from impact import plots
 from impact.drawing import PictureError, scaled, sheet, text
-from impact.greens_plots import error_text, sampled_filter
+from impact.greens_plots import error_text, lowest_excited, sampled_filter
 from impact.modal import ModalGreens, Residual
 from impact.receptance import receptance
 from seatfem.elements.assembly import assemble
@@ -351,3 +351,11 @@ def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch:
             rendering.load_pyvista()
     finally:
         rendering.can_draw.cache_clear()
+
+
+def test_the_lowest_pole_that_is_told_carries_compliance(modal):
+    """A pole of a reduction with a millionth of the compliance is no mode to be told of."""
+    assert lowest_excited(modal) == pytest.approx(60e3)
+    weak = ModalGreens(omega=2 * np.pi * np.array([11.3e3, 60e3]), zeta=np.zeros(2), shapes=np.array([[0.01], [20.0]]))
+    assert lowest_excited(weak) == pytest.approx(60e3)
+    assert lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)))) is None
