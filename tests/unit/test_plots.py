@@ -356,6 +356,14 @@ def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch:
 def test_the_lowest_pole_that_is_told_carries_compliance(modal):
     """A pole of a reduction with a millionth of the compliance is no mode to be told of."""
     assert lowest_excited(modal) == pytest.approx(60e3)
-    weak = ModalGreens(omega=2 * np.pi * np.array([11.3e3, 60e3]), zeta=np.zeros(2), shapes=np.array([[0.01], [20.0]]))
+    weak = ModalGreens(
+        omega=2 * np.pi * np.array([11.3e3, 60e3]),
+        zeta=np.zeros(2),
+        shapes=np.array([[0.01], [20.0]]),
+        residual=Residual.spring(np.zeros((1, 1))),
+    )
     assert lowest_excited(weak) == pytest.approx(60e3)
-    assert lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)))) is None
+    assert (
+        lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)), residual=weak.residual))
+        is None
+    )
