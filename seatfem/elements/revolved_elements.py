@@ -147,19 +147,18 @@ def stiffness_blocks(section: Section, elasticity: Array, harmonic: int, *, tors
     incompressible its dilatation is replaced by the projection on fewer terms (B-bar; Hughes 1980, Simo & Taylor
     1985): its mean, or a linear field on nine-node quadrilaterals.
     """
-    components, rows = ((0, 2), (0, 1, 2, 4)) if harmonic == 0 else ((0, 1, 2), (0, 1, 2, 3, 4, 5))
-    if torsion:
-        components, rows = (1,), (3, 5)
+    symmetric = ([0, 2], [0, 1, 2, 4]) if harmonic == 0 else ([0, 1, 2], [0, 1, 2, 3, 4, 5])
+    components, rows = ([1], [3, 5]) if torsion else symmetric
     d, local = len(components), len(section.cells)
     out = np.empty((section.cells.shape[1], local * d, local * d))
     soft = nearly_incompressible(elasticity)
     for some, basis in section.bases():
-        strain = _strains(basis, harmonic)[..., list(components)]
+        strain = _strains(basis, harmonic)[..., components]
         weight = basis.dx * basis.global_coordinates().value[0] * angle_integral(harmonic)
         strain = np.ascontiguousarray(strain).reshape(*strain.shape[:3], local * d)
         if np.any(picked := soft[some]):
             strain[picked] = _projected(section, basis, strain, weight, picked)
-        strain = strain[:, :, list(rows)]
+        strain = strain[:, :, rows]
         stress = elasticity[some][:, None][..., rows, :][..., rows] @ (strain * weight[:, :, None, None])
         shape = (len(some), -1, local * d)
         out[some] = strain.reshape(shape).transpose(0, 2, 1) @ stress.reshape(shape)

@@ -89,7 +89,7 @@ class BlockLanczos:
     @property
     def unseen(self) -> int:
         """Directions that are in no block yet."""
-        return self.model.size - self.known.shape[1] - self.size - self.width
+        return self.model.size - int(self.known.shape[1]) - self.size - self.width
 
     @property
     def exhausted(self) -> bool:
