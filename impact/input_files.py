@@ -68,6 +68,6 @@ def _check(path: Path, found: os.stat_result, most: int, error: type[Exception])
         raise error(f"{path}: is {kind}; a regular file is needed")
     if found.st_size > most:
         raise error(
-            f"{path}: has {found.st_size / MB:.4g} MB; such a file is read up to {most / MB:g} MB. "
+            f"{path}: has {found.st_size / MB:.7g} MB; such a file is read up to {most / MB:g} MB. "
             "Is it the right file? If so, make it coarser, or leave out what is not needed"
         )

@@ -23,6 +23,8 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3}(?!\d))?")
 _UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d(?:\.5)?|\d)?(?:\s*[*/ ]\s*[A-Za-zµμ]+(?:\^-?\d(?:\.5)?|\d)?)*")
 _POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
 
+LONGEST: Final = 80  # characters: an unlucky text takes the cube of its length
+
 
 class UnitError(ValueError):
     """A string is not a quantity of the dimension that is needed."""
@@ -141,14 +143,22 @@ def parse_quantity(text: str, dimension: str) -> float:
 
 def parse_fraction(text: str) -> float:
     """A pure number, "0.1" or "10 %" -> 0.1. Raises `UnitError`."""
-    match = re.fullmatch(rf"({_NUMBER.pattern})\s*(%?)", text.strip())
+    match = re.fullmatch(rf"({_NUMBER.pattern})\s*(%?)", _bounded(text))
     if match is None:
         raise UnitError(f"{text!r} is not a pure number; write 0.1 or '10 %'")
     return float(Decimal(match[1]) * (Decimal("0.01") if match[2] else 1))
 
 
-def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
+def _bounded(text: str) -> str:
+    """Without blanks around it."""
     stripped = text.strip()
+    if len(stripped) > LONGEST:
+        raise UnitError(f"{stripped[:20] + ' ...'!r} has {len(stripped)} characters; a quantity has at most {LONGEST}")
+    return stripped
+
+
+def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
+    stripped = _bounded(text)
     match = _NUMBER.match(stripped)
     if match is None:
         raise UnitError(f"{text!r} does not start with a number; {_need(wanted)}")

@@ -3,17 +3,39 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from impact.input_files import MB, read_bytes
 from seatfem.mesh.cell_kinds import Integers
 from seatfem.mesh.io import MeshError
 
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
 DEPTH = 8  # of files that include files
+MOST_FILES = 200
+MOST_BYTES = 512 * MB  # of all files of a deck together
+MOST_MEMBERS = 20_000_000  # of all sets of a deck together
+
+
+@dataclass
+class Budget:
+    """What is left to be read of a deck: each file counts as often as it is included."""
+
+    files: int = MOST_FILES
+    size: int = MOST_BYTES
+
+    def text(self, path: Path) -> str:
+        """The text of a file. Raises `MeshError` where the deck is at its end."""
+        if self.files == 0:
+            raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
+        data = read_bytes(path, self.size, MeshError)
+        self.files -= 1
+        self.size -= len(data)
+        return data.decode("utf-8", errors="replace")
 
 
 @dataclass(frozen=True)
@@ -38,7 +60,7 @@ class Block:
 
 def read_blocks(path: Path) -> list[Block]:
     """All blocks of a file, included files in their place. Raises `MeshError` for what would move or make nodes."""
-    blocks = list(_blocks(path, 0))
+    blocks = list(_blocks(path, 0, Budget()))
     for block in blocks:
         if block.keyword in GENERATORS:
             raise block.fail("not supported; write the file with every node and element listed")
@@ -51,10 +73,10 @@ def read_blocks(path: Path) -> list[Block]:
     return blocks
 
 
-def _blocks(path: Path, depth: int) -> Iterator[Block]:
+def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
     head: tuple[str, dict[str, str], str] | None = None
     rows: list[list[str]] = []
-    for place, line in _logical_lines(path):
+    for place, line in _logical_lines(path, budget):
         if not line.startswith("*"):
             rows.append([word.strip() for word in line.split(",")])
             continue
@@ -66,29 +88,28 @@ def _blocks(path: Path, depth: int) -> Iterator[Block]:
             if keyword != "INCLUDE":
                 raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
             other = path.parent / options["INPUT"]
-            if depth >= DEPTH or not other.is_file():
+            if depth >= DEPTH or not other.exists():
                 raise MeshError(f"{place}: *INCLUDE: no such file {other}, or files that include each other")
-            yield from _blocks(other, depth + 1)
+            yield from _blocks(other, depth + 1, budget)
     if head:
         yield Block(head[0], head[1], rows, head[2])
 
 
-def _logical_lines(path: Path) -> Iterator[tuple[str, str]]:
+def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
     """Place and text of every line that says something; keyword lines that end in a comma with what follows."""
-    begun, place = "", ""
-    for number, raw in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+    begun: list[str] = []
+    place = ""
+    for number, raw in enumerate(budget.text(path).splitlines(), start=1):
         line = raw.strip()
         if not line or line.startswith("**"):
             continue
         place = place if begun else f"{path}:{number}"
-        line = begun + line
-        begun = ""
-        if line.startswith("*") and line.endswith(","):
-            begun = line
-        else:
-            yield place, line
+        begun.append(line)
+        if not (begun[0].startswith("*") and line.endswith(",")):
+            yield place, "".join(begun)
+            begun = []
     if begun:
-        yield place, begun
+        yield place, "".join(begun)
 
 
 def _keyword(line: str) -> tuple[str, dict[str, str]]:
@@ -110,6 +131,16 @@ class Sets:
     members: dict[str, list[Integers]] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
     internal: set[str] = field(default_factory=set)
+    count: float = 0
+
+    def used(self, more: float, block: Block) -> None:
+        """Count members. Raises `MeshError` where they are more than sets may have."""
+        self.count += more
+        if self.count > MOST_MEMBERS:
+            raise block.fail(
+                f"{more:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
+                f"{MOST_MEMBERS:.0e} together; check first, last and step"
+            )
 
     def add(self, name: str, numbers: Integers) -> None:
         self.names.setdefault(name.casefold(), name)
@@ -127,7 +158,7 @@ class Sets:
     def get(self, word: str, block: Block) -> Integers:
         """The numbers a word stands for: itself, or a set's."""
         word = word.strip('"').rpartition(".")[2]  # without the name of the instance
-        if word.lstrip("+-").isdigit():
+        if _WHOLE.fullmatch(word):
             return np.array([int(word)], dtype=np.int64)
         if word.casefold() not in self.members:
             there = ", ".join(map(repr, sorted(self.names.values()))) or "none"
@@ -143,13 +174,24 @@ class Sets:
         }
 
     def _listed(self, block: Block) -> Integers:
-        words = [self.get(word, block) for row in block.rows for word in row if word]
-        return np.concatenate([np.empty(0, dtype=np.int64), *words])
+        numbers: list[int] = []
+        sets: list[Integers] = [np.empty(0, dtype=np.int64)]
+        for row in block.rows:
+            for word in filter(None, row):
+                if _WHOLE.fullmatch(word):
+                    numbers.append(int(word))
+                else:
+                    sets.append(self.get(word, block))
+                    self.used(len(sets[-1]), block)
+        return np.unique(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
 
     def _ranges(self, block: Block) -> Integers:
         try:
             triples = [[int(word) for word in row if word] for row in block.rows]
-            ranges = [np.arange(first, last + 1, *step, dtype=np.int64) for first, last, *step in triples]
-        except ValueError as error:
+            ranges = [range(first, last + 1, *step) for first, last, *step in triples]
+        except (TypeError, ValueError) as error:
             raise block.fail(f"GENERATE takes first, last, step ({error})") from None
-        return np.concatenate([np.empty(0, dtype=np.int64), *ranges])
+        for each in ranges:
+            self.used(max(0.0, (each.stop - each.start) / each.step), block)
+        parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)
+        return np.concatenate([np.empty(0, dtype=np.int64), *parts])

@@ -126,7 +126,7 @@ def _elements(block: Block) -> Elements | None:
     match = SOLID.match(kind) or SKIN.match(kind)
     if not match:
         if OTHER_SOLID.match(kind):
-            first = np.array([int(row[0]) for row in block.rows if row[0].isdigit()], dtype=np.int64)
+            first = np.array([int(row[0]) for row in block.rows if row[0].isdecimal()], dtype=np.int64)
             return Elements(kind, first, np.empty((len(block.rows), 0), dtype=np.int64))
         return None
     width = 1 + (6 if kind.startswith("STRI65") else int(match.group(1)))
@@ -162,11 +162,20 @@ def _of(skin: tuple[Integers, Integers], members: Integers) -> Integers:
 def _surface(
     block: Block, found: Found, ids: Integers, cells: Integers, skin: tuple[Integers, Integers]
 ) -> Iterator[Integers]:
-    """Faces of each line of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
+    """Faces of the lines of *SURFACE, TYPE=ELEMENT: a set or an element, and which of its faces."""
     faces = np.array(ABAQUS_TET_FACES if face_width(cells) == 3 else ABAQUS_HEX_FACES)
+    by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
-        members = found.element_sets.get(row[0], block)
         side = row[1].upper() if len(row) > 1 else ""
+        if side not in ("SPOS", "SNEG", "") and not (
+            re.fullmatch(r"S[1-9]", side) and 1 <= int(side[1]) <= len(faces)
+        ):
+            raise block.fail(f"{', '.join(row)}: the face must be S1 to S{len(faces)}, SPOS or SNEG")
+        members = found.element_sets.get(row[0], block)
+        found.element_sets.used(len(members), block)
+        by_side.setdefault(side, []).append(members)
+    for side, parts in by_side.items():
+        members = np.concatenate(parts)
         rows = np.flatnonzero(np.isin(ids, members))
         if side in ("SPOS", "SNEG"):
             yield _of(skin, members)
@@ -174,7 +183,5 @@ def _surface(
             mask = free_face_mask(cells, faces)
             yield cells[:, faces][rows][mask[rows]]
             yield _of(skin, members)
-        elif re.fullmatch(r"S\d", side) and 1 <= int(side[1]) <= len(faces):
-            yield cells[rows][:, faces[int(side[1]) - 1]]
         else:
-            raise block.fail(f"{', '.join(row)}: the face must be S1 to S{len(faces)}, SPOS or SNEG")
+            yield cells[rows][:, faces[int(side[1]) - 1]]

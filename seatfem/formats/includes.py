@@ -5,7 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-_ABAQUS = re.compile(r'^\*\s*INCLUDE\s*,\s*INPUT\s*=\s*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
+from impact.input_files import read_text
+from seatfem.formats.abaqus_deck import MOST_BYTES, MOST_FILES
+from seatfem.mesh.io import MeshError
+
+_ABAQUS = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 
 def with_included(path: Path) -> tuple[Path, ...]:
@@ -13,14 +17,14 @@ def with_included(path: Path) -> tuple[Path, ...]:
 
     Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
     """
-    found: list[Path] = []
+    found: dict[Path, None] = {}  # in order
     waiting = [path]
-    while waiting:
+    while waiting and len(found) <= MOST_FILES:  # a deck of more is refused when it is read
         file = waiting.pop().resolve()
         if file in found or not file.is_file():
             continue
-        found.append(file)
+        found[file] = None
         if path.suffix.lower() == ".inp":
-            text = file.read_text(encoding="utf-8", errors="replace")
-            waiting += [file.parent / name.strip() for name in _ABAQUS.findall(text)]
+            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
+            waiting += [file.parent / name.strip() for name in _ABAQUS.findall(text)[:MOST_FILES]]
     return tuple(found)

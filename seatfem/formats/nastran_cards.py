@@ -7,9 +7,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from impact.input_files import MB, read_text
 from seatfem.mesh.io import MeshError
 
 SMALL, LARGE = 8, 4  # data fields on a line
+LIMIT = 512 * MB
+MOST_OF_A_CARD = 2_000_000  # numbers that THRU may stand for
 
 
 @dataclass(frozen=True)
@@ -49,10 +52,13 @@ class Card:
         out: list[int] = []
         for at, word in enumerate(words):
             if word.upper() == "THRU":
-                if not out or at + 1 >= len(words) or not words[at + 1].isdigit():
+                if not out or at + 1 >= len(words) or not words[at + 1].isdecimal():
                     raise self.fail("THRU must stand between two whole numbers")
-                out.extend(range(out[-1] + 1, int(words[at + 1])))
-            elif word.isdigit():
+                more = range(out[-1] + 1, int(words[at + 1]))
+                if more.stop - more.start > MOST_OF_A_CARD:
+                    raise self.fail(f"THRU spans {more.stop - more.start:.4g} numbers: at most {MOST_OF_A_CARD:.0e}")
+                out.extend(more)
+            elif word.isdecimal():
                 out.append(int(word))
             else:
                 raise self.fail(f"{word!r}: must be a whole number or THRU")
@@ -79,7 +85,7 @@ def read_cards(path: Path) -> Iterator[Card]:
 def _bulk(path: Path) -> list[tuple[int, str]]:
     """Numbered lines between BEGIN BULK, where there is one, and ENDDATA; without comments and blank lines."""
     lines: list[tuple[int, str]] = []
-    for number, raw in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
+    for number, raw in enumerate(read_text(path, LIMIT, MeshError, errors="replace").splitlines(), start=1):
         line = raw.partition("$")[0].rstrip()
         word = line.strip().upper()
         if word.startswith("BEGIN") and "BULK" in word:

@@ -17,6 +17,8 @@ SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
 
+MOST_HELD = 5_000_000  # nodes of a set of SPC1
+
 
 @dataclass(frozen=True, eq=False)
 class Deck:
@@ -81,7 +83,10 @@ def _collect(path: Path) -> Deck:
             case name if name in SKINS:
                 deck.skins.append((card.integer(1), [card.integer(2 + k) for k in range(SKINS[name])]))
             case "SPC1":
-                deck.held[f"SPC {card.integer(0)}"] += card.integers(2)
+                held = deck.held[f"SPC {card.integer(0)}"]
+                held += card.integers(2)
+                if len(held) > MOST_HELD:
+                    raise card.fail(f"set {card.integer(0)} holds {len(held):.4g} nodes: at most {MOST_HELD:.0e}")
             case "SPC":
                 deck.held[f"SPC {card.integer(0)}"] += [card.integer(k) for k in (1, 4) if card.field(k)]
             case "PLOAD4":
@@ -92,7 +97,7 @@ def _collect(path: Path) -> Deck:
 
 
 def _solid_nodes(card: Card) -> list[int]:
-    nodes = [int(word) for word in card.fields[2:] if word.isdigit() and word != "0"]
+    nodes = [int(word) for word in card.fields[2:] if word.isdecimal() and word != "0"]
     if card.name in SOLIDS and len(nodes) not in SOLIDS[card.name]:
         few, many = SOLIDS[card.name]
         raise card.fail(f"element {card.field(0)} has {len(nodes)} nodes: must be {few} or {many}")

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from impact.input_files import MB, read_text
 from seatfem.elements.element_orders import ABAQUS, to_gmsh
 from seatfem.formats.file_mesh import FileMesh, face_width, one_kind, rows_of, stacked
 from seatfem.mesh.cell_kinds import Integers
@@ -37,6 +38,7 @@ SKINS: Mapping[int, tuple[int, ...]] = MappingProxyType(
 BEAMS = (11, 21, 22, 23, 24)  # one line more
 GROUPS = (2435, 2452, 2467, 2477)
 NODE, ELEMENT = 7, 8
+LIMIT = 512 * MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +108,7 @@ def _point(line: str) -> list[float]:
 
 def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
     """Number and lines of every dataset; lines of -1 stand around each."""
-    lines = iter(path.read_text(encoding="latin-1").splitlines())
+    lines = iter(read_text(path, LIMIT, MeshError, "latin-1").splitlines())
     for line in lines:
         if line.strip() == "-1":
             number = int(next(lines))

@@ -9,7 +9,10 @@ from typing import Annotated, Any
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
 
+from impact.input_files import MB, check_file
 from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
+
+FILE_LIMIT = 8192 * MB
 
 
 class KeyProblem(ValueError):
@@ -75,8 +78,10 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
     """Relative paths start at the folder of the scene file (the validation context's "folder")."""
     folder = (info.context or {}).get("folder", Path())
     path: Path = folder / value
-    if not path.is_file():
-        raise ValueError(f"no such file: {path}")
+    try:
+        check_file(path, FILE_LIMIT, ValueError)
+    except FileNotFoundError:
+        raise ValueError(f"no such file: {path}") from None
     return path.resolve()
 
 

@@ -6,17 +6,29 @@ import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from pydantic import ValidationError
 
+from impact.input_files import MB, read_text
 from seatfem.scene.locate import KeyPath, key_lines
 from seatfem.scene.models import Scene
 from seatfem.scene.problems import Problem, SceneError, explain, line_of
 
+LIMIT: Final = 1 * MB
+DEEPEST: Final = 32
+_DEEP_KEY: Final = re.compile(
+    r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){%d}""" % DEEPEST
+)
+"""Reading them takes the square of their length."""
+
+
+class _Unreadable(ValueError):
+    """Why a file is no scene."""
+
 
 def load_scene(path: Path | str) -> Scene:
-    """Read a scene file (TOML). Files that it names are looked for from its own folder.
+    """Read a scene file (TOML, up to 1 MB). Files that it names are looked for from its own folder.
 
     Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
     units, values out of range, and keys that contradict each other.
@@ -44,14 +56,17 @@ def located(error: SceneError, path: Path) -> SceneError:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise _whole_file(path, f"cannot be read: {error.strerror}") from None
+        return read_text(path, LIMIT, _Unreadable)
+    except (OSError, _Unreadable) as error:
+        raise _whole_file(path, f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from None
     except UnicodeDecodeError as error:
         raise _whole_file(path, f"is not UTF-8 text (byte {error.start}); a scene is a TOML file") from None
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
+    if found := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; a scene has four levels"),))
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

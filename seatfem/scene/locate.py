@@ -6,6 +6,7 @@ The text is known to be valid TOML (tomllib has read it), so this reader only fo
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
@@ -34,6 +35,10 @@ class _Reader:
     text: str
     at: int = 0
     lines: dict[KeyPath, int] = field(default_factory=dict)
+    ends: list[int] = field(init=False)  # of lines
+
+    def __post_init__(self) -> None:
+        self.ends = [found.start() for found in re.finditer("\n", self.text)]
 
     def document(self) -> None:
         table: KeyPath = ()
@@ -108,4 +113,4 @@ class _Reader:
         return self.at
 
     def line(self) -> int:
-        return self.text.count("\n", 0, self.at) + 1
+        return bisect_left(self.ends, self.at) + 1

@@ -7,13 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Final, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from seatfem.scene.fields import KeyProblem
 from seatfem.scene.locate import KeyPath
+
+MOST: Final = 100
 
 
 @dataclass(frozen=True)
@@ -48,26 +50,40 @@ class SceneError(ValueError):
 def explain(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
 ) -> tuple[Problem, ...]:
-    """Pydantic's findings in the words of scene files, in the order of the file."""
-    problems = [_problem(details, model, data, file, lines) for details in error.errors(include_url=False)]
-    return tuple(sorted(problems, key=lambda problem: problem.line))
+    """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
+    found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    found.sort(key=lambda place: place.line)
+    problems = [
+        Problem(file, place.line, place.key, _message(place.details, place.path, place.table, data))
+        for place in found[:MOST]
+    ]
+    if len(found) > MOST:
+        problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on"))
+    return tuple(problems)
 
 
-def _problem(
-    details: ErrorDetails,
-    model: type[BaseModel],
-    data: Mapping[str, Any],
-    file: Path,
-    lines: Mapping[KeyPath, int],
-) -> Problem:
-    path, table = _walk(model, details["loc"])
-    cause = details.get("ctx", {}).get("error")
-    if isinstance(cause, KeyProblem):
-        path = (*path, *cause.key.split("."))
-    if details["type"].startswith("union_tag"):
-        path = (*path, "kind")
-    key = ".".join(str(part) for part in path)
-    return Problem(file, line_of(path, lines), key, _message(details, path, table, data))
+@dataclass(frozen=True)
+class _Place:
+    """What pydantic found, and where in the file."""
+
+    details: ErrorDetails
+    path: KeyPath
+    table: type[BaseModel] | None
+    line: int
+
+    @property
+    def key(self) -> str:
+        return ".".join(str(part) for part in self.path)
+
+    @staticmethod
+    def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
+        path, table = _walk(model, details["loc"])
+        cause = details.get("ctx", {}).get("error")
+        if isinstance(cause, KeyProblem):
+            path = (*path, *cause.key.split("."))
+        if details["type"].startswith("union_tag"):
+            path = (*path, "kind")
+        return _Place(details, path, table, line_of(path, lines))
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:

@@ -271,9 +271,9 @@ def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None
 
 
 def test_no_such_scene_and_no_text(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"absent.toml: cannot be read: No such file"):
+    with pytest.raises(SceneError, match=r"absent.toml: cannot be read: no such file"):
         load_scene(tmp_path / "absent.toml")
-    with pytest.raises(SceneError, match="cannot be read: Is a directory"):
+    with pytest.raises(SceneError, match="cannot be read: is a folder"):
         load_scene(tmp_path)
     binary = tmp_path / "seat.h5"
     binary.write_bytes(b"\x89HDF\r\n")
