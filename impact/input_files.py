@@ -50,9 +50,11 @@ def check_file(path: Path, most: int, error: type[Exception]) -> None:
 def read_bytes(path: Path, most: int, error: type[Exception]) -> bytes:
     """All bytes of a file; raises as `opened_file`, also where the file grows beyond ``most`` while it is read."""
     with opened_file(path, most, error) as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        raise error(f"{path}: goes on after {most / MB:g} MB, the most that is read of such a file")
+        data = file.read(os.fstat(file.fileno()).st_size)
+        while more := file.read(MB):
+            data += more
+            if len(data) > most:
+                raise error(f"{path}: goes on after {most / MB:g} MB, the most that is read of such a file")
     return data
 
 

@@ -42,7 +42,7 @@ def read_impulse_response(
         TimeSeriesError: no CSV text, or a cell that is not a number; the message names file, line and column.
     """
     name = Path(path)
-    if not name.is_file():
+    if not name.exists():
         raise GreensFunctionError(f"{name}: no such file")
     rows = csv_rows(name, delimiter)
     factors = _factors(name, rows[0] if rows else (1, []))

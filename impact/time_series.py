@@ -13,10 +13,12 @@ from typing import Literal
 import numpy as np
 
 from impact.greens import Array
+from impact.input_files import CSV_LIMIT, check_file
 
 Outside = Literal["forbid", "hold", "zero"]
 Quantity = Literal["pressure", "force"]
 
+MOST_COLUMNS, MOST_LINES = 64, 2_000_000
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
@@ -81,7 +83,7 @@ def read_time_series(
             that does not increase, fewer than two samples; the message names file, line and column.
     """
     name = Path(path)
-    if not name.is_file():
+    if not name.exists():
         raise TimeSeriesError(f"{name}: no such file")
     rows = csv_rows(name, delimiter)
     if not rows:
@@ -105,14 +107,22 @@ def read_time_series(
 
 def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
     """Line numbers and cells of the lines that hold something."""
+    check_file(name, CSV_LIMIT, TimeSeriesError)
+    rows: list[tuple[int, list[str]]] = []
     try:
         with name.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file, delimiter=delimiter)
-            return [
-                (reader.line_num, row) for row in reader if any(c.strip() for c in row) and row[0].strip()[:1] != "#"
-            ]
+            for row in reader:
+                if any(c.strip() for c in row) and row[0].strip()[:1] != "#":
+                    rows.append((reader.line_num, row))
+                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
+                    raise TimeSeriesError(
+                        f"{name}, line {reader.line_num}: {len(row)} columns, {len(rows)} lines; at most "
+                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
+                    )
     except (UnicodeDecodeError, csv.Error) as problem:
         raise TimeSeriesError(f"{name}: is no CSV text in UTF-8 ({problem})") from problem
+    return rows
 
 
 def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[float, float]:

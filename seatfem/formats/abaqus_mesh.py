@@ -167,9 +167,7 @@ def _surface(
     by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
         side = row[1].upper() if len(row) > 1 else ""
-        if side not in ("SPOS", "SNEG", "") and not (
-            re.fullmatch(r"S[1-9]", side) and 1 <= int(side[1]) <= len(faces)
-        ):
+        if side not in ("SPOS", "SNEG", "") and not (re.fullmatch(r"S[1-9]", side) and 1 <= int(side[1]) <= len(faces)):
             raise block.fail(f"{', '.join(row)}: the face must be S1 to S{len(faces)}, SPOS or SNEG")
         members = found.element_sets.get(row[0], block)
         found.element_sets.used(len(members), block)

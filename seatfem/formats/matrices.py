@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import os
 import re
 from collections.abc import Mapping
@@ -11,9 +10,9 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 from scipy import sparse
-from scipy.io import mminfo, mmread
 
 from impact.time_series import TimeSeriesError, csv_number, csv_rows
+from seatfem.formats.matrix_files import load_matrix
 from seatfem.model import Array, ModelError, Port, SecondOrderModel
 
 System = Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"]
@@ -28,9 +27,7 @@ FACTORS: dict[str, tuple[float, float, float]] = {
 }
 """To kg, N s/m and N/m, from mass, damping and stiffness (t, N s/mm, N/mm; kg, kN ms/mm, kN/mm; lbf s^2/inch, ...)."""
 PENALTY = 1e10  # times the median stiffness diagonal: no spring of the structure
-_ROWS, _SPARSEST = 1000, 10  # most rows without and per entry: matrices of structures have several entries a row
-_OF_NUMBERS = b"0123456789+-.eE \t\r\n"
-_FOREIGN = re.compile(rb"(?!(?<!\S)[-+]?(?i:nan|inf|infinity)(?!\S))(?<!\S)\S*[^-+.0-9eE\s]\S*")
+_DOF = re.compile(r"[0-9]{1,15}")
 _SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
 
 
@@ -102,10 +99,10 @@ def read_matrices(
 
 def _read(path: Path) -> sparse.csr_array:
     """A real, square, finite, symmetric matrix."""
-    if not path.is_file():
+    if not path.exists():
         raise ModelError(f"{path}: no such file")
     try:
-        raw = _loaded(path)
+        raw = load_matrix(path)
     except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
         raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem})") from problem
     if np.issubdtype(raw.dtype, np.complexfloating):
@@ -121,47 +118,6 @@ def _read(path: Path) -> sparse.csr_array:
     if bad := int(np.sum(~np.isfinite(matrix.data))):
         raise ModelError(f"{path}: has {bad} values that are not finite")
     return _symmetric(matrix, path)
-
-
-def _loaded(path: Path) -> Any:
-    """What the file holds, its indices within its size; a size that most rows have nothing to do with is refused."""
-    raw = _raw(path)
-    if isinstance(raw, np.ndarray):
-        return raw
-    if max(raw.shape) > _ROWS + _SPARSEST * raw.nnz:
-        raise ValueError(f"it is {raw.shape[0]} x {raw.shape[1]} large with {raw.nnz} entries")
-    if raw.format in ("csr", "csc", "bsr"):
-        raw.check_format(full_check=True)
-    return raw
-
-
-def _raw(path: Path) -> Any:
-    if path.suffix == ".npz":
-        with path.open("rb") as file:  # which load_npz leaves open where the file is broken
-            return sparse.load_npz(file)
-    if path.suffix == ".npy":
-        return np.atleast_2d(np.load(path, allow_pickle=False))
-    if not path.name.endswith((".mtx", ".mtx.gz")):
-        raise ValueError("its name must end in .mtx, .mtx.gz, .npz or .npy")
-    if (kind := mminfo(path)[4]) == "pattern":
-        raise ValueError(f"a Matrix Market file of {kind}s has no values")
-    if kind != "complex":
-        _refuse_mangled(path)
-    return mmread(path)
-
-
-def _refuse_mangled(path: Path) -> None:
-    """scipy's reader takes a number up to where it is broken, and can crash where that is the end of the file."""
-    words = 0
-    with (gzip.open if path.suffix == ".gz" else open)(path, "rb") as file:
-        while lines := file.readlines(1 << 20):
-            text = b"".join(line for line in lines if not line.startswith(b"%"))
-            if text.translate(None, _OF_NUMBERS) and (foreign := _FOREIGN.search(text)):
-                raise ValueError(f"{foreign[0][:40]!r} stands there, which is no number (exponents are 1e-3)")
-            words += len(text.split())
-    _, _, entries, form, _, _ = mminfo(path)
-    if form == "coordinate" and words != 3 * (entries + 1):
-        raise ValueError(f"it has {words} words; {entries} entries, as its first line says, take {3 * (entries + 1)}")
 
 
 def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
@@ -232,7 +188,7 @@ def _told(name: str, port: PortLike) -> str:
 
 def _weights(path: Path) -> dict[int, float]:
     """A table of dof and weight."""
-    if not path.is_file():
+    if not path.exists():
         raise ModelError(f"{path}: no such file")
     try:
         rows = csv_rows(path, ",")
@@ -240,7 +196,7 @@ def _weights(path: Path) -> dict[int, float]:
             raise ModelError(f"{path}: the first line must be 'dof,weight'")
         out: dict[int, float] = {}
         for line, cells in rows[1:]:
-            if len(cells) != 2 or not cells[0].strip().isdigit():
+            if len(cells) != 2 or not _DOF.fullmatch(cells[0].strip()):
                 raise ModelError(f"{path}, line {line}: {','.join(cells)!r} must be a dof number and a weight")
             dof = int(cells[0])
             if dof in out:

@@ -12,7 +12,7 @@ from seatfem.mesh.io import MeshError
 
 SMALL, LARGE = 8, 4  # data fields on a line
 LIMIT = 512 * MB
-MOST_OF_A_CARD = 2_000_000  # numbers that THRU may stand for
+MOST_OF_A_CARD = 1_000_000  # numbers that THRU may stand for
 
 
 @dataclass(frozen=True)

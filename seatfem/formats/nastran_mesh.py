@@ -17,7 +17,7 @@ SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}
 OTHER_SOLIDS = ("CPENTA", "CPYRAM", "CPYRA", "CHEX8", "CHEX20")
 SKINS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 4, "CQUADR": 4, "CQUAD": 4}
 
-MOST_HELD = 5_000_000  # nodes of a set of SPC1
+MOST_HELD = 2_000_000  # nodes of a set of SPC1
 
 
 @dataclass(frozen=True, eq=False)

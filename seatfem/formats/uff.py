@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from impact.greens import Array, GreensFunctionError
+from impact.input_files import MB, check_file
 from impact.modal import ModalGreens, Residual
 from impact.sampled import SampledGreens, Tail
 from seatfem.measured.frf import FrequencyResponse, Kind, receptance
@@ -26,6 +27,7 @@ UNITS: dict[str, tuple[float, float]] = {
     "inch-lbf-s": (0.0254, 4.4482216152605),
 }
 """Metres and newtons per unit of the file."""
+LIMIT = 256 * MB
 _AXES = {"x": 1, "y": 2, "z": 3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
 _FORCES = (9, 13)
@@ -176,8 +178,9 @@ def _read(path: Path, kind: int, units: System | None) -> _File:
         pyuff = import_module("pyuff")
     except ModuleNotFoundError as missing:
         raise UffError(f"{path.name} needs pyuff ({missing}); install it with: pip install 'seatfem[uff]'") from missing
-    if not path.is_file():
+    if not path.exists():
         raise UffError(f"{path}: no such file")
+    check_file(path, LIMIT, UffError)
     if units is not None and units not in get_args(System):
         raise UffError(f"units {units!r} are unknown; choose from {', '.join(get_args(System))}")
     try:

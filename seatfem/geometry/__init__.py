@@ -136,7 +136,8 @@ def fingerprint(geometry: Geometry) -> dict[str, Any]:
     """What a content hash should see: `encode`, with a CAD file's path replaced by a hash of its content."""
     data: dict[str, Any] = encode(geometry)
     if isinstance(geometry, CadPart):
-        data["path"] = hashlib.sha256(geometry.path.read_bytes()).hexdigest()
+        with geometry.path.open("rb") as file:
+            data["path"] = hashlib.file_digest(file, "sha256").hexdigest()
     return data
 
 

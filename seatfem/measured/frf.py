@@ -121,7 +121,7 @@ def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimi
         TimeSeriesError: no CSV text, or a cell that is not a number.
     """
     name = Path(path)
-    if not name.is_file():
+    if not name.exists():
         raise FrequencyResponseError(f"{name}: no such file")
     rows = csv_rows(name, delimiter)
     kind, parts, factors = _header(name, *(rows[0] if rows else (1, [])))

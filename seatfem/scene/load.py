@@ -17,9 +17,7 @@ from seatfem.scene.problems import Problem, SceneError, explain, line_of
 
 LIMIT: Final = 1 * MB
 DEEPEST: Final = 32
-_DEEP_KEY: Final = re.compile(
-    r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){%d}""" % DEEPEST
-)
+_DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
 """Reading them takes the square of their length."""
 
 

@@ -149,7 +149,12 @@ class Scene(Table):
         seat = self.seat.model_dump(mode="json")
         for key in type(self.seat).model_fields:
             if isinstance(file := getattr(self.seat, key), Path):
-                parts = [hashlib.sha256(part.read_bytes()).hexdigest() for part in with_included(file)]
+                parts = [_hash(part) for part in with_included(file)]
                 seat[key] = parts[0] if len(parts) == 1 else sorted(parts)
         text = json.dumps([_KEY_VERSION, seat], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
