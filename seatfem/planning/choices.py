@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from impact.modal import ModalGreens
-from impact.poles import PoleGreens
+import numpy as np
+
+from impact import engines
+from impact.greens import StepKernel
+from impact.modal import ModalGreens, Residual
 from seatfem.planning.contact_costs import rod_of
 from seatfem.planning.deciding import Decision
 from seatfem.planning.filling import has_key, is_given, value_of
@@ -27,6 +30,9 @@ from seatfem.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
 from seatfem.planning.sensitivity import Changes
 from seatfem.runs.variations import FEW, FEWER, MANY
 from seatfem.scene import DrawnSeat, MeshFile, Scene
+from seatfem.seats.needs import is_convolved
+
+COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
 
 
 def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...]:
@@ -54,19 +60,48 @@ def described(key: str, value: Any) -> str:
 
 
 def _history(decision: Decision, scene: Scene) -> Choice:
-    """How the past is remembered, and over how many steps."""
-    steps = f"{_count(scene.run.duration / decision.contact.dt)} steps"
-    if _sums_of_poles(decision, scene):
-        return Choice("history", "poles", f"{steps}; both bodies are sums of poles: an exact recursion", False)
-    return Choice("history", "FFT or direct sum", f"{steps}; the seat has no poles: step weights", False)
+    """How the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
+    dt = decision.contact.dt
+    count = scene.run.duration / dt
+    steps, known = f"{_count(count)} steps", _poles(decision, scene, dt, count)
+    if known is None:
+        return Choice("history", "chosen once the seat is known", f"{steps}; poles for a sum of oscillators", False)
+    poles, why = known
+    modes = max(1, round(decision.contact.n_modes or 1))
+    plan = engines.choose([_stand_in(modes), _stand_in(poles)], 1, max(1, round(count)))
+    if poles is None:
+        value = "direct sum" if plan.block >= round(count) else "FFT"
+        return Choice("history", value, f"{steps}; {why}", False)
+    exact = "both bodies are sums of poles: "
+    marched = "an exact recursion" if all(plan.by_poles) else f"step weights of {_count(poles)} poles are faster here"
+    return Choice("history", "poles", f"{steps}; {exact}{marched}", False)
 
 
-def _sums_of_poles(decision: Decision, scene: Scene) -> bool:
+def _poles(decision: Decision, scene: Scene, dt: float, steps: float) -> tuple[int | None, str] | None:
+    """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
     if decision.level not in ("rod", "closed form"):
-        return True
-    if (rod := rod_of(scene)) is not None:
-        return rod.marches(decision.contact.dt, scene.run.duration / decision.contact.dt)
-    return decision.level == "closed form" and isinstance(decision.seen.surrogate.greens, ModalGreens | PoleGreens)
+        return (None, COUPLED) if is_convolved(scene) else (round(_seat_poles(decision, scene)), "")
+    seen = decision.seen.surrogate
+    greens = rod_of(scene) or (seen.greens if seen.exact else None)
+    if greens is None:
+        return (None, COUPLED) if is_convolved(scene) else None
+    return greens.marched_poles(dt, steps), "the seat has step weights"
+
+
+def _seat_poles(decision: Decision, scene: Scene) -> float:
+    """Of the finite elements, as far as they are known."""
+    level = decision.level
+    if level not in DISCRETE or not isinstance(scene.seat, DrawnSeat | MeshFile):
+        return 0.0
+    return seat_model(scene, level).poles
+
+
+def _stand_in(poles: int | None) -> StepKernel:
+    """What the choice of an engine looks at: the number of poles, or that there are step weights."""
+    if poles is None:
+        return StepKernel(None, np.zeros((1, 1, 1)), "step weights")
+    zeros = np.zeros(poles)
+    return StepKernel(ModalGreens(zeros, zeros, np.zeros((poles, 1)), Residual.none()), None, "poles")
 
 
 def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:

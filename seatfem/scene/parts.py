@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -119,6 +119,9 @@ class FoundationSupport(Table):
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
 
+    damps: ClassVar[bool] = False
+    """Whether it has dashpots, which couple the modes."""
+
     @property
     def holds(self) -> bool:
         """Whether it resists a displacement, not only a velocity."""
@@ -132,6 +135,9 @@ class BoltedSupport(Table):
     on: str = Field(description="name of the face")
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+
+    damps: ClassVar[bool] = False
+    """Whether it has dashpots, which couple the modes."""
 
     @property
     def holds(self) -> bool:
@@ -150,6 +156,9 @@ class AbsorbingSupport(Table):
         description="where the waves come from; with it the face holds the seat against slow motion too",
     )
 
+    damps: ClassVar[bool] = True
+    """Whether it has dashpots, which couple the modes."""
+
     @property
     def holds(self) -> bool:
         """Whether it resists a displacement, not only a velocity."""
@@ -164,6 +173,9 @@ class DashpotSupport(Table):
     normal: AreaDamping = Field(description="damping per area, normal to the face")
     tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
 
+    damps: ClassVar[bool] = True
+    """Whether it has dashpots, which couple the modes."""
+
     @property
     def holds(self) -> bool:
         """Whether it resists a displacement, not only a velocity."""
@@ -175,6 +187,9 @@ class SlidingSupport(Table):
 
     kind: Literal["sliding"]
     on: str = Field(description="name of the face")
+
+    damps: ClassVar[bool] = False
+    """Whether it has dashpots, which couple the modes."""
 
     @property
     def holds(self) -> bool:

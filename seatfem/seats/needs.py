@@ -7,6 +7,7 @@ from typing import Final
 
 from impact.greens import GreensFunction
 from seatfem.mesh.spec import MeshSpec
+from seatfem.roads.choice import CONVOLVED
 from seatfem.roads.forgetting import memory as forgotten_after
 from seatfem.scene import ElasticSeat, Matrices, Scene
 from seatfem.scene.seats import DrawnSeat
@@ -40,3 +41,12 @@ def serves(greens: GreensFunction | None, key: str, scene: Scene) -> bool:
     if greens is None or greens.provenance.get("seat_key") != key:
         return False
     return greens.valid_for >= scene.run.duration * (1 - 1e-9)
+
+
+def is_convolved(scene: Scene) -> bool:
+    """Whether the seat's g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
+    seat = scene.seat
+    if not isinstance(seat, ElasticSeat | Matrices):
+        return False
+    couples = seat.damping is not None if isinstance(seat, Matrices) else any(part.damps for part in seat.supports)
+    return seat.greens.method in CONVOLVED or (seat.greens.method == "auto" and couples)

@@ -277,6 +277,27 @@ class TestTargets:
             plan = plan_scene(scene_of(bar, MASS, accuracy={"target": "5 %", "measures": ["impulse"]}))
             assert plan.level == "rod"
             assert (plan.choice("history").value == "poles") is poles
+        assert "step weights of 9,300 poles are faster" in plan.choice("history").reason  # as `impact.engines` will find
+
+    @pytest.mark.parametrize(
+        ("support", "method", "poles"),
+        [
+            ("", "auto", True),
+            ("", "second_order", False),
+            ("", "transient", False),
+            ('kind = "dashpot"\non = "underside"\nnormal = "1e6 N*s/m^3"', "auto", False),
+            ('kind = "foundation"\non = "underside"\nnormal = "1e13 N/m^3"', "auto", True),
+        ],
+    )
+    def test_the_history_of_a_seat_that_is_convolved(self, support: str, method: str, poles: bool) -> None:
+        """Complex poles and samples have step weights: there is no recursion to be exact."""
+        seat = ANNULAR.replace("0.05", "0.0") if method == "transient" else ANNULAR
+        seat += f"\n[[seat.supports]]\n{support}\n" if support else ""
+        plan = plan_scene(scene_of(seat, REED, accuracy__target="5 %", seat__greens__method=method))
+        history = plan.choice("history")
+        assert (history.value == "poles") is poles
+        assert ("exact recursion" in history.reason) is poles
+        assert ("step weights" in history.reason) is not poles
 
     def test_a_material_that_grows_wide_under_tension_is_planned_too(self) -> None:
         plan = plan_scene(scene_of(ANNULAR.replace("0.3,", "-0.3,"), REED))
