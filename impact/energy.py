@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from impact.brief import brief
 from impact.greens import Array
+from impact.laws import Signorini
 from impact.motion import Motion
 from impact.problem import ContactProblem
 
@@ -16,7 +18,8 @@ class EnergyLedger:
     """Energies [J] at every recorded time, all (n + 1,).
 
     Attributes:
-        input: energy brought in: initial energy and work of loads.
+        input: energy brought in: initial energy, work of loads, and what an overlap of rigid bodies at the start puts
+            in.
         striker, target: energy stored (or, for a body in ``by_work``, all work it has received).
         contact: energy stored in the contact laws.
         dissipated: lost in the bodies' damping and in the contacts so far.
@@ -31,6 +34,8 @@ class EnergyLedger:
     dissipated: Array
     contact_loss: Array
     by_work: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     @property
     def stored(self) -> Array:
@@ -48,15 +53,29 @@ class EnergyLedger:
         return error / largest if largest > 0 else error
 
 
+def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
+    """(n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
+
+    No law stores it: the force of that step does N times the overlap on bodies that come from nowhere.
+    """
+    out = np.zeros(len(gap))
+    if len(force) and not problem.preload:
+        rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
+        freed = np.where(rigid & (gap[0] < 0), np.minimum(gap[1], 0.0) - gap[0], 0.0)
+        out[1:] = float(force[0] @ np.maximum(freed, 0.0))
+    return out
+
+
 def ledger(problem: ContactProblem, motions: tuple[Motion, ...], force: Array, gap: Array) -> EnergyLedger:
     """From the motion of each body (striker first), force (n, p) and gap (n + 1, p)."""
     potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
     step_loss = np.sum(-force * np.diff(gap, axis=0) - np.diff(potential, axis=0), axis=1)
-    loss = np.concatenate([[0.0], np.cumsum(step_loss)])
+    pressed = pressed_in(problem, force, gap)
+    loss = np.concatenate([[0.0], np.cumsum(step_loss)]) + pressed
     stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0].sum())
     names = ("striker", *(["target"] * (len(motions) - 1)))
     return EnergyLedger(
-        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0),
+        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed,
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
         contact=potential.sum(axis=1),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from impact.energy import pressed_in
 from impact.greens import Array
 from impact.laws import Signorini
 from impact.problem import ContactProblem
@@ -11,6 +12,7 @@ from impact.result import Advice
 
 FEWEST_STEPS = 10  # of a contact that counts as resolved; the impulse of shorter ones is off by a per cent and more
 UNRESOLVED_LIMIT = 0.1  # of the impulse
+DIGITS_LIMIT = 1e-6  # of the way that a contact yields
 
 
 def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
@@ -40,21 +42,46 @@ def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
     )
 
 
-def overlap_advice(problem: ContactProblem, gap: Array, dt: float) -> tuple[Advice, ...]:
-    """Rigid contacts that are closed by more than round-off at t = 0, ``gap`` (n + 1, p) [m], without a preload."""
+def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> tuple[Advice, ...]:
+    """Rigid contacts closed by more than round-off at t = 0, without a preload; force (n, p), gap (n + 1, p)."""
     if problem.preload:
         return ()
     rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
     overlap = float(np.max(-gap[0, rigid], initial=0.0))
     if overlap <= 1e-12 * float(np.abs(gap).max()):
         return ()
+    put_in = float(pressed_in(problem, force, gap)[-1])
     return (
         Advice(
             "overlap of rigid contacts at t = 0 [m]",
             overlap,
             0.0,
-            f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy",
+            f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy: "
+            f"{put_in:.3g} J, counted as put in",
             "start with a gap >= 0, give preload=True, or a law that yields",
+        ),
+    )
+
+
+def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> tuple[Advice, ...]:
+    """What round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap, force (n, p), gap (n + 1, p), W_0.
+
+    A gap is the difference of displacements: it is known to eps times the largest of them. What it must resolve is the
+    way that a contact yields under its largest force, W_0 N and the penetration; without contact, the gap itself.
+    """
+    yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(-gap, 0.0).max(axis=0)
+    touched = force.any(axis=0)
+    scale = float(np.min(np.where(touched, yields, np.abs(gap).max(axis=0))))
+    unknown = float(np.finfo(float).eps) * deflection
+    if unknown <= DIGITS_LIMIT * scale:
+        return ()
+    return (
+        Advice(
+            "round-off of the gap over what the contact yields",
+            unknown / scale if scale > 0 else np.inf,
+            DIGITS_LIMIT,
+            f"a body is deflected by {deflection:.3g} m at the start, so that the gap is known to {unknown:.2g} m only",
+            "check the units of loads and stiffnesses; measure displacements from the loaded state, or hold the body",
         ),
     )
 

@@ -10,10 +10,10 @@ from impact.energy import EnergyLedger, ledger
 from impact.engines import Engine
 from impact.greens import Array
 from impact.measured import sampling_advice
-from impact.motion import Motion
+from impact.motion import Discrete, Motion
 from impact.problem import ContactError, ContactProblem
 from impact.progress import Progress, silent
-from impact.resolution import contact_advice, direction_advice, overlap_advice, unsolved_advice
+from impact.resolution import contact_advice, digits_advice, direction_advice, overlap_advice, unsolved_advice
 from impact.result import Advice, ImpactResult
 from impact.stepper import ContactStepper, Prepared, prepare
 
@@ -64,6 +64,7 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     gap = np.array([c.gap for c in s.problem.contacts])
     for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
+    deflection = max(_deflection(s, *pair) for pair in zip(bodies, motions, strict=True))
     energy = ledger(s.problem, motions, force, gap)
     single = len(s.rest) == 1
     whole = np.concatenate([s.rest[None], force])
@@ -85,11 +86,20 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         advice=(
             *unsolved_advice(stepper.unsolved, n),
             *_advice(s, energy),
-            *overlap_advice(s.problem, gap, s.dt),
+            *overlap_advice(s.problem, force, gap, s.dt),
+            *digits_advice(deflection, force, gap, s.own),
             *contact_advice(force, s.dt),
             *direction_advice(s.problem, whole),
         ),
     )
+
+
+def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
+    """Largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone [m]."""
+    moved = float(np.abs(motion.displacement[:, 0]).max())
+    if not np.any(s.rest):
+        return moved
+    return max(moved, float(np.abs(discrete.body.greens.static_compliance() @ discrete.rest).max()))
 
 
 def _refuse_overflow(dt: float, *histories: Array) -> None:

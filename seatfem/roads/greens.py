@@ -30,6 +30,7 @@ __all__ = ["Method", "Reduction", "greens_function", "reduce_model"]
 _MODES_ARE_CHEAP = 3000  # unknowns
 MOST_VECTORS: Final = 800  # Krylov; ...
 MOST_SECOND_ORDER: Final = 500  # ... of a second-order space; ...
+MEASURE: Final = 1e-100, 1e100  # of the entries of M, K and ports, SI
 MOST_STEPS: Final = 20_000  # ... of Lanczos, where no given max_vectors says otherwise
 
 
@@ -118,6 +119,7 @@ def reduce_model(
     if method not in get_args(Method):
         raise ModelError(f"method {method!r} is unknown; choose from {', '.join(get_args(Method))}")
     model = _with_ports(model, ports)
+    _refuse_beyond_measure(model)
     road, reason = choose(model, duration) if method == "auto" else (method, "asked for")
     forgotten = duration if road == "transient" else min(duration, memory(damping_ratio, bandwidth))
     aims = Aims(bandwidth=bandwidth, duration=forgotten, tolerance=tolerance, progress=progress)
@@ -192,6 +194,18 @@ def _advice(road: Method, model: SecondOrderModel) -> str:
             "factorization and a tenth of the vectors (benchmarks/demo_greens.py)"
         )
     return ""
+
+
+def _refuse_beyond_measure(model: SecondOrderModel) -> None:
+    """Numbers whose products leave the range of floats."""
+    sizes = {name: abs(matrix).max() for name, matrix in (("M", model.M), ("K", model.K))}
+    sizes |= {f"port {name!r}": abs(port.vector).max() for name, port in model.ports.items()}
+    for name, size in sizes.items():
+        if not MEASURE[0] <= size <= MEASURE[1]:
+            raise ModelError(
+                f"{name}: its largest entry is {size:.3g}, products of it leave the range of numbers "
+                f"({MEASURE[0]:g} to {MEASURE[1]:g} is accepted): check its units"
+            )
 
 
 def _with_ports(model: SecondOrderModel, names: Sequence[str] | None) -> SecondOrderModel:

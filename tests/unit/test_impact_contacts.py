@@ -431,3 +431,56 @@ def test_a_greens_function_is_a_body_at_rest() -> None:
     assert impact.ContactProblem(beam, beam).striker is not impact.ContactProblem(beam, beam).target
     with pytest.raises(ValueError, match=r"a float is no body: give an impact\.Body, or a Green's function"):
         impact.ContactProblem(ball, 1.0)  # type: ignore[arg-type]
+
+
+SEATS = [impact.spring(stiffness=1e6), impact.semi_infinite_rod(young=4.0, density=9.0, area=1.0)]
+
+
+@pytest.mark.parametrize("seat", SEATS)
+@pytest.mark.parametrize("overlap", [1e-4, 3e-3])
+def test_the_energy_of_an_overlap_is_put_in(seat: impact.GreensFunction, overlap: float) -> None:
+    """Rigid bodies that begin inside each other: what drives them apart is counted, told, and never a gain."""
+    ball = impact.rigid_mass(mass=1e-2, velocity=-1.0)
+    result = impact.solve(impact.ContactProblem(ball, seat, gap=-overlap), dt=1e-5, duration=1e-2)
+    at_rest = 0.5 * 1e-2
+    assert result.energy.input[0] == pytest.approx(at_rest, rel=1e-12)
+    put_in = float(result.force[1] * overlap)  # the gap closes to zero within the first step
+    assert result.energy.input[-1] == pytest.approx(at_rest + put_in, rel=1e-9)
+    assert result.energy.residual < 1e-9
+    assert result.energy.contact_loss.min() >= -1e-12 * result.energy.input[-1]
+    assert np.max(result.energy.stored - result.energy.input) <= 1e-9 * result.energy.input[-1]
+    (told,) = (advice for advice in result.advice if "overlap" in advice.name)
+    assert told.value == pytest.approx(overlap)
+    assert f"{put_in:.3g} J, counted as put in" in told.reason
+
+
+def oscillator(stiffness: float, load: float) -> impact.Body:
+    """A unit mass on a soft spring under a steady load."""
+    greens = impact.single_mode(frequency_hz=stiffness**0.5 / (2 * np.pi), mass=1.0)
+    return impact.Body(greens, loads=(impact.Load(np.array([1.0]), lambda t: np.full(t.shape, load)),))
+
+
+@pytest.mark.parametrize(("stiffness", "told"), [(1e-4, True), (1e2, False)])
+def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, told: bool) -> None:
+    """10 N on a spring of 1e-4 N/m: 1e5 m, of which a gap keeps 2e-11 m; the seat yields 1e-5 m."""
+    problem = impact.ContactProblem(oscillator(stiffness, -10.0), impact.spring(stiffness=1e6), preload=True)
+    result = impact.solve(problem, dt=1e-4, duration=1e-2)
+    found = [advice for advice in result.advice if "round-off of the gap" in advice.name]
+    assert bool(found) is told
+    if told:
+        assert found[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
+        assert "deflected by 1e+05 m" in found[0].reason
+
+
+def test_a_reed_without_release_can_be_preloaded() -> None:
+    """It is straight and at rest: nothing to give up."""
+    reed = impact.cantilever_reed(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3)
+    seat = impact.spring(stiffness=1e6)
+    result = impact.solve(impact.ContactProblem(reed, seat, gap=-1e-4, preload=True), dt=1e-6, duration=1e-4)
+    compliance = float(reed.greens.static_compliance()[0, 0]) + 1e-6
+    np.testing.assert_allclose(result.force, 1e-4 / compliance, rtol=1e-9)
+    bent = impact.cantilever_reed(
+        young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3, tip_deflection=1e-3
+    )
+    with pytest.raises(impact.ContactError, match="no initial state"):
+        impact.solve(impact.ContactProblem(bent, seat, preload=True), dt=1e-6, duration=1e-4)

@@ -277,7 +277,7 @@ class TestTargets:
             plan = plan_scene(scene_of(bar, MASS, accuracy={"target": "5 %", "measures": ["impulse"]}))
             assert plan.level == "rod"
             assert (plan.choice("history").value == "poles") is poles
-        assert "step weights of 9,300 poles are faster" in plan.choice("history").reason  # as `impact.engines` will find
+        assert "step weights of 9,300 poles are faster" in plan.choice("history").reason
 
     @pytest.mark.parametrize(
         ("support", "method", "poles"),

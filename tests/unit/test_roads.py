@@ -403,3 +403,15 @@ def test_the_number_of_vectors_can_be_given(block, method):
         greens_function(block, **arguments, max_vectors=12)
     with pytest.raises(ModelError, match="max_vectors = 0"):
         greens_function(block, **arguments, max_vectors=0)
+
+
+@pytest.mark.parametrize("method", ["auto", "krylov", "modes", "lanczos", "second_order", "transient"])
+@pytest.mark.parametrize(
+    ("mass", "weight", "message"),
+    [(1.0, 1e-300, "port 'contact'"), (1.0, 1e200, "port 'contact'"), (1e250, 1.0, "M"), (1e-250, 1.0, "M")],
+)
+def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, message):
+    port = rod.ports["contact"]
+    model = SecondOrderModel(as_csr(mass * rod.M), None, rod.K, {"contact": Port(weight * port.vector)})
+    with pytest.raises(ModelError, match=rf"^{message}: its largest entry is .* check its units"):
+        greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
