@@ -15,7 +15,7 @@ from impact.progress import silent
 from impact.storage import save_results
 from seatfem.planning.filling import replaced
 from seatfem.planning.planner import plan_scene
-from seatfem.runs.contact import peak_stress, run_contact
+from seatfem.runs.contact import run_contact, stress_of
 from seatfem.runs.rounds import carry_out
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import Scene, load_scene
@@ -64,7 +64,7 @@ def _stages(scene: Scene) -> Mapping[str, float]:
         with watch("spring baseline"):
             baseline = run_contact(done.plan.scene, done.striker, spring, done.result.dt)
         with watch("reed stress"):
-            peak_stress(done.plan.scene, done.striker, baseline.force, baseline.dt)
+            stress_of(done.plan.scene, done.striker, baseline.force, baseline.dt)
         with watch("files"):
             save_results(folder / "result.h5", {"wave": done.result, "spring": baseline}, {})
     return watch.stages

@@ -15,7 +15,7 @@ from table import Table, publish
 from impact.budget import safety
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import KEYS, SOURCES
-from seatfem.runs.contact import peak_stress, run_contact, striker_of
+from seatfem.runs.contact import run_contact, stress_of, striker_of
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.runs.variations import error_budget
 from seatfem.scene import load_scene
@@ -45,8 +45,8 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     striker = striker_of(planned)
     assert planned.run.time_step is not None
     result = run_contact(planned, striker, seat.greens, planned.run.time_step)
-    stress = peak_stress(planned, striker, result.force, result.dt)
-    left = error_budget(planned, seat, striker, result, None if stress is None else stress.value)
+    stress = stress_of(planned, striker, result.force, result.dt)
+    left = error_budget(planned, seat, striker, result, stress)
     found = []
     for measure in planned.accuracy.measures:
         value = abs(left.values[measure])

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from impact.reeds import GivenShape, ModeShape, StaticShape, reed
     from impact.regime import Regime, regime_card
     from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
-    from impact.stress import PeakStress, bending_stress, peak_bending_stress, rod_stress
+    from impact.stress import PeakStress, ReedStress, bending_stress, peak_bending_stress, reed_stress, rod_stress
     from impact.sums import ScaledGreens, SumGreens
     from impact.time_series import TimeSeries, read_time_series
     from impact.timoshenko import TimoshenkoCantilever
@@ -87,6 +87,7 @@ __all__ = [
     "PolePassivity",
     "Pressure",
     "PressureField",
+    "ReedStress",
     "Regime",
     "Residual",
     "SampledGreens",
@@ -120,6 +121,7 @@ __all__ = [
     "read_impulse_response",
     "read_time_series",
     "reed",
+    "reed_stress",
     "regime_card",
     "repair",
     "require_passive",
@@ -169,8 +171,10 @@ _HOME = {
     "save_greens": "storage",
     "save_results": "storage",
     "PeakStress": "stress",
+    "ReedStress": "stress",
     "bending_stress": "stress",
     "peak_bending_stress": "stress",
+    "reed_stress": "stress",
     "rod_stress": "stress",
     "ScaledGreens": "sums",
     "SumGreens": "sums",

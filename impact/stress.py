@@ -37,6 +37,21 @@ class PeakStress:
     time: float
 
 
+@dataclass(frozen=True)
+class ReedStress:
+    """Largest |bending stress| of a reed: the ``initial`` one, of release and free flight until the first touch, and
+    the largest ``after_contact`` began, ``None`` without contact. Under a preload nothing comes before."""
+
+    initial: PeakStress
+    after_contact: PeakStress | None
+
+    @property
+    def largest(self) -> PeakStress:
+        """Of all times."""
+        after = self.after_contact
+        return self.initial if after is None or after.value < self.initial.value else after
+
+
 def bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, x: ArrayLike, *, contact_at: float | None = None
 ) -> Array:
@@ -74,7 +89,14 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
 ) -> PeakStress:
-    """The largest |`bending_stress`| along the reed and over the record, the release included.
+    """The largest |`bending_stress`| along the reed and over the record, the release included: `reed_stress` whole."""
+    return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
+
+
+def reed_stress(
+    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
+) -> ReedStress:
+    """The largest |`bending_stress`| along the reed, before the first touch and after it.
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave kept and at `TIMES_PER_RADIAN` of the highest frequency,
     ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
@@ -87,16 +109,28 @@ def peak_bending_stress(
     stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
     fields = _fields(reed, beam, places, contact_at)
     reach = np.abs(fields).max(axis=1)
-    peak, first = PeakStress(0.0, 0.0, 0.0), 0
+    touch = _first_touch(force)
+    peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
     for part in _coordinates(force, dt, reed, stride):
-        near = np.flatnonzero(np.abs(part) @ reach > (1 - ROUND_OFF) * peak.value)
-        stress = np.abs(part[near] @ fields)
-        if stress.max(initial=0.0) > peak.value:
-            row, column = np.unravel_index(int(stress.argmax()), stress.shape)
-            time = float((first + near[row]) * stride * dt)
-            peak = PeakStress(float(stress[row, column]), float(places[column]), time)
+        times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
+        for after in (False, True):
+            near = np.flatnonzero((bound > (1 - ROUND_OFF) * peaks[after].value) & ((times > touch) == after))
+            stress = np.abs(part[near] @ fields)
+            if stress.max(initial=0.0) > peaks[after].value:
+                row, column = np.unravel_index(int(stress.argmax()), stress.shape)
+                time = float(times[near[row]] * dt)
+                peaks[after] = PeakStress(float(stress[row, column]), float(places[column]), time)
         first += len(part)
-    return peak
+    return ReedStress(peaks[0], peaks[1] if np.any(force > 0) else None)
+
+
+def _first_touch(force: Array) -> float:
+    """The recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
+
+    ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
+    """
+    touching = np.flatnonzero(force > 0)
+    return float(touching[0]) - 1 if touching.size else np.inf
 
 
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: float | None) -> Array:

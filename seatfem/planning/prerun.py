@@ -23,7 +23,7 @@ from impact.replay import port_displacement
 from impact.spectrum import MOVING_AVERAGE, averaged
 from impact.stepper import Prepared, step_count
 from seatfem.runs.budget import values_of
-from seatfem.runs.contact import peak_stress, problem_of, striker_of
+from seatfem.runs.contact import problem_of, stress_of, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
@@ -106,8 +106,8 @@ class Bench:
         force = _force(prepared)
         displacement = port_displacement(prepared.bodies[1], -force) if "seat_displacement" in asked else None
         force = np.concatenate([prepared.rest, force])
-        stress = peak_stress(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
-        return values_of(force, dt, width, displacement, None if stress is None else stress.value)
+        stress = stress_of(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
+        return values_of(force, dt, width, displacement, stress)
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""

@@ -12,7 +12,7 @@ from impact.laws import Law
 from impact.progress import Progress, silent
 from impact.replay import port_displacement
 from impact.result import ImpactResult
-from impact.stress import PeakStress, peak_bending_stress
+from impact.stress import ReedStress, reed_stress
 from impact.variations import with_body
 from seatfem.machine.memory import available_memory
 from seatfem.runs.budget import values_of
@@ -47,15 +47,15 @@ def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
     return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
 
 
-def peak_stress(
+def stress_of(
     scene: Scene, striker: impact.Body, force: Array, dt: float, *, coarsely: bool = False
-) -> PeakStress | None:
-    """The reed's largest bending stress under a contact force (n + 1,); ``None`` for a rigid mass."""
+) -> ReedStress | None:
+    """The reed's largest bending stresses under a contact force (n + 1,); ``None`` for a rigid mass."""
     reed = scene.reed
     if not isinstance(reed, Cantilever):
         return None
     beam = impact.Cantilever(reed.material.young, reed.material.density, reed.length, reed.width, reed.thickness)
-    return peak_bending_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
+    return reed_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
 
 
 def law_of(scene: Scene) -> Law:
@@ -107,8 +107,8 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     displacement = port_displacement(prepared.bodies[1], -force)
     force = np.concatenate([prepared.rest, force])
     wanted = "stress" in scene.accuracy.measures
-    peak = peak_stress(scene, striker, force, dt, coarsely=True) if wanted else None
-    return values_of(force, dt, scene.run.filter_width, displacement, None if peak is None else peak.value)
+    stress = stress_of(scene, striker, force, dt, coarsely=True) if wanted else None
+    return values_of(force, dt, scene.run.filter_width, displacement, stress)
 
 
 def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:

@@ -16,12 +16,12 @@ from impact.greens import GreensFunction
 from impact.progress import Progress, Tell, silent, untold
 from impact.result import ImpactResult
 from impact.storage import save_results
-from impact.stress import PeakStress
+from impact.stress import ReedStress
 from seatfem.inspection.checks import check_files
 from seatfem.planning.options import MODES, STEP
 from seatfem.planning.planner import plan_scene
 from seatfem.runs.budget import bar_keys
-from seatfem.runs.contact import RunError, check_step, peak_stress, run_contact
+from seatfem.runs.contact import RunError, check_step, run_contact, stress_of
 from seatfem.runs.mode_pictures import draw_modes
 from seatfem.runs.pictures import draw_run
 from seatfem.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -122,7 +122,7 @@ class _Baseline:
     beside: ImpactResult
     stiffness: float
     result: ImpactResult
-    stress: PeakStress | None
+    stress: ReedStress | None
 
 
 def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
@@ -131,7 +131,7 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         result = run_contact(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
     with watch("reed stress"):
         coarsely = "stress" not in scene.accuracy.measures
-        stress = peak_stress(scene, done.striker, result.force, result.dt, coarsely=coarsely)
+        stress = stress_of(scene, done.striker, result.force, result.dt, coarsely=coarsely)
     return _Baseline(done.result, stiffness, result, stress)
 
 

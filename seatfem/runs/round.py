@@ -10,7 +10,7 @@ from typing import Final
 import impact
 from impact.budget import Budget
 from impact.result import ImpactResult
-from impact.stress import PeakStress
+from impact.stress import ReedStress
 from seatfem.planning.plan import Plan
 from seatfem.runs.budget import KEYS, Source
 from seatfem.seats.seat import SeatAnswer
@@ -31,7 +31,7 @@ class Round:
         plan: its scene was run.
         seat: its answer, and whether it was there before (``reused``).
         striker: of the run.
-        result, stress: what came out, and the reed's peak stress.
+        result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
@@ -45,7 +45,7 @@ class Round:
     reused: bool
     striker: impact.Body
     result: ImpactResult
-    stress: PeakStress | None
+    stress: ReedStress | None
     left: Budget
     number: int = 1
     stopped: str = ""

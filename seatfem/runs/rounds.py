@@ -17,7 +17,7 @@ from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.roads.modes import ConvergenceError
 from seatfem.runs.budget import Source
-from seatfem.runs.contact import check_length, peak_stress, run_contact, striker_of, time_step
+from seatfem.runs.contact import check_length, run_contact, stress_of, striker_of, time_step
 from seatfem.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.runs.round import Round, in_words, missed
 from seatfem.runs.stopwatch import Stopwatch
@@ -172,9 +172,9 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         result = run_contact(scene, striker, seat.greens, dt, progress)
     wanted = "stress" in scene.accuracy.measures
     with watch("reed stress"):
-        stress = peak_stress(scene, striker, result.force, result.dt, coarsely=not wanted)
+        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
-        left = error_budget(scene, seat, striker, result, stress.value if wanted and stress is not None else None)
+        left = error_budget(scene, seat, striker, result, stress if wanted else None)
     return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left))
 
 

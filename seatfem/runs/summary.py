@@ -16,14 +16,14 @@ from impact.body import Body
 from impact.greens import GreensFunction
 from impact.regime import in_words, regime
 from impact.result import ImpactResult
-from impact.stress import PeakStress
+from impact.stress import PeakStress, ReedStress
 from seatfem.planning.plan import Plan
 from seatfem.runs.budget import KEYS
 from seatfem.runs.rounds import Round
 from seatfem.runs.stopwatch import Stopwatch
 
 
-def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | None = None) -> dict[str, object]:
+def summarise(result: ImpactResult, filter_width: float, stress: ReedStress | None = None) -> dict[str, object]:
     """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress."""
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
@@ -39,9 +39,9 @@ def summarise(result: ImpactResult, filter_width: float, stress: PeakStress | No
         "restitution": _restitution(result),
         "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
-        "peak_reed_stress_Pa": stress.value if stress else None,
-        "peak_reed_stress_at_m": stress.at if stress else None,
-        "peak_reed_stress_time_s": stress.time if stress else None,
+        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
+        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
+        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
         "energy_residual": result.energy.residual,
         "energy_by_work": ", ".join(result.energy.by_work),
         "contact_loss_J": float(result.energy.contact_loss[-1]),
@@ -71,6 +71,11 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
             ("predicted_peak_error", found.predicted_peak_error),
         )
     }
+
+
+def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
+    value, at, time_of = (peak.value, peak.at, peak.time) if peak else (None, None, None)
+    return {f"{name}_Pa": value, f"{name}_at_m": at, f"{name}_time_s": time_of}
 
 
 def greens_error_keys(greens: GreensFunction) -> dict[str, object]:

@@ -9,6 +9,7 @@ from impact.budget import Budget, Values, changes, times
 from impact.greens import GreensFunction
 from impact.problem import ContactProblem
 from impact.result import ImpactResult
+from impact.stress import ReedStress
 from impact.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.variations import of_g as of_body
 from seatfem.planning.prerun import Bench, window_of
@@ -29,7 +30,7 @@ MANY: Final = 40  # ... then this number does
 
 
 def error_budget(
-    scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult, stress: float | None = None
+    scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult, stress: ReedStress | None = None
 ) -> Budget:
     """What mesh, reduction, time step and model leave in the measures of ``result``.
 
@@ -42,7 +43,7 @@ def error_budget(
     - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
       (`seatfem.seats.statics.beyond_level`).
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result`` [Pa], if wanted.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     found: dict[Source, Terms | None] = {

@@ -19,7 +19,7 @@ from impact.engines import Engine
 from seatfem.jobs.worker import end_with_parent
 from seatfem.machine.memory import peak_memory
 from seatfem.runs.budget import measured
-from seatfem.runs.contact import check_length, check_step, peak_stress, run_contact, striker_of, time_step
+from seatfem.runs.contact import check_length, check_step, run_contact, stress_of, striker_of, time_step
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import Scene
 from seatfem.seats.seat import build_seat
@@ -102,8 +102,8 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     check_length(scene, step)
     with watch("contact"):
         result = run_contact(scene, striker, seat.greens, step, engine=point.engine)
-    stress = peak_stress(scene, striker, result.force, result.dt)
-    values = measured(result, scene.run.filter_width, None if stress is None else stress.value)
+    stress = stress_of(scene, striker, result.force, result.dt)
+    values = measured(result, scene.run.filter_width, stress)
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),

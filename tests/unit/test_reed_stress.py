@@ -8,7 +8,7 @@ import pytest
 import impact
 from impact.body import Body
 from impact.greens import GreensFunctionError
-from impact.stress import StressError, bending_stress, peak_bending_stress
+from impact.stress import StressError, bending_stress, peak_bending_stress, reed_stress
 
 BEAM = impact.Cantilever(young=200e9, density=7850.0, length=25.4e-3, width=10e-3, thickness=0.305e-3)
 X = np.linspace(0.0, BEAM.length, 23)
@@ -108,3 +108,27 @@ def test_impossible_stress_is_refused() -> None:
         bending_stress(np.zeros(5), 1e-6, Body(impact.spring(stiffness=1.0)), BEAM, X)
     with pytest.raises(GreensFunctionError, match=r"position 0.03 m is outside"):
         bending_stress(np.zeros(5), 1e-6, reed(4), BEAM, [0.03])
+
+
+def test_the_stress_after_the_first_touch_is_told_apart_from_that_of_the_release() -> None:
+    """A reed let go from 1 mm bends most on its way, before it touches; both peaks against the whole field."""
+    body = impact.cantilever_reed(
+        young=BEAM.young, density=BEAM.density, length=BEAM.length, width=BEAM.width, thickness=BEAM.thickness,
+        damping_ratio=0.03, n_modes=12, tip_deflection=1e-3,
+    )  # fmt: skip
+    problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=1e6)))
+    result = impact.solve(problem, dt=5e-7, duration=1.2e-3)
+    found = reed_stress(result.force, result.dt, body, BEAM)
+    first = impact.measures.contact_intervals(result)[0, 0]
+    places = np.linspace(0, BEAM.length, 12 * 4 + 1)
+    field = np.abs(bending_stress(result.force, result.dt, body, BEAM, places))
+    before = result.time <= first + result.dt / 2
+    assert found.after_contact is not None
+    assert found.initial.value == pytest.approx(field[:, before].max(), rel=2e-3)
+    assert found.after_contact.value == pytest.approx(field[:, ~before].max(), rel=2e-3)
+    assert found.initial.time < first < found.after_contact.time
+    assert found.initial.value > found.after_contact.value
+    assert found.largest == found.initial == peak_bending_stress(result.force, result.dt, body, BEAM)
+    never = reed_stress(np.zeros(1001), result.dt, body, BEAM)
+    assert never.after_contact is None
+    assert never.largest == never.initial
