@@ -16,13 +16,18 @@ _MAGIC = b"impact file, sha256 of all after byte 512: "
 _PROBE = "import sys, h5py\nwith h5py.File(sys.argv[1]) as f: f.visititems(lambda _, x: dict(x.attrs) and None)"
 
 
+def seal_of(image: bytes) -> bytes:
+    """The user block to stand in front of the bytes of an HDF5 file."""
+    return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
+
+
 def seal(path: Path) -> None:
     """Write the checksum of a closed file with a user block into that block."""
     with path.open("r+b") as file:
         file.seek(USER_BLOCK)
-        digest = hashlib.file_digest(file, "sha256").hexdigest().encode()
+        block = seal_of(file.read())
         file.seek(0)
-        file.write((_MAGIC + digest + b"\n").ljust(USER_BLOCK, b"\0"))
+        file.write(block)
 
 
 def seal_holds(path: Path) -> bool | None:

@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.atomic import whole_file
+from impact.atomic import write_whole
 from impact.closed_form import DelayRod, PowerLaw
 from impact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.energy import EnergyLedger
@@ -25,10 +26,11 @@ from impact.modal import ModalGreens, Residual
 from impact.poles import PoleGreens
 from impact.result import Advice, ImpactResult
 from impact.sampled import SampledGreens
-from impact.seal import USER_BLOCK, can_be_opened, seal, seal_holds
+from impact.seal import can_be_opened, seal_holds, seal_of
 from impact.sums import SumGreens
 
 SCHEMA = 1
+BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # sums of sums in one file
 _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "delay_rod": DelayRod,
@@ -54,23 +56,34 @@ class StorageError(ValueError):
     """A file that cannot be read or written; the message names file, key and remedy."""
 
 
+class OtherKeyError(StorageError):
+    """A sound file, of something else than what is asked for."""
+
+
 class _Damage(ValueError):
     """What is wrong with a key, for `_opened` to put file and remedy around."""
 
 
-def save_greens(greens: GreensFunction, path: str | os.PathLike[str]) -> None:
-    """Write a Green's function with its provenance; the file is whole or absent."""
+def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
+    """Write a Green's function with its provenance; the file is whole or absent.
+
+    ``key``: of what it was computed from, for `load_greens` to ask for.
+    """
     with written(path, "greens") as file:
+        file.attrs["key"] = key
         _write_greens(file, greens)
 
 
-def load_greens(path: str | os.PathLike[str]) -> GreensFunction:
-    """Read a Green's function written by `save_greens`.
+def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunction:
+    """Read a Green's function written by `save_greens`; with a ``key``, only that very function, its seal intact.
 
     Raises:
-        StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema.
+        StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema; with a ``key``
+            also one without a seal, or `OtherKeyError` one that was kept under another.
     """
-    with opened(path, "greens") as file:
+    with opened(path, "greens", sealed=bool(key)) as file:
+        if key and (found := str(file.attrs.get("key", ""))) != key:
+            raise OtherKeyError(f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}")
         return _read_greens(file, path)
 
 
@@ -213,22 +226,33 @@ def _write_body(file: Any, greens: GreensFunction) -> None:
 @contextmanager
 def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
     """An HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
-    with whole_file(path) as temporary:
-        with h5py.File(temporary, "w", userblock_size=USER_BLOCK) as file:
+    # HDF5 makes the file in memory: on a full disk it could not close it, and would crash
+    try:
+        with h5py.File(uuid4().hex, "w", driver="core", backing_store=False, block_size=BLOCK) as file:
             file.attrs["content"] = content
             file.attrs["schema"] = SCHEMA
             yield file
-        seal(temporary)
+            file.flush()
+            image = file.id.get_file_image()
+    except (MemoryError, OSError, RuntimeError) as problem:  # HDF5's words where memory runs out
+        raise MemoryError(f"{path}: no memory to put the file together ({problem})") from problem
+    write_whole(path, seal_of(image), image)
 
 
 @contextmanager
-def opened(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
-    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`."""
+def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) -> Iterator[Any]:
+    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`.
+
+    ``sealed``: refuse a file without a seal, too.
+    """
     name = Path(path)
     if not name.exists():
         raise StorageError(f"{name}: no such file")
     check_file(name, FILE_LIMIT, StorageError)
     intact = seal_holds(name)
+    if sealed and not intact:
+        what = "carries no seal of its content" if intact is None else "changed since it was written"
+        raise StorageError(f"{name}: {what}; compute it again")
     if not intact and not can_be_opened(name):
         raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
+from impact.atomic import FULL
 from seatfem.jobs.folders import sweep
 from seatfem.jobs.signals import ended_by_signals, exit_code
 from seatfem.views.terminal import Console
@@ -503,10 +504,12 @@ def _is_ours(error: Exception) -> bool:
 
 
 def _in_words(error: Exception) -> str:
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
     if _is_ours(error) or isinstance(error, OSError):
         return str(error)
     if isinstance(error, MemoryError):
-        return "out of memory; a coarser mesh (seat.mesh.size) needs less"
+        return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
     return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
+from impact.atomic import write_whole
 from seatfem.named_materials import NAMED_MATERIALS
 from seatfem.scene import Scene
 from seatfem.scene.fields import ReadQuantity
@@ -211,4 +212,4 @@ def _tables(annotation: object) -> list[type[BaseModel]]:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(scene_page(), encoding="utf-8")
+    write_whole(sys.argv[1], scene_page().encode("utf-8"))

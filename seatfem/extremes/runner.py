@@ -7,16 +7,15 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
-from hashlib import sha256
 from pathlib import Path
 
-import impact
-import seatfem
+from impact.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.extremes.cell import Cell, Outcome
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.journal import append, entries
 from seatfem.jobs.processes import LineWorker
+from seatfem.machine.code import code_version
 
 TIME_LIMIT = 600.0  # s for one cell, of the clock: a busy machine is no hang
 
@@ -32,6 +31,7 @@ def run_battery(
 
     Outcomes of another code version stay in the file and are ignored. A line that a kill cut short is skipped.
     """
+    check_writable(log)
     version = code_version()
     known = _read(log, version)
     todo = [cell for cell in cells if cell.name not in known]
@@ -40,17 +40,6 @@ def run_battery(
         append(log, {"cell": name, "version": version, **asdict(outcome)})
         progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
     return {cell.name: known[cell.name] for cell in cells if cell.name in known}
-
-
-def code_version() -> str:
-    """A hash of the sources of both packages."""
-    digest = sha256()
-    for package in (impact, seatfem):
-        folder = Path(str(package.__file__)).parent
-        for path in sorted(folder.rglob("*.py")):
-            digest.update(path.relative_to(folder).as_posix().encode())
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def _carried_out(cells: Sequence[Cell], time_limit: float) -> Iterator[tuple[str, Outcome]]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from impact.atomic import whole_file
 from impact.progress import Progress, silent
 from seatfem.geometry import CONTACT_COLOUR, FIXED_COLOUR, CadPart, Geometry, GeometryError, encode, fingerprint
 from seatfem.geometry.cad import check_readable
@@ -128,12 +128,8 @@ def _replacing(path: Path | None) -> Iterator[str | None]:
     if path is None:
         yield None
         return
-    temporary = path.with_name(f".{os.getpid()}-{path.name}").resolve()
-    try:
-        yield str(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(path) as temporary:
+        yield str(temporary.resolve())
 
 
 def _group(found: Arrays, kind: str) -> Arrays:

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import impact
-from impact.greens import GreensFunction
 from seatfem.scene import Scene
-from seatfem.seats.needs import serves
+from seatfem.seats.kept_seats import kept_at, key_at
 from seatfem.seats.store import Store
 
 RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
@@ -39,21 +37,20 @@ def kept_seat(
     candidates: Iterator[tuple[Fineness, Scene]], folder: Path | None, store: Store
 ) -> tuple[Fineness, Scene, str] | None:
     """The first of the filled scenes whose seat is there and lasts as long as it asks for, and where it is."""
-    here = _read(folder) if folder is not None and folder.is_file() else None
-    if here is None and not any(store.folder.glob("*.h5")):
+    here = key_at(folder) if folder is not None and folder.is_file() else ""
+    if not here and not _holds_any(store.folder):
         return None  # with nothing kept, no key need be formed
     for fineness, scene in candidates:
         key = scene.seat_key()
-        if here is not None and serves(here, key, scene):
-            return fineness, scene, f"in {folder.name}" if folder is not None else ""
-        path = store.path(key)
-        if path.is_file() and serves(_read(path), key, scene):
+        if folder is not None and here == key and kept_at(folder, key, scene) is not None:
+            return fineness, scene, f"in {folder.name}"
+        if kept_at(store.path(key), key, scene) is not None:
             return fineness, scene, "in the store"
     return None
 
 
-def _read(path: Path) -> GreensFunction | None:
+def _holds_any(folder: Path) -> bool:
     try:
-        return impact.load_greens(path)
-    except impact.StorageError:
-        return None
+        return any(folder.glob("*.h5"))
+    except OSError:  # it may not be looked into
+        return False

@@ -22,7 +22,7 @@ STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod'
 STEPS_PER_FILTER = 20
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 MAX_STEPS = 20_000_000
-STEP_BYTES = 360  # of the histories that a run holds at once, for each step
+STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
 
 
 class RunError(ValueError):

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 import impact
+from impact.atomic import check_writable
 from impact.drawing import text
 from impact.greens import GreensFunction
 from impact.progress import Progress, Tell, silent, untold
@@ -82,11 +83,13 @@ def run_scene(
         pictures: whether to draw.
 
     Raises:
+        OutputError: ``folder`` cannot be written to.
         RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch = time.perf_counter(), Stopwatch()
     check_step(scene)
+    check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
         plan = plan_scene(scene, progress=progress, folder=folder)
     baseline: _Baseline | None = None
@@ -158,6 +161,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
     """Only the seat's Green's function, as a run of the scene would plan it, written to ``path``."""
     watch = Stopwatch()
+    check_writable(path)
     with watch("plan"):
         scene = plan_scene(scene, progress=progress).scene
     seat, reused = seat_of(scene, path, watch, progress)
@@ -179,6 +183,7 @@ def write_modes(
     up_to_hz: float | None = None,
 ) -> RunOutcome:
     """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+    check_writable(folder / "modes.csv")
     watch = Stopwatch()
     seat = scene.seat
     if not isinstance(seat, DrawnSeat | MeshFile | Matrices):

@@ -140,7 +140,7 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
     if further.scene.seat_key() == done.plan.scene.seat_key():
         return ""
     try:
-        save_greens(done.seat.greens, folder / SEAT_FILE)
+        save_greens(done.seat.greens, folder / SEAT_FILE, key=done.plan.scene.seat_key())
     except OSError as unwritten:
         return f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
     return ""

@@ -11,6 +11,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from seatfem.formats.includes import with_included
+from seatfem.machine.code import numerics_version
 from seatfem.scene.fields import (
     Approach,
     DampingRatio,
@@ -26,9 +27,6 @@ from seatfem.scene.fields import (
 from seatfem.scene.laws import AnyLaw
 from seatfem.scene.parts import Material
 from seatfem.scene.seats import Seat
-
-_KEY_VERSION = 2
-"""Part of every seat key; raise it where the same seat table comes to mean another seat."""
 
 
 class Release(Table):
@@ -144,14 +142,14 @@ class Scene(Table):
         return self
 
     def seat_key(self) -> str:
-        """A hash of everything the seat's Green's function depends on; files count by content, not by name, with all
-        that they include."""
+        """A hash of everything the seat's Green's function depends on, the code included; files count by content, not
+        by name, with all that they include."""
         seat = self.seat.model_dump(mode="json")
         for key in type(self.seat).model_fields:
             if isinstance(file := getattr(self.seat, key), Path):
                 parts = [_hash(part) for part in with_included(file)]
                 seat[key] = parts[0] if len(parts) == 1 else sorted(parts)
-        text = json.dumps([_KEY_VERSION, seat], sort_keys=True)
+        text = json.dumps([numerics_version(), seat], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import math
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 from impact.greens import GreensFunction
 from impact.progress import Progress
-from impact.storage import StorageError, load_greens, save_greens
+from impact.storage import OtherKeyError, StorageError, load_greens, save_greens
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, GreensFile, Scene
 from seatfem.seats.needs import COARSENING, serves
 from seatfem.seats.seat import SeatAnswer, build_seat
-from seatfem.seats.store import Store
+from seatfem.seats.store import Store, StoreError, Tell
+
+
+class KeptSeatWarning(UserWarning):
+    """Something kept that could not be used, or not be kept; it costs time, no result."""
 
 
 def seat_of(
@@ -21,37 +27,65 @@ def seat_of(
 ) -> tuple[SeatAnswer, bool]:
     """The scene's seat and whether it was there already: at ``path``, or in the store; else it is computed.
 
-    Whatever its origin, it is at ``path`` afterwards. Seats of finite elements also go into the store, with the
-    coarser mesh's function beside them, so that error bars stay known.
+    Whatever its origin, it is at ``path`` afterwards. Seats of finite elements also go into the store, behind the
+    coarser mesh's function, so that error bars stay known. A store that cannot be written to costs a warning, and so
+    does a kept function that carries no seal, is damaged, or is of another key: it is computed again.
     """
-    key, kept_in = scene.seat_key(), Store.default() if store is None else store
-    here = _read(path)
-    found = here if serves(here, key, scene) else kept_in.get(key)
+    key, kept_in = scene.seat_key(), Store.default(_warn) if store is None else store
+    here = kept_at(path, key, scene, _warn)
+    found = kept_in.get(key) if here is None else here
     if found is not None and serves(found, key, scene):
         if found is not here:
-            save_greens(found, path)
+            save_greens(found, path, key=key)
         coarser = kept_in.get(_coarser(key))
-        ratio = COARSENING if coarser is None else float(str(coarser.provenance.get("refinement", COARSENING)))
-        return SeatAnswer(found, coarser, about={"seat_model": f"kept in {path.name}"}, refinement=ratio), True
+        about = {"seat_model": f"kept in {path.name}"}
+        return SeatAnswer(found, coarser, about=about, refinement=_refinement(coarser)), True
     answer = build_seat(scene, watch, progress)
     greens = answer.greens
     if not greens.closed_form:  # one costs nothing to make again
         greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
-    if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
-        save_greens(greens, path)
     if isinstance(scene.seat, ElasticSeat) and not greens.closed_form:
-        kept_in.put(key, greens)
-        if answer.coarser is not None:
-            kept_in.put(_coarser(key), answer.coarser)
+        try:
+            if answer.coarser is not None:  # first: a function without it would lose its error bars
+                kept_in.put(_coarser(key), answer.coarser)
+            kept_in.put(key, greens)
+        except StoreError as problem:
+            _warn(f"the seat is not kept for later runs: {problem}")
+    if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
+        save_greens(greens, path, key=key)
     return replace(answer, greens=greens), False
+
+
+def kept_at(path: Path, key: str, scene: Scene, tell: Tell | None = None) -> GreensFunction | None:
+    """The function at ``path``, if it is the scene's, sealed and sound; what is sound and another's is no news."""
+    try:
+        found = load_greens(path, key=key) if path.is_file() else None
+        return found if serves(found, key, scene) else None
+    except OtherKeyError:
+        return None
+    except (StorageError, OSError) as problem:
+        if tell is not None and not isinstance(scene.seat, GreensFile):
+            tell(f"not used again: {problem}")
+        return None
+
+
+def key_at(path: Path) -> str:
+    """Which seat the function at ``path`` says it is; "" where none can be read."""
+    try:
+        return str(load_greens(path).provenance.get("seat_key", ""))
+    except (StorageError, OSError):
+        return ""
 
 
 def _coarser(key: str) -> str:
     return hashlib.sha256(f"coarser {key}".encode()).hexdigest()
 
 
-def _read(path: Path) -> GreensFunction | None:
-    try:
-        return load_greens(path)
-    except StorageError:
-        return None
+def _refinement(coarser: GreensFunction | None) -> float:
+    """The ratio of the two meshes' sizes that the coarser function states."""
+    stated = None if coarser is None else coarser.provenance.get("refinement")
+    return float(stated) if isinstance(stated, int | float) and 1.0 < stated < math.inf else COARSENING
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, KeptSeatWarning, stacklevel=3)

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 import impact
-from impact.atomic import whole_file
+from impact.atomic import FULL, write_whole
 from impact.greens import GreensFunction
+from seatfem.machine.code import numerics_version
 
-SCHEMA = 1  # raise it when the same key would no longer mean the same function
 VARIABLE = "SEATFEM_STORE"
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]
@@ -45,12 +45,12 @@ class Entry:
 
 
 def content_key(parts: Mapping[str, object]) -> str:
-    """Hash (64 hex digits) of everything a Green's function depends on, the schema included.
+    """Hash (64 hex digits) of everything a Green's function depends on, the code that computes it included.
 
     ``parts``: JSON values, bytes, paths (their content counts, not their name) and arrays (dtype, shape and values), in
     mappings and sequences of any depth; the order of keys does not count. Raises `TypeError` for anything else.
     """
-    text = json.dumps({"schema": SCHEMA, "parts": _plain(parts)}, sort_keys=True)
+    text = json.dumps({"code": numerics_version(), "parts": _plain(parts)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -72,9 +72,14 @@ class Store:
     @staticmethod
     def default(tell: Tell | None = None) -> Store:
         """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
-        given = os.environ.get(VARIABLE)
-        cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        return Store(Path(given) if given else Path(cache) / "seatfem" / "greens", tell)
+        if given := os.environ.get(VARIABLE):
+            return Store(Path(given), tell)
+        if cache := os.environ.get("XDG_CACHE_HOME"):
+            return Store(Path(cache) / "seatfem" / "greens", tell)
+        try:
+            return Store(Path.home() / ".cache" / "seatfem" / "greens", tell)
+        except RuntimeError:  # a user without a home, as in containers: nothing is kept, and `put` tells why
+            return Store(Path(os.devnull) / "seatfem", tell)
 
     def path(self, key: str) -> Path:
         """The file of a key; raises `StoreError` for what is no content hash."""
@@ -83,14 +88,21 @@ class Store:
         return self.folder / f"{key}.h5"
 
     def get(self, key: str) -> GreensFunction | None:
-        """The function, or ``None`` if it is not there or its file is damaged (told; the next `put` replaces it)."""
+        """The function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of another key.
+
+        The latter is told; the next `put` replaces it.
+        """
         path = self.path(key)
-        if not path.is_file():
+        try:
+            there = path.is_file()
+        except OSError:  # a folder that may not be looked into
+            there = False
+        if not there:
             return None
         try:
-            greens = impact.load_greens(path)  # with h5py, on first use
-        except impact.StorageError as problem:
-            if self.tell is not None and path.is_file():
+            greens = impact.load_greens(path, key=key)  # with h5py, on first use
+        except (impact.StorageError, OSError) as problem:
+            if self.tell is not None and os.path.lexists(path):
                 self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
             return None
         with suppress(OSError):
@@ -101,11 +113,9 @@ class Store:
         """Keep ``greens``; the file's path. Raises `StoreError` if the folder cannot be written to."""
         path = self.path(key)
         try:
-            impact.save_greens(greens, path)
+            impact.save_greens(greens, path, key=key)
         except OSError as problem:
-            raise StoreError(
-                f"{self.folder}: cannot be written to ({problem}); set {VARIABLE} to a folder of your own"
-            ) from problem
+            raise self._unwritable(problem) from problem
         return path
 
     def keep(self, key: str, file: Path) -> None:
@@ -113,9 +123,11 @@ class Store:
         try:
             self._copy(file, self.path(key).with_name(f"{key}.{file.name}"))
         except OSError as problem:
-            raise StoreError(
-                f"{self.folder}: cannot be written to ({problem}); set {VARIABLE} to a folder of your own"
-            ) from problem
+            raise self._unwritable(problem) from problem
+
+    def _unwritable(self, problem: OSError) -> StoreError:
+        remedy = f"{'free space there, or ' if problem.errno in FULL else ''}set {VARIABLE} to a folder of your own"
+        return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
         """Copies in ``folder``, under their own names, of what was kept beside the function."""
@@ -133,9 +145,7 @@ class Store:
 
     @staticmethod
     def _copy(source: Path, target: Path) -> None:
-        content = source.read_bytes()
-        with whole_file(target) as temporary:
-            temporary.write_bytes(content)
+        write_whole(target, source.read_bytes())
 
     def entries(self) -> tuple[Entry, ...]:
         """What there is, the last used first."""

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
-from seatfem.extremes.runner import code_version
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import end_worker, start_worker
+from seatfem.machine.code import code_version
 from seatfem.seats.store import VARIABLE
 from seatfem.trading.journal import append, key_of, read_journal
 from seatfem.trading.point import Outcome, Point

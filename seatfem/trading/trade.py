@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from impact.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.planning.filling import OPEN_KEYS, has_key, is_given
 from seatfem.planning.plan import Plan
@@ -126,6 +127,7 @@ def measure_trade(
         TradeError: no reference ended within the time allowed.
     """
     scene = load_scene(path)
+    check_writable(journal)
     begun = time.perf_counter()
     planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun

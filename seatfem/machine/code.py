@@ -1,0 +1,59 @@
+"""Versions of the program, by the content of its sources: what no developer can forget to raise."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from hashlib import sha256
+from importlib import metadata
+from pathlib import Path
+from typing import Final
+
+import impact
+import seatfem
+
+NOT_NUMERICS: Final = (
+    "seatfem/cli.py",
+    "seatfem/doctor.py",
+    "seatfem/extremes",
+    "seatfem/jobs",
+    "seatfem/machine",
+    "seatfem/planning",
+    "seatfem/runs",
+    "seatfem/scene_docs.py",
+    "seatfem/system.py",
+    "seatfem/trading",
+    "seatfem/verification",
+    "seatfem/verify.py",
+    "seatfem/views",
+)
+"""What does not change the Green's function of a seat; whatever is new does, until it is named here."""
+
+
+@cache
+def code_version(without: tuple[str, ...] = ()) -> str:
+    """A hash of the sources of both packages, those ``without`` left out; of the version where there are no sources."""
+    return hash_of([Path(str(package.__file__)).parent for package in (impact, seatfem)], without)
+
+
+def numerics_version() -> str:
+    """Of all that Green's functions are computed with."""
+    return code_version(NOT_NUMERICS)
+
+
+def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
+    """The hash of all Python files in some folders, by their names and contents."""
+    digest, found = sha256(), False
+    for package in packages:
+        for folder, inner, files in os.walk(package):
+            place = Path(folder).relative_to(package.parent).as_posix()
+            inner[:] = sorted(name for name in inner if f"{place}/{name}" not in without)
+            for name in sorted(files):
+                if name.endswith(".py") and f"{place}/{name}" not in without:
+                    digest.update(f"{place}/{name}\n".encode())
+                    with open(os.path.join(folder, name), "rb") as file:
+                        digest.update(file.read())
+                    found = True
+    if not found:
+        digest.update(metadata.version("seatfem").encode())
+    return digest.hexdigest()[:16]
