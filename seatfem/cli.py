@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
-from impact.atomic import FULL
 from seatfem.jobs.folders import sweep
 from seatfem.jobs.signals import ended_by_signals, exit_code
 from seatfem.views.terminal import Console
@@ -504,6 +503,8 @@ def _is_ours(error: Exception) -> bool:
 
 
 def _in_words(error: Exception) -> str:
+    from impact.atomic import FULL
+
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
     if _is_ours(error) or isinstance(error, OSError):
