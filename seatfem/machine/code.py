@@ -6,11 +6,9 @@ import os
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
-
-import impact
-import seatfem
 
 NOT_NUMERICS: Final = (
     "seatfem/cli.py",
@@ -33,7 +31,8 @@ NOT_NUMERICS: Final = (
 @cache
 def code_version(without: tuple[str, ...] = ()) -> str:
     """A hash of the sources of both packages, those ``without`` left out; of the version where there are no sources."""
-    return hash_of([Path(str(package.__file__)).parent for package in (impact, seatfem)], without)
+    found = (find_spec(package) for package in ("impact", "seatfem"))
+    return hash_of([Path(spec.origin).parent for spec in found if spec is not None and spec.origin], without)
 
 
 def numerics_version() -> str:

@@ -250,7 +250,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     assert seat_of(scene, path, Stopwatch(), silent, store)[1]
     for file in (path, store.path(scene.seat_key())):
         change(file)
-    why = "carries no seal" if change is unsealed else "could not convert string to float"
+    why = "carries no seal" if change is unsealed else "valid_for is 'long'"
     with pytest.warns(KeptSeatWarning, match=f"not used again: .*{why}"):
         again, reused = seat_of(scene, path, Stopwatch(), silent, store)
     assert not reused
