@@ -147,7 +147,7 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for place in ("seatfem.runs.pipeline.plan_scene", "seatfem.runs.pipeline.build_seat"):
+    for place in ("seatfem.runs.pipeline.plan_scene", "seatfem.runs.pipeline.natural_modes"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     monkeypatch.setattr("seatfem.trading.trade.plan_scene", lambda *given, **named: pytest.fail("planned"))
     monkeypatch.setattr("seatfem.extremes.runner.code_version", lambda: pytest.fail("begun"))
