@@ -132,6 +132,7 @@ def natural_modes(
     with watch("assembly"):
         model = matrices(seat, mesh, "3d", progress)
     with watch("modes"):
+        assert not isinstance(mesh, MeridianMesh)
         return _of_one(model, mesh, wanted, progress)
 
 
