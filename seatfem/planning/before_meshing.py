@@ -7,20 +7,20 @@ from typing import Final
 from seatfem.geometry import CadPart
 from seatfem.machine.memory import available_memory
 from seatfem.mesh.spec import MeshSpec
-from seatfem.planning.element_counts import in_numbers, predicted_sizes
+from seatfem.planning.element_counts import predicted_sizes
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.levels import Level, sectors
 from seatfem.seats.memory_need import GB, MemoryNeedError, memory_need
 
 MARGIN: Final = 2.0  # on predicted memory: a mesh that may fit after all is made, and counted exactly
-CAD_MARGIN: Final = 10.0  # of a CAD part little more than the bounding box is known
+CAD_MARGIN: Final = 4.0  # of a CAD part, whose small features may ask for more elements
 MOST_ELEMENTS: Final = 2e7  # gmsh makes some 1e5 in a second, and needs 1 kB for each
 
 
 def check_before_meshing(seat: DrawnSeat, spec: MeshSpec, level: Level) -> None:
     """Raise `MemoryNeedError` where the mesh of a level would be far too large for this computer."""
     geometry = seat.geometry()
-    sizes = predicted_sizes(in_numbers(geometry), spec, level, sectors(seat) if level == "sector" else 1)
+    sizes = predicted_sizes(geometry, spec, level, sectors(seat) if level == "sector" else 1)
     need = memory_need(sizes.counts)
     least = need.lanczos if seat.greens.method == "lanczos" else need.factorized
     margin = CAD_MARGIN if isinstance(geometry, CadPart) else MARGIN

@@ -154,10 +154,8 @@ def _method(decision: Decision, scene: Scene) -> str:
 
 def _size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
-    if is_given(decision.seen.scene, SIZE) and patch is None:
-        return "what it leaves is not known before the run"
-    if patch is None or decision.seat.fineness is None:
-        return "follows the shear wavelength at the band edge: the geometry is known to gmsh only"
+    assert patch is not None
+    assert decision.seat.fineness is not None
     sizes = Sizes(value_of(scene, SIZE), value_of(scene, CONTACT_SIZE))
     waves = per_wavelength(patch, decision.seat.fineness.band, sizes)
     return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(_of(decision, SIZE))}"
@@ -165,8 +163,7 @@ def _size(decision: Decision, scene: Scene) -> str:
 
 def _contact_size(decision: Decision, scene: Scene) -> str:
     patch = decision.seen.patch
-    if patch is None:
-        return f"{value_of(scene, CONTACT_SIZE) / value_of(scene, SIZE):.2g} of the bulk's"
+    assert patch is not None
     across = patch.width / value_of(scene, CONTACT_SIZE)
     return f"{across:.2g} elements across the struck {1e3 * patch.width:.3g} mm"
 

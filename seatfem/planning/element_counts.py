@@ -15,7 +15,7 @@ from seatfem.geometry.profile import profile_of
 from seatfem.mesh.layers import graded
 from seatfem.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.planning.bodies import Body, Drawn, plan_of, section_of, solid_of
-from seatfem.planning.cad_extent import as_block
+from seatfem.planning.part_body import body_of
 from seatfem.seats.levels import Level
 from seatfem.seats.memory_need import Counts
 
@@ -45,24 +45,20 @@ class Sizes:
     counts: Counts
 
 
-def in_numbers(geometry: Geometry) -> Drawn:
-    """The geometry; for a CAD part, of which little is known, a block as large as its bounding box."""
-    return as_block(geometry) if isinstance(geometry, CadPart) else geometry
+def body_in_numbers(geometry: Geometry, sectors: int = 1) -> Body:
+    """Samples of the solid, or of one of its equal sectors."""
+    return body_of(geometry) if isinstance(geometry, CadPart) else solid_of(geometry, sectors)
 
 
-def predicted_sizes(geometry: Drawn, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
+def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
     """The mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
+    if isinstance(geometry, CadPart):
+        return _tetrahedra(body_of(geometry), spec)
     if level in ("axisymmetric", "harmonics"):
         return _section(geometry, spec, 3 if level == "harmonics" else 2)
     if spec.shape == "hex":
         return _hexahedra(geometry, spec, sectors)
     return _tetrahedra(solid_of(geometry, sectors), spec)
-
-
-def of_nodes(nodes: float, order: int = 2) -> Sizes:
-    """Tetrahedra of a mesh known by its nodes only."""
-    elements = max(nodes, 4.0) / (1.5 if order == 2 else 0.25)
-    return _of_tetrahedra(elements, 3.0 * elements ** (2 / 3), order)
 
 
 def _tetrahedra(body: Body, spec: MeshSpec) -> Sizes:

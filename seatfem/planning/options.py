@@ -16,7 +16,6 @@ from seatfem.planning.sensitivity import Changes, Sensitivity
 from seatfem.planning.surrogate import Surrogate
 from seatfem.runs.budget import Source
 from seatfem.scene import DrawnSeat, Scene
-from seatfem.seats.needs import mesh_spec
 
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
@@ -51,7 +50,7 @@ class Seen:
 
     @property
     def patch(self) -> Patch | None:
-        """Of a drawn seat; ``None`` where no geometry is known."""
+        """Of a seat of finite elements; ``None`` of matrices, responses and closed forms."""
         return self.surrogate.patch
 
     def per_g(self, error: float) -> Changes:
@@ -91,9 +90,5 @@ def fill_seat(seen: Seen, band: float, tolerance: float, error: float) -> Scene:
     scene = filled(seen.scene, values)
     if not isinstance(scene.seat, DrawnSeat):
         return scene
-    if seen.patch is not None:
-        sizes = mesh_sizes(seen, band, error)
-    else:
-        spec = mesh_spec(scene.seat, "3d")
-        sizes = Sizes(spec.size, spec.patch_size)
+    sizes = mesh_sizes(seen, band, error)
     return filled(scene, {SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size, ORDER: scene.seat.mesh.order})

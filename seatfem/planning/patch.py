@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from impact.half_space import disk_compliance
-from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
+from seatfem.geometry import AnnularSeat, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
+from seatfem.inspection.cad import inspect_geometry
+from seatfem.inspection.shape import Shape
 from seatfem.scene.parts import Material, OrthotropicMaterial
-from seatfem.scene.seats import DrawnSeat, Plate, RevolvedSeat
+from seatfem.scene.seats import DrawnSeat, ElasticSeat, MeshFile, Plate, RevolvedSeat
 
+OFF_CENTRE = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
 _BENDING_LOAD = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)
 _FUNDAMENTAL = 10.22  # of a clamped round plate: w_1 = 10.22/R^2 sqrt(D/(rho t)). Leissa, Vibration of Plates, 2.1
 
@@ -62,10 +67,25 @@ class _Elastic:
         return math.sqrt(self.young / (2 * (1 + self.poisson) * self.density))
 
 
-def patch_of(seat: DrawnSeat) -> Patch | None:
-    """The patch of a drawn seat; ``None`` for a CAD file, whose faces only gmsh can read."""
-    geometry, solid = seat.geometry(), _elastic(seat)
+def patch_of(seat: ElasticSeat) -> Patch:
+    """The patch of a seat of finite elements; of a file's, as its faces are.
+
+    Raises:
+        GeometryError: a file without such faces.
+    """
+    solid = _elastic(seat)
+    if isinstance(seat, MeshFile):
+        from seatfem.inspection.mesh_file import mesh_of, shape_of  # its readers take half a second to load
+
+        return _of_shape(seat, shape_of(mesh_of(seat)), solid)
+    assert isinstance(seat, DrawnSeat)
+    geometry = seat.geometry()
     match geometry:
+        case CadPart():
+            found = inspect_geometry(geometry)
+            if "contact" not in found.shape.groups:
+                raise GeometryError("\n".join(message for _, message in found.problems))
+            return _of_shape(seat, found.shape, solid)
         case AnnularSeat() | ConicalSeat() | Stopper():
             share = seat.arc / (2 * math.pi) if isinstance(seat, RevolvedSeat) and seat.arc is not None else 1.0
             depth = geometry.thickness + (geometry.lip_height if isinstance(geometry, AnnularSeat) else 0.0)
@@ -76,13 +96,11 @@ def patch_of(seat: DrawnSeat) -> Patch | None:
         case Block():
             area = geometry.patch_width * geometry.patch_depth
             return _bulky(solid, area, min(geometry.patch_width, geometry.patch_depth), geometry.thickness)
-        case Bar():
+        case _:
             area = geometry.width * geometry.height
             along = geometry.length / (solid.young * area)
             width = min(geometry.width, geometry.height)
             return Patch(area, width, geometry.length, along, 0.0, 0.0, solid.density, solid.c_p, solid.c_s, True)
-        case _:
-            return None
 
 
 def _width(geometry: AnnularSeat | ConicalSeat | Stopper) -> float:
@@ -95,7 +113,7 @@ def _width(geometry: AnnularSeat | ConicalSeat | Stopper) -> float:
             return geometry.contact_radius
 
 
-def _elastic(seat: DrawnSeat) -> _Elastic:
+def _elastic(seat: ElasticSeat) -> _Elastic:
     """The seat's material; of an orthotropic one the means."""
     material = seat.material
     if isinstance(material, OrthotropicMaterial):
@@ -110,6 +128,33 @@ def _bulky(solid: _Elastic, area: float, width: float, depth: float) -> Patch:
     local = disk_compliance(young=solid.young, poisson=abs(solid.poisson), radius=radius)  # even in nu
     column = depth / (solid.density * solid.c_p**2 * area)
     return Patch(area, width, depth, min(local, column), 0.0, 0.0, solid.density, solid.c_p, solid.c_s, False)
+
+
+def _of_shape(seat: ElasticSeat, shape: Shape, solid: _Elastic) -> Patch:
+    """A bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its holes.
+
+    The plate's compliance is that of a clamped round one under a force off its centre, w = F (R^2 - r^2)^2/(16 pi D R^2)
+    with the span R - r (Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 1959, article 64). Springs that
+    hold a body without clamped faces add their own compliance.
+    """
+    depth, mass = shape.depth("contact"), solid.density * shape.volume
+    local = _bulky(solid, shape.area("contact"), shape.width("contact"), depth)
+    springs = {support.on: support for support in seat.supports if support.kind in ("foundation", "bolted")}
+    held = ["fixed", *(support.on for support in seat.supports if support.holds)]
+    bending = frequency = 0.0
+    if (span := shape.span("contact", held)) > 0:
+        sides = np.sort(shape.extent)
+        filled = min(1.0, shape.volume / float(shape.extent.prod()))
+        stiffness = filled * solid.young * depth**3 / (12 * (1 - solid.poisson**2))
+        bending = _BENDING_LOAD * (OFF_CENTRE * span) ** 2 / stiffness
+        radius = float(sides[1]) / 2
+        frequency = _FUNDAMENTAL / radius**2 * math.sqrt(stiffness / (filled * solid.density * depth))
+    stiffness = sum(support.normal * shape.area(on) for on, support in springs.items() if on in shape.groups)
+    if "fixed" not in shape.groups and stiffness > 0:
+        bending += 1 / stiffness
+        own = math.sqrt(stiffness / mass)
+        frequency = own if frequency == 0 else 1 / math.hypot(1 / own, 1 / frequency)
+    return replace(local, bending=bending, bending_frequency=frequency)
 
 
 def _plate(seat: Plate, geometry: ValvePlate, solid: _Elastic) -> Patch:

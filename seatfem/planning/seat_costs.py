@@ -5,26 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Final
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
 
-from seatfem.planning.bodies import section_of, solid_of
-from seatfem.planning.element_counts import Sizes, in_numbers, of_nodes, predicted_sizes
+from seatfem.planning.bodies import section_of
+from seatfem.planning.element_counts import Sizes, body_in_numbers, predicted_sizes
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import PlannedLevel
 from seatfem.scene import ElasticSeat, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat, RevolvedSeat
 from seatfem.seats.levels import Level, applicable, sectors
-from seatfem.seats.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, memory_need
+from seatfem.seats.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.seats.needs import COARSENING, memory, mesh_spec
 from seatfem.seats.solids import solid
+
+if TYPE_CHECKING:
+    from seatfem.mesh.seat_mesh import SeatMesh
 
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
 SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
-NODE: Final = 120  # bytes of a mesh file for each of its nodes
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
 TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
@@ -68,13 +70,14 @@ def seat_model(scene: Scene, level: Level, coarser: float = 1.0) -> SeatModel:
     """The elastic seat of a scene at a level, with elements ``coarser`` times as large."""
     seat = scene.seat
     if isinstance(seat, MeshFile):
-        sizes = of_nodes(nodes_in(seat.file) / coarser**3)
-        return SeatModel(sizes, krylov_vectors(scene, seat, math.inf), drawn=False)
+        sizes, volume = sizes_in(seat)
+        modes = _of_volume(volume, seat.greens.bandwidth, _slowest(seat))
+        return SeatModel(sizes, min(krylov_vectors(scene, seat, modes), sizes.counts.dof), drawn=False)
     assert isinstance(seat, DrawnSeat)
     spec = mesh_spec(seat, level)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
     parts = sectors(seat) if level == "sector" else 1
-    sizes = predicted_sizes(in_numbers(seat.geometry()), spec, level, parts)
+    sizes = predicted_sizes(seat.geometry(), spec, level, parts)
     vectors = min(krylov_vectors(scene, seat, modes_in_band(seat, level)), sizes.counts.dof)
     around = harmonics(seat) if level == "harmonics" else 1.0
     return SeatModel(sizes, vectors, around, level in ("axisymmetric", "harmonics"), spec.shape == "hex")
@@ -103,15 +106,23 @@ def modes_in_band(seat: DrawnSeat, level: Level) -> float:
 
     k = 2 pi times the bandwidth. Source: M. Dupuis, R. Mazo, L. Onsager, J. Chem. Phys. 33 (1960) 1452.
     """
-    k = 2 * math.pi * seat.greens.bandwidth
-    slow = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
+    k, slow = 2 * math.pi * seat.greens.bandwidth, _slowest(seat)
     fast = FAST * slow
     if level in ("axisymmetric", "harmonics"):
         assert isinstance(seat, RevolvedSeat)
         area = section_of(seat.geometry().profile).inner.total
         return area * k**2 * (slow**-2 + fast**-2) / (4 * math.pi)
-    volume = solid_of(in_numbers(seat.geometry())).inner.total / (sectors(seat) if level == "sector" else 1)
-    return volume * k**3 * (2 * slow**-3 + fast**-3) / (6 * math.pi**2)
+    volume = body_in_numbers(seat.geometry()).inner.total / (sectors(seat) if level == "sector" else 1)
+    return _of_volume(volume, seat.greens.bandwidth, slow)
+
+
+def _of_volume(volume: float, band: float, slow: float) -> float:
+    return volume * (2 * math.pi * band) ** 3 * (2 * slow**-3 + (FAST * slow) ** -3) / (6 * math.pi**2)
+
+
+def _slowest(seat: ElasticSeat) -> float:
+    """Shear waves of the seat's materials [m/s]."""
+    return min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
 
 
 def krylov_vectors(scene: Scene, seat: ElasticSeat, modes: float) -> float:
@@ -133,9 +144,18 @@ def harmonics(seat: DrawnSeat) -> float:
     return max(FEWEST_HARMONICS, 0.9 * around)
 
 
-def nodes_in(path: Path) -> float:
-    """Of a mesh file, by its size."""
-    return path.stat().st_size / NODE
+def sizes_in(seat: MeshFile) -> tuple[Sizes, float]:
+    """The mesh of a file in numbers, and its volume [m^3]."""
+    from seatfem.inspection.mesh_file import mesh_of  # its readers take half a second to load
+
+    mesh = mesh_of(seat)
+    return _sizes_of(mesh), mesh.quality.volume
+
+
+@lru_cache(maxsize=1)
+def _sizes_of(mesh: SeatMesh) -> Sizes:
+    surface = float(mesh.mesh.boundary_facets().size)
+    return Sizes(mesh.quality.elements, mesh.quality.nodes, surface, counts_of(mesh))
 
 
 def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> Mapping[str, float]:

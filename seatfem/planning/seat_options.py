@@ -180,13 +180,14 @@ def _tolerances(seen: Seen) -> tuple[float, ...]:
 def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
     """Errors of g that meshes are made for, and what they leave in the measures where that is known beforehand."""
     seat = seen.scene.seat
-    if not isinstance(seat, DrawnSeat) or seen.patch is None:
+    if not isinstance(seat, DrawnSeat):
         yield 0.0, {}
         return
     before = None
     for error in ERRORS:
         sizes = mesh_sizes(seen, band, error)
         if sizes != before:
+            assert seen.patch is not None
             left = mesh_error(seen.patch, band, sizes, seat.mesh.order)
             yield error, {SIZE: seen.per_g(MESH_BAR * left)}
         before = sizes

@@ -19,8 +19,8 @@ from impact.greens import GreensFunction
 from impact.half_space import disk_compliance
 from impact.modal import ModalGreens, Residual
 from seatfem.planning.patch import Patch, patch_of
-from seatfem.scene import Cantilever, DrawnSeat, ElasticSeat, GreensFile, Rod, Scene, Spring
-from seatfem.scene.imported import UniversalModes
+from seatfem.scene import Cantilever, ElasticSeat, GreensFile, Rod, Scene, Spring
+from seatfem.scene.imported import FrequencyResponseFile, UniversalModes
 from seatfem.scene.parts import AnyMaterial, Material
 
 MODES: Final = 40  # of the surrogate's rod
@@ -65,7 +65,8 @@ def surrogate_of(scene: Scene) -> Surrogate:
             from seatfem.inspection.imported import modes_of  # likewise
 
             return Surrogate(modes_of(seat), True, f"the modes in {seat.file.name}")
-        case DrawnSeat() if (patch := patch_of(seat)) is not None:
+        case ElasticSeat():
+            patch = patch_of(seat)
             ratio = _damping(seat) if patch.one_dimensional else max(_damping(seat), SPREADING)
             words = f"patch of {1e6 * patch.area:.3g} mm^2, impedance {patch.impedance:.3g} N s/m"
             return Surrogate(_of_patch(patch, ratio, _damping(seat)), False, words, patch)
@@ -88,22 +89,25 @@ def _of_patch(patch: Patch, ratio: float, bending_ratio: float) -> ModalGreens:
 
 
 def _unknown(scene: Scene) -> Surrogate:
-    """A steel-like patch as wide as the reed: all that is known of a seat in a file."""
-    seat, reed = scene.seat, scene.reed
+    """A patch of the reed's material, half as wide as the reed: all that is known of matrices and responses."""
+    reed = scene.reed
     width = reed.width if isinstance(reed, Cantilever) else 5e-3
-    material = (
-        seat.material if isinstance(seat, ElasticSeat) else reed.material if isinstance(reed, Cantilever) else None
-    )
+    material = reed.material if isinstance(reed, Cantilever) else None
     young, density = (material.young, material.density) if isinstance(material, Material) else (200e9, 7850.0)
     c_p = math.sqrt(1.35 * young / density)
     area = width**2 / 4
     compliance = disk_compliance(young=young, poisson=0.3, radius=width / 4)
     patch = Patch(area, width / 2, width, compliance, 0.0, 0.0, density, c_p, 0.53 * c_p, False)
-    words = f"nothing is known of the struck face before the file is read; taken as {1e3 * width / 2:.2g} mm wide"
+    what = (
+        "poles are fitted to the response by the run"
+        if isinstance(scene.seat, FrequencyResponseFile)
+        else ("matrices do not tell how large the struck face is")
+    )
+    words = f"{what}; here it is taken for a face {1e3 * width / 2:.2g} mm wide"
     return Surrogate(_of_patch(patch, SPREADING, 0.0), False, words)
 
 
-def _damping(seat: DrawnSeat) -> float:
+def _damping(seat: ElasticSeat) -> float:
     """Of the seat's modes; Rayleigh damping counts as light."""
     material: AnyMaterial = seat.material
     return seat.damping_ratio + material.loss_factor / 2
