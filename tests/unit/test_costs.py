@@ -12,11 +12,11 @@ import pytest
 from seatfem.cli import DONE, run_command
 from seatfem.geometry import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.mesh.meridian import make_meridian
-from seatfem.mesh.meshing import make_mesh, write_step
+from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.spec import MeshSpec
 from seatfem.planning import calibration, seat_costs
 from seatfem.planning.bodies import section_of, solid_of
-from seatfem.planning.cad_extent import as_block
+from seatfem.planning.part_body import body_of
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.element_counts import predicted_sizes
 from seatfem.planning.machine import Machine, MachineError, calibration_file
@@ -27,6 +27,7 @@ from seatfem.seats.memory_need import counts_of, memory_need
 from seatfem.seats.needs import mesh_spec
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+MESHES = EXAMPLES.parent / "meshes"
 SPEC = MeshSpec(size=2e-3, contact_size=0.7e-3)
 BODIES = [
     (AnnularSeat(), 4),
@@ -111,11 +112,19 @@ def test_finer_at_the_contact_costs_more():
     assert counts[-1] > 10 * counts[0]
 
 
-def test_a_cad_part_is_as_large_as_its_bounding_box(tmp_path):
-    path = tmp_path / "block.step"
-    write_step(Block(20e-3, 12e-3, 8e-3, 3e-3, 3e-3), path)
-    block = as_block(CadPart(path))
-    assert (block.width, block.depth, block.thickness) == pytest.approx((20e-3, 12e-3, 8e-3))
+@pytest.mark.parametrize(("name", "drawn"), [("annular_seat", AnnularSeat()), ("conical_seat", ConicalSeat())])
+def test_a_cad_part_is_counted_like_the_same_body_drawn_here(name, drawn):
+    """From the coarse elements of its inspection; a block as large as its box would be 1.5 to 3 times too many."""
+    part = CadPart(MESHES / f"{name}.step")
+    for spec in (MeshSpec(4e-3, 1.6e-3), MeshSpec(2e-3, 0.8e-3), MeshSpec(2e-3, 0.3e-3)):
+        found, known = (predicted_sizes(geometry, spec, "3d") for geometry in (part, drawn))
+        assert found.elements == pytest.approx(known.elements, rel=0.3)
+
+
+def test_a_cad_part_s_volume_and_surface_are_its_own():
+    body = body_of(CadPart(MESHES / "valve_body.step"))
+    assert body.inner.total == pytest.approx(10756.75e-9, rel=1e-4)
+    assert body.outer.total == pytest.approx(4321e-6, rel=0.05)  # straight triangles
 
 
 def demo(size=None, bandwidth=None, steps=None, model="axisymmetric"):
