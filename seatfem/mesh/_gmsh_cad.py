@@ -29,6 +29,13 @@ class Imported:
     regions: dict[str, list[int]] = field(default_factory=dict)
 
 
+def read_solids(gmsh: Any, part: CadPart) -> None:
+    """The solids of the part's file in gmsh's model."""
+    with handed_over(part.path) as copy:
+        cad.build(replace(part, path=copy), gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+
+
 def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bool = False) -> Imported:
     """Import, check the size, and make all solids conformal; copies of faces stay in the model until `recall`.
 
@@ -36,9 +43,7 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     """
     numbered = numbered or any(isinstance(s, NumberedFace) for chosen in part.patches.values() for s in chosen)
     model, occ = gmsh.model, gmsh.model.occ
-    with handed_over(part.path) as copy:
-        cad.build(replace(part, path=copy), occ)
-    occ.synchronize()
+    read_solids(gmsh, part)
     box = np.array(model.getBoundingBox(-1, -1))
     cad.check_size(part, tuple(model_unit(part) * (box[3:] - box[:3])))
     solids = model.getEntities(3)

@@ -60,4 +60,6 @@ def handed_over(path: Path) -> Iterator[Path]:
             yield copy
         except Exception as error:
             told = str(error).replace(str(copy), str(path))
-            raise (GeometryError if isinstance(error, GeometryError) else RuntimeError)(told) from error
+            if isinstance(error, GeometryError):
+                raise GeometryError(told, error.field) from error
+            raise RuntimeError(told) from error

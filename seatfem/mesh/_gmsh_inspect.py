@@ -17,7 +17,7 @@ from seatfem.geometry import CadPart, Geometry, GeometryError, cad, decode, fami
 from seatfem.geometry.faces import Face
 from seatfem.geometry.inspect import faces_of, volume_of
 from seatfem.geometry.selectors import Patches, select
-from seatfem.mesh._gmsh_cad import import_part, recall, regions_of
+from seatfem.mesh._gmsh_cad import import_part, read_solids, recall, regions_of
 from seatfem.mesh._gmsh_messages import stage
 from seatfem.mesh._gmsh_model import KeptModel
 
@@ -80,8 +80,7 @@ def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[c
     if not part.regions:
         return ()
     try:
-        cad.build(part, gmsh.model.occ)
-        gmsh.model.occ.synchronize()
+        read_solids(gmsh, part)
     except GeometryError:
         raise
     except Exception:

@@ -16,10 +16,10 @@ from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.spec import MeshSpec
 from seatfem.planning import calibration, seat_costs
 from seatfem.planning.bodies import section_of, solid_of
-from seatfem.planning.part_body import body_of
 from seatfem.planning.costs import predict_cost
 from seatfem.planning.element_counts import predicted_sizes
 from seatfem.planning.machine import Machine, MachineError, calibration_file
+from seatfem.planning.part_body import body_of
 from seatfem.roads import choice
 from seatfem.scene import load_scene
 from seatfem.seats.levels import sectors

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.geometry import CadPart, GeometryError
+from seatfem.geometry import GeometryError
 from seatfem.geometry.cad import check_readable, stated_unit, step_face_names
-from seatfem.planning.cad_extent import as_block
 
 MESHES = Path(__file__).parents[2] / "meshes"
 HEAD, TAIL = "ISO-10303-21;\nHEADER;ENDSEC;DATA;\n", "\nENDSEC;\nEND-ISO-10303-21;"
@@ -38,27 +37,7 @@ def test_a_step_text_is_read_in_one_pass(tmp_path, body):
     assert step_face_names(path) == []
     with pytest.raises(GeometryError, match="states no length unit"):
         stated_unit(path)
-    with pytest.raises(GeometryError, match="states no length unit"):
-        as_block(CadPart(path))
     assert time.process_time() - start < SLOW
-
-
-@pytest.mark.parametrize("line", ["\n", " ", "1", "1 ", "1 2 3 x"])
-def test_a_brep_text_is_read_in_one_pass(tmp_path, line):
-    path = tmp_path / "a.brep"
-    path.write_text("CASCADE Topology V1, (c) Matra-Datavision\n" + line * 400_000 + "x")
-    start = time.process_time()
-    with pytest.raises(GeometryError, match="no points can be read"):
-        as_block(CadPart(path, unit=1e-3))
-    assert time.process_time() - start < SLOW
-
-
-@pytest.mark.parametrize("text", ["1e+ 2 3\n1 2 4\n", "1e999 2 3\n1 2 4\n"])
-def test_points_that_are_no_numbers(tmp_path, text):
-    path = tmp_path / "a.brep"
-    path.write_text("CASCADE Topology V1\n" + text)
-    with pytest.raises(GeometryError, match="no points can be read"):
-        as_block(CadPart(path, unit=1e-3))
 
 
 def test_a_part_that_points_to_other_files(tmp_path):
