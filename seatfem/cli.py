@@ -157,7 +157,7 @@ def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
     checked = _load(scene)
     from seatfem.planning.planner import plan_scene
     from seatfem.views.plan_json import plan_json
-    from seatfem.views.plan_view import choices_table, costs_table, shares_line, stages_line
+    from seatfem.views.plan_view import choices_table, costs_table, rounds_line, shares_line, stages_line
 
     planned = plan_scene(checked)
     if json and not common.quiet:
@@ -167,6 +167,7 @@ def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
         console.print(choices_table(planned))
         console.print(costs_table(planned))
         console.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
+        console.print(f"predicted rounds: {rounds_line(planned)}", soft_wrap=True)
         console.print(f"predicted error: {shares_line(planned)}", soft_wrap=True)
         for note in planned.notes:
             console.print(f"note: {note}", soft_wrap=True)

@@ -8,7 +8,7 @@ from seatfem.planning.contact_costs import contact_model, contact_seconds
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, PlannedLevel
 from seatfem.planning.seat_costs import SeatModel, coarse_of, discrete_level, seat_memory, seat_model, seat_seconds
-from seatfem.scene import MeshFile, Scene
+from seatfem.scene import Cad, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat
 
 __all__ = ["Cost", "predict_cost"]
@@ -38,6 +38,8 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
     rates = machine or Machine.known()
     seat = _seat(scene, level)
     parts = {"program start": rates.start, "plan": PLAN * rates.start}
+    if isinstance(scene.seat, Cad):  # its inspection, by a gmsh process of its own
+        parts["plan"] += rates.meshing_start
     if seat is not None:
         parts |= seat_seconds(seat, rates, static=level == "spring")
     if seat is not None and isinstance(scene.seat, DrawnSeat):

@@ -10,7 +10,7 @@ from seatfem.planning.costs import predict_cost
 from seatfem.planning.deciding import Choices, Decision
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import Cost, Plan, PlannedLevel
-from seatfem.scene import Scene
+from seatfem.scene import MeshFile, Scene
 
 LONGEST: Final = 600.0  # a seat that takes longer [s] is not chosen, only obeyed
 MEMORY: Final = 0.8  # part of the available memory that is used
@@ -54,6 +54,11 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     surrogate = decision.seen.surrogate
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
+    if isinstance(plan.scene.seat, MeshFile):
+        found.append(
+            f"what the mesh in {plan.scene.seat.file.name} is off by is not known, and in no error bar: a finer mesh "
+            "of the same seat tells"
+        )
     if not decision.seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:

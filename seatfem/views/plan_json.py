@@ -7,6 +7,7 @@ from dataclasses import asdict
 
 from impact.table import without_nan
 from seatfem.planning.plan import Cost, Plan
+from seatfem.planning.rounds_ahead import rounds_ahead
 
 
 def plan_json(plan: Plan) -> str:
@@ -23,6 +24,7 @@ def plan_json(plan: Plan) -> str:
         "meets_target": plan.meets_target,
         "choices": [asdict(choice) for choice in plan.choices],
         **_cost(plan.cost),
+        "rounds": asdict(rounds_ahead(plan)),
         "error": dict(plan.error),
         "shares": {source: dict(share) for source, share in plan.shares.items()},
         "alternatives": [

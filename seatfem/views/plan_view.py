@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from rich.table import Table
 
 from seatfem.planning.plan import Cost, Plan
+from seatfem.planning.rounds_ahead import rounds_ahead
 
 
 def choices_table(plan: Plan) -> Table:
@@ -26,6 +27,17 @@ def costs_table(plan: Plan) -> Table:
     ):
         table.add_row(what, _seconds(cost), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values()))
     return table
+
+
+def rounds_line(plan: Plan) -> str:
+    """How many rounds of refinement are expected, what they take, and the price of one more."""
+    ahead = rounds_ahead(plan)
+    more = (
+        ""
+        if ahead.further is None
+        else (f"; one more, should the measured error ask for it, about {ahead.further:.2g} s")
+    )
+    return f"{ahead.number} expected, {ahead.seconds:.2g} s in all{more}"
 
 
 def shares_line(plan: Plan) -> str:

@@ -1,5 +1,6 @@
 """Files that scenes name, opened before anything is planned: all that is wrong at once, at its line; read once."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,11 @@ from seatfem.inspection.checks import check_files
 from seatfem.inspection.mesh_file import mesh_of, shape_of
 from seatfem.mesh.meshing import make_mesh
 from seatfem.mesh.spec import MeshSpec
+from seatfem.planning.patch import patch_of
 from seatfem.planning.planner import plan_scene
-from seatfem.scene import Cad, MeshFile, SceneError, load_scene
+from seatfem.planning.rounds_ahead import rounds_ahead
+from seatfem.planning.seat_costs import seat_model
+from seatfem.scene import Cad, MeshFile, Plate, SceneError, load_scene
 from seatfem.seats.store import Store
 
 ROOT = Path(__file__).parents[2]
@@ -199,6 +203,65 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
     for measure in ("area", "width", "depth"):
         assert getattr(shape, measure)("contact") == pytest.approx(getattr(drawn, measure)("contact"), rel=0.02)
     assert shape.volume == pytest.approx(drawn.volume, rel=1e-3)
+
+
+def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
+    """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
+    drawn = patch_of(
+        Plate.model_validate(
+            {
+                "kind": "plate",
+                "ports": 6,
+                "port_radius": "3 mm",
+                "pitch": "10 mm",
+                "margin": "5 mm",
+                "thickness": "6 mm",
+                "land_width": "1 mm",
+                "clamp_width": "2 mm",
+                "material": "steel",
+                "struck": 1,
+            }
+        )
+    )
+    seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
+    scene = load_scene(written(tmp_path, seat))
+    assert isinstance(scene.seat, Cad)
+    found = patch_of(scene.seat)
+    assert found.area == pytest.approx(drawn.area, rel=0.02)
+    assert found.width == pytest.approx(drawn.width, rel=0.05)
+    assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
+    for key in ("bending", "bending_frequency"):  # a plate with its load off the centre is stiffer than at the centre
+        assert 1 / 4 < getattr(found, key) / getattr(drawn, key) < 4
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    assert plan.shares["mesh"]["impulse"] > 0.0  # known beforehand, and so the mesh is chosen for the target
+    ahead = rounds_ahead(plan)
+    assert ahead.number == 1
+    assert ahead.seconds == plan.cost.seconds
+    assert ahead.further is not None
+    assert ahead.further > 0
+
+
+def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> None:
+    part = CAD.format(MESHES / "block.step")
+    path = written(tmp_path, part)
+    path.write_text(path.read_text(encoding="utf-8") + '[accuracy]\ntarget = "20 %"\n', encoding="utf-8")
+    scene = load_scene(path)
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    worse = replace(plan, error=dict.fromkeys(plan.error, 1.5 * scene.accuracy.target))
+    ahead = rounds_ahead(worse)
+    assert ahead.number > 1
+    assert ahead.seconds > worse.cost.seconds
+
+
+def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
+    scene = load_scene(written(tmp_path, MESH))
+    assert isinstance(scene.seat, MeshFile)
+    model = seat_model(scene, "3d")
+    assert model.sizes.elements == 7904
+    assert model.sizes.counts.dof == 40371
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    assert any("in no error bar" in note for note in plan.notes)
+    assert not any("nothing is known" in note for note in plan.notes)
 
 
 def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
