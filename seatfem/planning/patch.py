@@ -134,8 +134,9 @@ def _of_shape(seat: ElasticSeat, shape: Shape, solid: _Elastic) -> Patch:
     """A bulky body; where what holds it lies beside the struck faces, on a plate in bending, thinned by its holes.
 
     The plate's compliance is that of a clamped round one under a force off its centre,
-    w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells,
-    1959, article 64). Springs that hold a body without clamped faces add their own compliance.
+    w = F (R^2 - r^2)^2/(16 pi D R^2) with the span R - r (Timoshenko and Woinowsky-Krieger,
+    Theory of Plates and Shells, 1959, article 64). Springs that hold a body without clamped faces add their own
+    compliance.
     """
     depth, mass = shape.depth("contact"), solid.density * shape.volume
     local = _bulky(solid, shape.area("contact"), shape.width("contact"), depth)
