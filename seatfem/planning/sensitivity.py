@@ -209,8 +209,7 @@ class Sensitivity:
     def of_g(self) -> Changes:
         """Relative change of each measure per relative change of g."""
         runs = [
-            relative_changes(self.base, self._with(self.bench.seat.scaled(factor)))
-            for factor in (1 - OFF, 1 + OFF)
+            relative_changes(self.base, self._with(self.bench.seat.scaled(factor))) for factor in (1 - OFF, 1 + OFF)
         ]
         return {name: change / OFF for name, change in larger(*runs).items()}
 

@@ -10,7 +10,6 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.formats.includes import with_included
 from seatfem.machine.code import numerics_version
 from seatfem.scene.fields import (
     Approach,
@@ -147,6 +146,8 @@ class Scene(Table):
         seat = self.seat.model_dump(mode="json")
         for key in type(self.seat).model_fields:
             if isinstance(file := getattr(self.seat, key), Path):
+                from seatfem.formats.includes import with_included  # with readers that take half a second to load
+
                 parts = [_hash(part) for part in with_included(file)]
                 seat[key] = parts[0] if len(parts) == 1 else sorted(parts)
         text = json.dumps([numerics_version(), seat], sort_keys=True)
