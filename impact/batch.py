@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from impact import march
+from impact.brief import brief
 from impact.greens import Array
 from impact.history import aligned
 from impact.laws import PlainLaw, no_user_law
@@ -54,6 +55,8 @@ class ImpactBatch:
     in_contact: NDArray[np.bool_]
     time: Array
     force: Array | None
+
+    __repr__ = brief
 
 
 def solve_many(

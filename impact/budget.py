@@ -14,6 +14,8 @@ from typing import Final
 
 import numpy as np
 
+from impact.brief import brief
+
 SAFETY: Final = 1.5  # on the sum of the sources, which need not be independent
 STRESS_SAFETY: Final = 2.25  # likewise: the largest stress of all times and places jumps from one to another
 
@@ -35,6 +37,8 @@ class Budget:
     values: Values
     parts: Mapping[str, Values] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
+
+    __repr__ = brief
 
     def bar(self, measure: str) -> float:
         """Half width of the error bar [SI]: `safety` times the sum over the sources."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from impact import measures as measured
 from impact.body import Body
+from impact.brief import brief
 from impact.budget import Budget, Values, changes, times
 from impact.greens import GreensFunction
 from impact.problem import ContactError, ContactProblem
@@ -37,6 +38,8 @@ class Coarser:
 
     body: Body | GreensFunction
     ratio: float
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if not (self.ratio > 1 and math.isfinite(self.ratio)):

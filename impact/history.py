@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import oscillator
+from impact.brief import brief
 from impact.greens import Array
 from impact.march import FLOOR
 from impact.modal import ModalGreens
@@ -38,6 +39,8 @@ class Poles:
 
     steps: Array
     psi: Array
+
+    __repr__ = brief
 
     @staticmethod
     def of(parts: list[tuple[ModalGreens, Array]], dt: float, contacts: int) -> Poles:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from impact.body import AtRest, Body, as_body
+from impact.brief import brief
 from impact.greens import Array, GreensFunction
 from impact.laws import Law, Signorini
 
@@ -36,6 +37,8 @@ class Contact:
     law: Law = field(default_factory=Signorini)
     side: int = 1
     striker_port: str | int = 0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "target", as_body(self.target))
@@ -99,7 +102,7 @@ class ContactProblem:
         lines = [
             f"contact {number}: gap {c.gap:g} m, {c.law}, {'seat' if c.side > 0 else 'stopper'}, port {c.port} of "
             f"target {number_of[id(c.target)]}, port {c.striker_port} of the striker"
-            for number, c in enumerate(self.contacts[:4])
+            for number, c in enumerate(self.contacts[:2])
         ]
         more = len(self.contacts) - len(lines)
         bodies = [f"striker: {self.striker}", *(f"target {n}: {body}" for n, body in enumerate(self.targets[:3]))]

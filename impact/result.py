@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from impact.brief import brief, cut, some
 from impact.energy import EnergyLedger
 from impact.greens import Array
 
@@ -55,3 +58,16 @@ class ImpactResult:
     target_velocity: float
     engine: str
     advice: tuple[Advice, ...] = ()
+
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        contacts = 1 if self.force.ndim == 1 else self.force.shape[1]
+        steps, pushed = len(self.time) - 1, float(np.sum(self.force[1:])) * self.dt
+        return (
+            f"ImpactResult, {contacts} contact{'s'[: contacts > 1]}, {steps} steps of {self.dt:g} s\n"
+            f"  largest force {float(self.force.max()):.6g} N, impulse {pushed:.6g} N s, "
+            f"energy residual {self.energy.residual:.2g}\n  {cut(self.engine, 160)}\n  "
+            + (some([advice.name for advice in self.advice]) or "no advice")
+        )

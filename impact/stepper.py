@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import engines, history, march
+from impact.brief import brief
 from impact.engines import Engine
 from impact.flight import BLOCK as FLIGHT
 from impact.flight import Flight, Pilot, flies, split
@@ -60,6 +61,8 @@ class Prepared:
     plan: engines.Plan
     flight: Flight | None = None
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class StepState:
@@ -68,6 +71,8 @@ class StepState:
     time: float
     force: Array
     gap: Array
+
+    __repr__ = brief
 
 
 def prepare(
@@ -207,6 +212,10 @@ class ContactStepper:
             prepared.rules,
             np.array([c.law.parameters for c in contacts]),
         )
+
+    def __repr__(self) -> str:
+        s = self.prepared
+        return f"ContactStepper, {self.done} of {s.steps} steps of {s.dt:g} s, {len(s.rest)} contacts; {s.plan.words}"
 
     @property
     def time(self) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from impact.brief import cut
 from impact.greens import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
 from impact.modal import ModalGreens, Residual
 from impact.sampled import SampledGreens
@@ -105,7 +106,8 @@ class SumGreens(GreensFunction):
         return SumGreens(tuple(part.with_error(error) for part in self.parts))
 
     def _in_words(self) -> tuple[str, ...]:
-        return tuple(f"+ {line}" for part in self.parts for line in str(part).splitlines()[:2])
+        shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
+        return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from impact.brief import brief
 from impact.greens import Array
 from impact.input_files import CSV_LIMIT, check_file
 
@@ -46,6 +47,8 @@ class TimeSeries:
     value: Array
     outside: Outside = "forbid"
     name: str = "time series"
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         if self.outside not in ("forbid", "hold", "zero"):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from impact.brief import brief
 from seatfem.errors import ModelError
 from seatfem.materials import Material, Orthotropic
 
@@ -43,6 +44,8 @@ class Port:
     vector: Array
     area: float | None = None
     impedance: float | None = None
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vector", np.asarray(self.vector, dtype=float))
@@ -102,6 +105,13 @@ class SecondOrderModel:
     ports: Mapping[str, Port]
     dofs: DofMap | None = field(default=None, repr=False)
     loss: sparse.csr_array | None = None
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        damping = [name for name, matrix in (("C", self.C), ("loss matrix", self.loss)) if matrix is not None]
+        ports = ", ".join(self.ports) or "none"
+        return f"SecondOrderModel, {self.size} unknowns, ports: {ports}; damping: {', '.join(damping) or 'none'}"
 
     def __post_init__(self) -> None:
         for name in ("M", "C", "K", "loss"):

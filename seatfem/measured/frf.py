@@ -12,6 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from impact.brief import brief
 from impact.greens import Array
 from impact.sampled import SampledGreens
 from impact.time_series import csv_number, csv_rows
@@ -54,6 +55,8 @@ class FrequencyResponse:
     port_names: tuple[str, ...] = ("contact",)
     shift: float = 0.0
     origin: Mapping[str, object] = field(default_factory=dict)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         f: Array = np.asarray(self.frequency, dtype=float)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from skfem import Basis, ElementQuad0, ElementTriP0, FacetBasis, MeshQuad, MeshQuad2, MeshTri, MeshTri2
 from skfem.assembly import Dofs
 
+from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.geometry import GeometryError, Profile, Revolved, encode, fingerprint
 from seatfem.geometry.profile import profile_of
@@ -54,6 +55,8 @@ class MeridianMesh:
     order: int
     quality: MeridianQuality
     provenance: MeshProvenance
+
+    __repr__ = brief
 
 
 def make_meridian(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from impact.brief import brief
 from seatfem.mesh.checks import check_mesh
 from seatfem.mesh.io import MeshArrays, MeshError, SolidMesh, to_skfem
 from seatfem.mesh.quality import MeshQuality, measure
@@ -47,6 +48,8 @@ class SeatMesh:
     quality: MeshQuality
     provenance: MeshProvenance
     shape: str = "tetrahedron"
+
+    __repr__ = brief
 
     def __str__(self) -> str:
         q = self.quality

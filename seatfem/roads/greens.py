@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Final, TypedDict, get_args
 
+from impact.brief import brief
 from impact.greens import GreensFunction
 from impact.modal import ModalGreens
 from impact.poles import PoleGreens
@@ -40,6 +41,8 @@ class Reduction:
 
     greens: GreensFunction
     modes: Modes | None
+
+    __repr__ = brief
 
 
 def greens_function(

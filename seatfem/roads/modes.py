@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 
+from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.model import Array, ModelError, SecondOrderModel
 from seatfem.roads.eigen_search import ConvergenceError, CountError
@@ -41,6 +42,15 @@ class Modes:
     complete: bool
     backend: str
     solves: int = 0
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        f = self.frequencies_hz
+        span = f"{f.min():.5g} ... {f.max():.5g} Hz" if f.size else "none"
+        count = "complete" if self.complete else "not counted"
+        worst = float(self.residuals.max(initial=0.0))
+        return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
 
     @property
     def omega(self) -> Array:

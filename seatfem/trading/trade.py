@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.atomic import check_writable
+from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.planning.filling import OPEN_KEYS, has_key, is_given
 from seatfem.planning.plan import Plan
@@ -57,6 +58,8 @@ class Trade:
     reference: str
     floor: Mapping[str, float]
     planning: float = math.nan
+
+    __repr__ = brief
 
     def done(self) -> tuple[Point, ...]:
         """The points that ended."""

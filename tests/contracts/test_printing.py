@@ -1,0 +1,112 @@
+"""Whatever is public prints in a few lines what it is, and never its arrays."""
+
+import dataclasses
+import importlib
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+import seatfem
+from impact.greens import ErrorEstimate
+from seatfem.elements.rod1d import rod_model
+
+LARGEST, LINES = 1500, 14
+HOLDERS = ("Array", "NDArray", "sparse", "Mesh", "Mapping", "Greens", "Body", "Modes", "tuple[Point")
+"""Types of fields that make the representation which dataclasses generate long."""
+
+
+def public_classes() -> list[type]:
+    found = []
+    for package in ("impact", "seatfem"):
+        module = importlib.import_module(package)
+        values = (getattr(module, name) for name in module.__all__)
+        found += [value for value in values if inspect.isclass(value) and not issubclass(value, Exception)]
+    return found
+
+
+@pytest.mark.parametrize("kind", public_classes(), ids=lambda kind: kind.__name__)
+def test_no_public_class_leaves_its_arrays_to_the_generated_repr(kind: type) -> None:
+    if not dataclasses.is_dataclass(kind):
+        return
+    fields = [f for f in dataclasses.fields(kind) if f.repr and "Callable" not in str(f.type)]
+    holds = [f.name for f in fields if any(h in str(f.type) for h in HOLDERS)]
+    generated = hasattr(kind.__dict__.get("__repr__"), "__wrapped__")
+    assert not (holds and generated), f"{kind.__name__} prints {', '.join(holds)} in full: set __repr__ = brief"
+
+
+def examples() -> dict[str, object]:
+    many = 5000
+    greens = impact.ModalGreens(
+        np.linspace(1e3, 1e6, many), np.full(many, 0.01), np.ones((many, 2)), impact.Residual.spring(np.eye(2)),
+        ("left", "right"), ErrorEstimate(0.01), {"method": "krylov", "list": list(range(many)), "text": "x" * many},
+    )  # fmt: skip
+    ball = impact.rigid_mass(mass=1e-3, velocity=-1.0)
+    reed = impact.cantilever_reed(
+        young=2e11, density=7850.0, length=25e-3, width=1e-2, thickness=3e-4, n_modes=200, tip_deflection=1e-3
+    )
+    contacts = [impact.Contact(greens, port=p, law=impact.LinearSpring(1e6)) for p in ("left", "right")] * 30
+    problem = impact.ContactProblem(ball, contacts=contacts[:2])
+    result = impact.solve(problem, dt=1e-7, duration=1e-4)
+    prepared = impact.prepare(problem, 1e-7, 1e-4)
+    stepper = impact.ContactStepper(prepared)
+    model = rod_model(young=2e11, density=7850.0, area=1e-4, length=0.03, elements=100)
+    single = impact.ContactProblem(ball, impact.spring(stiffness=1e6))
+    return {
+        "modal": greens,
+        "poles": impact.PoleGreens.of(greens),
+        "samples": impact.SampledGreens(np.zeros(many), 1e-6, "zero"),
+        "sum": impact.SumGreens((greens,) * 20),
+        "multiple": impact.ScaledGreens(impact.ScaledGreens(greens, 2.0), 2.0),
+        "half-space": impact.half_space_patch(young=2e11, poisson=0.3, density=7850.0, radius=1e-3),
+        "residual": greens.residual,
+        "kernel": greens.step_kernel(1e-6, 10),
+        "ball": ball,
+        "reed": reed,
+        "state": reed.state,
+        "load": impact.Load(np.ones(many), np.zeros_like),
+        "contact": contacts[0],
+        "problem": problem,
+        "problem of many": impact.ContactProblem(ball, contacts=contacts),
+        "result": result,
+        "energy": result.energy,
+        "prepared": prepared,
+        "stepper": stepper,
+        "step": stepper.step(),
+        "batch": impact.solve_many(single, dt=1e-6, duration=1e-4, velocities=np.linspace(-2, -1, 40), record="force"),
+        "series": impact.TimeSeries(np.arange(many, dtype=float), np.zeros(many)),
+        "passivity": impact.passivity(impact.spring(stiffness=1.0), 1e-6, 100),
+        "model": model,
+        "port": model.ports["contact"],
+        "modes": seatfem.solve_modes(model, 20),
+        "reduction": seatfem.reduce_model(model, bandwidth=1e5, duration=1e-5, tolerance=0.05),
+        "store": seatfem.Store(Path("folder")),
+    }
+
+
+EXAMPLES = examples()
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_it_prints_in_a_few_lines(name: str) -> None:
+    thing = EXAMPLES[name]
+    for told in (str(thing), repr(thing)):
+        assert len(told) <= LARGEST
+        assert len(told.splitlines()) <= LINES
+        assert "array([" not in told
+        assert max(map(len, told.splitlines())) <= 700
+
+
+def test_what_is_printed_says_what_it_is() -> None:
+    assert "2 ports left, right" in str(EXAMPLES["modal"])
+    assert "5000 modes, 159.15 ... 1.5915e+05 Hz" in str(EXAMPLES["modal"])
+    assert "error: reduction 0.01, mesh unknown; valid for any time" in str(EXAMPLES["modal"])
+    assert "origin: method = 'krylov'" in str(EXAMPLES["modal"])
+    assert "mass 0.001 kg, moving at -1 m/s" in str(EXAMPLES["ball"])
+    assert "held, in an initial state" in str(EXAMPLES["reed"])
+    assert "2 contacts, 1000 steps of 1e-07 s" in str(EXAMPLES["result"])
+    assert "ContactProblem, 60 contacts" in str(EXAMPLES["problem of many"])
+    assert "200 unknowns, ports: contact" in str(EXAMPLES["model"])
+    assert str(EXAMPLES["modes"]).startswith("Modes, 20, ")
