@@ -25,6 +25,7 @@ from seatfem.planning.sensitivity import Sensitivity
 from seatfem.planning.surrogate import surrogate_of
 from seatfem.runs.budget import Source
 from seatfem.runs.contact import check_length, check_step
+from seatfem.runs.validity import validity_advice
 from seatfem.scene import ElasticSeat, Scene
 from seatfem.seats.store import Store
 
@@ -81,7 +82,8 @@ def plan_scene(
         asked=scene,
         without=without,
     )
-    return replace(plan, notes=notes_on(plan, wanted, decision, machine))
+    limits = map(str, validity_advice(scene))
+    return replace(plan, notes=(*notes_on(plan, wanted, decision, machine), *limits))
 
 
 def _look(scene: Scene, machine: Machine, progress: Progress) -> Seen:

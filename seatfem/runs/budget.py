@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Final, Literal
 
 import numpy as np
@@ -51,8 +52,13 @@ def values_of(
     return values
 
 
-def bar_keys(budget: Budget) -> dict[str, object]:
-    """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY."""
-    bars: dict[str, object] = {f"error_bar_{KEYS[name]}": budget.bar(name) for name in budget.values}
+def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:
+    """For summary.json, flat: error_bar_KEY of each measure, and its shares error_SOURCE_KEY.
+
+    The bars of the measures ``without`` one are ``None``: something is left out that no share knows.
+    """
+    bars: dict[str, object] = {
+        f"error_bar_{KEYS[name]}": None if name in without else budget.bar(name) for name in budget.values
+    }
     shares = {f"error_{source}_{KEYS[name]}": part[name] for source, part in budget.parts.items() for name in part}
     return bars | shares | {"error_unknown": ", ".join(budget.unknown)}

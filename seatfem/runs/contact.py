@@ -16,6 +16,7 @@ from impact.stress import ReedStress, reed_stress
 from impact.variations import with_body
 from seatfem.machine.memory import available_memory
 from seatfem.runs.budget import values_of
+from seatfem.runs.validity import thick_reed
 from seatfem.scene import Cantilever, ElasticSeat, Scene
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -120,6 +121,8 @@ def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float
 
 def check_step(scene: Scene) -> None:
     """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
+    if thick := thick_reed(scene):
+        raise RunError(thick)
     if isinstance(scene.seat, ElasticSeat) and not scene.seat.held:
         raise RunError(
             "seat.fixed names no face and no entry of seat.supports holds the seat, so it has no static stiffness to "

@@ -21,7 +21,7 @@ from impact.stress import ReedStress
 from seatfem.inspection.checks import check_files
 from seatfem.planning.options import MODES, STEP
 from seatfem.planning.planner import plan_scene
-from seatfem.runs.budget import bar_keys
+from seatfem.runs.budget import KEYS, bar_keys
 from seatfem.runs.contact import RunError, check_step, run_contact, stress_of
 from seatfem.runs.mode_pictures import draw_modes
 from seatfem.runs.pictures import draw_run
@@ -36,6 +36,7 @@ from seatfem.runs.summary import (
     timing_keys,
     write_json,
 )
+from seatfem.runs.validity import validity_advice
 from seatfem.scene import Cantilever, Matrices, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.kept_seats import seat_of
@@ -112,7 +113,12 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    advice = (*_assumed_reed(scene), *_advice(done))
+    advice = (
+        *_assumed_reed(scene),
+        *map(str, validity_advice(scene, done.seat.greens)),
+        *_advice(done),
+        *_no_bar(done),
+    )
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)
@@ -146,7 +152,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         **{f"spring_{k}": v for k, v in summarise(baseline.result, width, baseline.stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
-        **bar_keys(done.left),
+        **bar_keys(done.left, done.without_bar),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
@@ -203,6 +209,16 @@ def write_modes(
         "seat_dof": found.dof,
     }
     return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
+
+
+def _no_bar(done: Round) -> tuple[str, ...]:
+    if not done.without_bar:
+        return ()
+    keys, names = (", ".join(words) for words in ([KEYS[n] for n in done.without_bar], done.without_bar))
+    return (
+        f"{keys} has no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
+        f"that leaves out of others is not known; add {names} to accuracy.measures",
+    )
 
 
 def _static_stiffness(greens: GreensFunction) -> float:

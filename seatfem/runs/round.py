@@ -59,6 +59,15 @@ class Round:
         accuracy = self.plan.scene.accuracy
         return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
 
+    @property
+    def without_bar(self) -> tuple[str, ...]:
+        """Measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know waves, did not
+        look at them, and the budget's own first-order look may miss most of what they do."""
+        if self.plan.level != "spring":
+            return ()
+        looked_at = {*self.plan.scene.accuracy.measures, *self.plan.shares.get("model", {})}
+        return tuple(name for name in self.left.values if name not in looked_at)
+
 
 def missed(done: Round) -> tuple[str, ...]:
     """What misses the target, by how much, because of what; and why the run stopped short."""

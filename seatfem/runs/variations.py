@@ -15,6 +15,7 @@ from impact.variations import of_g as of_body
 from seatfem.planning.prerun import Bench, window_of
 from seatfem.runs.budget import SOURCES, Source, measured
 from seatfem.runs.contact import measures_of, problem_of, striker_of
+from seatfem.runs.validity import shear_error
 from seatfem.scene import Cantilever, Scene
 from seatfem.scene.seats import ElasticSeat
 from seatfem.seats.statics import beyond_level
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 SHORT: Final = 0.3  # of the run: an impact that is marched again with half the step
 HALF: Final = 2.0  # ratio of the reed's numbers of modes whose change is taken for twice of what is left, and ...
 FEWER: Final = 1.4  # ... another one: two are seldom small by accident
+SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
 FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
 MANY: Final = 40  # ... then this number does
 
@@ -42,7 +44,7 @@ def error_budget(
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
     - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
-      (`seatfem.seats.statics.beyond_level`).
+      (`seatfem.seats.statics.beyond_level`); a thick reed's shear.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -97,6 +99,8 @@ def _of_model(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms 
     level = of_body(problem, problem.target, seat.level_error)
     if level is None:
         return None
+    if (shear := shear_error(scene)) > SHEAR_SHARE * scene.accuracy.target:
+        level = (*level, *(of_body(problem, problem.striker, shear) or ()))
     if (better := beyond_level(scene, seat.greens)) is not None:
         level = (*level, (_with_seat(scene, problem, better),))
     if not isinstance(scene.reed, Cantilever):
