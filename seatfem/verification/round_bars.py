@@ -1,4 +1,4 @@
-"""Longitudinal waves of a free round bar by the axisymmetric model."""
+"""Longitudinal and torsional waves of a round bar by the axisymmetric model."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from seatfem.verification.levels import converged, small_limit
 
 _POCHHAMMER = "Pochhammer 1876; Graff, Wave Motion in Elastic Solids, ch. 8"
 _RAYLEIGH = "Rayleigh 1885"
+_TORSION = "c_s (2 m - 1)/(4 l), Love, A Treatise on the Mathematical Theory of Elasticity, article 287"
 _BAR = 0.29  # Poisson's ratio
 
 
 def round_bar_cases() -> tuple[Case, ...]:
-    """Phase velocities of the lowest wave, and for waves much shorter than the radius."""
-    return (*_bar(), _surface_wave())
+    """Phase velocities of the lowest wave, and for waves much shorter than the radius; torsion of a clamped bar."""
+    return (*_bar(), _surface_wave(), *_torsion())
 
 
 def bar_frequency(k: float, poisson: float = _BAR) -> float:
@@ -89,3 +90,27 @@ def _surface_wave() -> Case:
 
     name, quantity = "longitudinal waves of a round bar, nu = 0.29", "c/c_0 for k a to infinity"
     return Case(name, quantity, 0.57640466, 1e-5, _RAYLEIGH, small_limit(solve)(0))
+
+
+def _torsion() -> tuple[Case, ...]:
+    """The first two torsional modes of a bar clamped at one end, five radii long."""
+    orders = (1, 2)
+
+    def solve(n: int, young: float) -> Sequence[float]:
+        mesh = section(np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, 5.0, 5 * n + 1))
+        material = Material(young, _BAR, 1.0)
+        model = assemble_axisymmetric(mesh, material, torsion=True, fixed="bottom", ports={}, order=2)
+        return tuple(float(solve_modes(model, 2).omega[m - 1]) for m in orders)
+
+    limit, speed = converged(solve, 1, 4), Material(1.0, _BAR, 1.0).c_s
+    return tuple(
+        Case(
+            "torsion of a clamped round bar, five radii long",
+            f"w a/c_0, mode {m}",
+            speed * (2 * m - 1) * math.pi / 10,
+            1e-5,
+            _TORSION,
+            limit(i),
+        )
+        for i, m in enumerate(orders)
+    )
