@@ -48,7 +48,6 @@ class BlockLanczos:
         block: columns solved for at once.
         limit: largest number of vectors.
         seed: of the random start; the same one gives the same vectors.
-        loads: (n, p) start from (K - sigma M)^-1 of them instead: finds what they excite, and little else.
     """
 
     def __init__(
@@ -61,7 +60,6 @@ class BlockLanczos:
         block: int,
         limit: int,
         seed: int = 0,
-        loads: Array | None = None,
     ) -> None:
         n = model.size
         self.model, self.factor, self.sigma, self.known = model, factor, sigma, known
@@ -76,10 +74,7 @@ class BlockLanczos:
         self._coupled = 0  # the first vector that the newest block is coupled to
         self._mass_block = np.empty((n, 0))  # M Q of the newest block Q
         self._link = np.zeros((0, 0))
-        if loads is None:
-            self.renew()
-        else:
-            self._append(self._beside(factor.solve(loads)))
+        self.renew()
 
     @property
     def width(self) -> int:
@@ -180,16 +175,12 @@ class BlockLanczos:
 
     def _fresh(self) -> tuple[Array, Array]:
         """Random vectors, M-orthonormal to all there are."""
-        return self._beside(
-            self.factor.solve(self.model.M @ self._rng.standard_normal((self.model.size, min(self.block, self.unseen))))
-        )
-
-    def _beside(self, new: Array) -> tuple[Array, Array]:
-        """What of the vectors is not in the space yet, M-orthonormal."""
-        self.solves += new.shape[1]
+        count = min(self.block, self.unseen)
+        new = self.factor.solve(self.model.M @ self._rng.standard_normal((self.model.size, count)))
+        self.solves += count
         for _ in range(2):
             for basis in (self.known, self._vectors[:, : self.size + self.width]):
-                new = new - basis @ (basis.T @ (self.model.M @ new))
+                new -= basis @ (basis.T @ (self.model.M @ new))
             new, mass, _ = _orthonormal(self.model, new, np.zeros(new.shape[1]))
         return new, mass
 

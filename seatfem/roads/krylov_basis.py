@@ -75,12 +75,6 @@ class KrylovBasis:
         self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
-    def add(self, vectors: Array) -> None:
-        """Append other vectors, such as modes of the body, to the basis; the Krylov sequence goes on behind them."""
-        for column in vectors.T:
-            if self.size < self.limit:
-                self._append(column)
-
     def ritz(self) -> tuple[Array, Array, Array]:
         """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V."""
         first, k = self.rigid, self.size
