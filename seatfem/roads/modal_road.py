@@ -52,6 +52,7 @@ def modal_greens(
         if small is None:
             try:
                 spectrum.below(square, max_modes)
+                spectrum.first(1)  # a band below the lowest mode knows that one
             except CountError as problem:
                 raise CountError(f"{problem}: use method='krylov'") from problem
             except ConvergenceError as problem:

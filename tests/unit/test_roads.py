@@ -415,3 +415,30 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
     model = SecondOrderModel(as_csr(mass * rod.M), None, rod.K, {"contact": Port(weight * port.vector)})
     with pytest.raises(ModelError, match=rf"^{message}: its largest entry is .* check its units"):
         greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
+
+
+def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
+    """A cutoff that rises asks for the new modes alone: as many solves as one solution of them all takes, not thrice."""
+    import seatfem.roads.modal_road as module
+
+    made = []
+
+    class Watched(module.Spectrum):
+        def __init__(self, *given, **named):
+            super().__init__(*given, **named)
+            made.append(self)
+
+    monkeypatch.setattr(module, "Spectrum", Watched)
+    greens, modes = modal_greens(block, Damping(), bandwidth=1e5, duration=5e-5, tolerance=8e-3)
+    assert greens.provenance["cutoff_Hz"] > 1.2 * 3 * 1e5  # it rose
+    assert len(made) == 1
+    once = module.Spectrum(block)
+    once.below(made[0].top)
+    assert len(modes.omega) == len(once.values)
+    assert made[0].solves < 2 * once.solves + 60
+
+
+def test_a_band_below_the_lowest_mode_is_answered(block):
+    greens, modes = modal_greens(block, Damping(), bandwidth=2e4, duration=1e-4, tolerance=2e-2)
+    assert len(modes.omega) >= 1
+    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
