@@ -418,7 +418,7 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
 
 
 def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
-    """A cutoff that rises asks for the new modes alone: as many solves as one solution of them all takes, not thrice."""
+    """A cutoff that rises asks for the new modes alone, instead of all of them again."""
     import seatfem.roads.modal_road as module
 
     made = []
