@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from seatfem.model import SecondOrderModel
 from seatfem.roads.damping import uniform_loss
 from seatfem.roads.lanczos_recursion import Recursion
+from seatfem.roads.methods import Method
 
-Method = Literal["auto", "krylov", "modes", "transient", "lanczos", "second_order"]
-CONVOLVED: Final[tuple[Method, ...]] = ("second_order", "transient")
-"""Roads whose g is convolved by step weights; those of the others is a sum of oscillators."""
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space
 _PRODUCT = 1.2e-9  # s for each entry of K in a product
 _ROW = 3e-8  # s for each unknown in a Lanczos step, beside the product

@@ -15,12 +15,13 @@ from impact.poles import PoleGreens
 from impact.progress import Progress, silent
 from impact.sampled import SampledGreens
 from seatfem.model import ModelError, SecondOrderModel
-from seatfem.roads.choice import Method, choose
+from seatfem.roads.choice import choose
 from seatfem.roads.damping import Damping, damping_of, uniform_loss
 from seatfem.roads.factorization import Backend
 from seatfem.roads.forgetting import memory, valid_for
 from seatfem.roads.krylov import krylov_greens
 from seatfem.roads.lanczos import lanczos_greens
+from seatfem.roads.methods import Method
 from seatfem.roads.modal_road import modal_greens
 from seatfem.roads.modes import Modes
 from seatfem.roads.second_order_krylov import second_order_greens

@@ -7,8 +7,8 @@ from typing import Final
 
 from impact.greens import GreensFunction
 from seatfem.mesh.spec import MeshSpec
-from seatfem.roads.choice import CONVOLVED
 from seatfem.roads.forgetting import memory as forgotten_after
+from seatfem.roads.methods import CONVOLVED
 from seatfem.scene import ElasticSeat, Matrices, Scene
 from seatfem.scene.seats import DrawnSeat
 from seatfem.seats.levels import Level

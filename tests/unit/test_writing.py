@@ -358,4 +358,3 @@ def test_no_writer_goes_round_whole_file() -> None:
 
 def _calls(text: str) -> list[str]:
     return [word for word in ("whole_file(", "write_whole(") if word in text]
-
