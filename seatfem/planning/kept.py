@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from seatfem.scene import Scene
-from seatfem.seats.kept_seats import kept_at, key_at
+from seatfem.seats.kept_files import kept_at, key_at
 from seatfem.seats.store import Store
 
 RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form

@@ -10,12 +10,13 @@ from pathlib import Path
 
 from impact.greens import GreensFunction
 from impact.progress import Progress
-from impact.storage import OtherKeyError, StorageError, load_greens, save_greens
+from impact.storage import save_greens
 from seatfem.runs.stopwatch import Stopwatch
 from seatfem.scene import ElasticSeat, GreensFile, Scene
+from seatfem.seats.kept_files import kept_at
 from seatfem.seats.needs import COARSENING, serves
 from seatfem.seats.seat import SeatAnswer, build_seat
-from seatfem.seats.store import Store, StoreError, Tell
+from seatfem.seats.store import Store, StoreError
 
 
 class KeptSeatWarning(UserWarning):
@@ -54,27 +55,6 @@ def seat_of(
     if not (isinstance(scene.seat, GreensFile) and path.resolve() == scene.seat.file):
         save_greens(greens, path, key=key)
     return replace(answer, greens=greens), False
-
-
-def kept_at(path: Path, key: str, scene: Scene, tell: Tell | None = None) -> GreensFunction | None:
-    """The function at ``path``, if it is the scene's, sealed and sound; what is sound and another's is no news."""
-    try:
-        found = load_greens(path, key=key) if path.is_file() else None
-        return found if serves(found, key, scene) else None
-    except OtherKeyError:
-        return None
-    except (StorageError, OSError) as problem:
-        if tell is not None and not isinstance(scene.seat, GreensFile):
-            tell(f"not used again: {problem}")
-        return None
-
-
-def key_at(path: Path) -> str:
-    """Which seat the function at ``path`` says it is; "" where none can be read."""
-    try:
-        return str(load_greens(path).provenance.get("seat_key", ""))
-    except (StorageError, OSError):
-        return ""
 
 
 def _coarser(key: str) -> str:
