@@ -442,3 +442,13 @@ def test_a_band_below_the_lowest_mode_is_answered(block):
     greens, modes = modal_greens(block, Damping(), bandwidth=2e4, duration=1e-4, tolerance=2e-2)
     assert len(modes.omega) >= 1
     assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
+
+
+def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
+    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
+    aims = {"bandwidth": 4e5, "duration": 2e-5}
+    easy, _ = krylov_greens(block, Damping(0.1), tolerance=1e-2, **aims)
+    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
+    hard, _ = krylov_greens(block, Damping(), tolerance=1e-4, **aims)
+    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
+    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4
