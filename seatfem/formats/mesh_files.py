@@ -14,9 +14,9 @@ from impact.input_files import MB, check_file
 from impact.progress import Progress, silent
 from seatfem.formats.abaqus_mesh import read_abaqus
 from seatfem.formats.file_mesh import FileMesh, merged, to_arrays
+from seatfem.formats.meshio_files import FORMATS, SURFACES_ONLY, read_by_meshio
 from seatfem.formats.nastran_mesh import read_nastran
 from seatfem.formats.unv_mesh import read_unv
-from seatfem.formats.vtu_mesh import read_vtu
 from seatfem.geometry import GeometryError
 from seatfem.mesh.checks import check_coincident
 from seatfem.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
@@ -31,8 +31,9 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
         ".bdf": read_nastran,
         ".nas": read_nastran,
         ".dat": read_nastran,
-        ".vtu": read_vtu,
+        ".fem": read_nastran,
     }
+    | dict.fromkeys(FORMATS, read_by_meshio)
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
@@ -51,9 +52,9 @@ def read_mesh(
 ) -> SeatMesh:
     """Read a mesh of tetrahedra or hexahedra of order 1 or 2, straight or curved.
 
-    Files: gmsh .msh (2 and 4), .med; .unv (`read_unv`); Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat
-    (`read_nastran`); .vtu (`read_vtu`). Every named surface becomes a boundary, every named volume a subdomain; a node
-    set is the surface of the free faces all of whose vertices it holds.
+    Files: gmsh .msh (2 and 4), .med; .unv (`read_unv`); Abaqus .inp (`read_abaqus`); Nastran .bdf, .nas, .dat, .fem
+    (`read_nastran`); what meshio reads (`read_by_meshio`). Every named surface becomes a boundary, every named volume a
+    subdomain; a node set is the surface of the free faces all of whose vertices it holds.
 
     ``contact``, ``fixed``: names of the file's groups, called "contact" and "fixed" from here on, whatever their
     case where that leaves one; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``:
@@ -106,6 +107,8 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
     suffix = path.suffix.lower()
     if suffix in CAD:
         raise MeshError(f"{path}: not a mesh; a CAD file is meshed by make_mesh(CadPart(path), MeshSpec(...))")
+    if suffix in SURFACES_ONLY:
+        raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
         known = ", ".join((*BY_GMSH, *READERS))
         raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files are {known}")
@@ -115,9 +118,14 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
         raise MeshError(f"{path}: merge = {merge:g} m: must be >= 0 (distance within which nodes become one)")
 
 
+def read_file(path: Path) -> FileMesh:
+    """What a mesh file holds, in its unit and under its own names. Raises `MeshError`."""
+    return _read(path, silent)[0]
+
+
 def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     """The mesh in the file's unit, and the version of gmsh where that has read it."""
-    reader = READERS.get(path.suffix.lower())
+    reader = _reader(path)
     if reader is not None:
         progress(STAGE, 0.0)
         return _by_us(reader, path), ""
@@ -128,6 +136,14 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         raise MeshError(f"{path}: {told}") from error
     surfaces, volumes, node_sets = (groups(found, kind) for kind in ("surface", "volume", "nodes"))
     return FileMesh(found["points"], found["cells"], surfaces, volumes, node_sets), str(found["gmsh_version"])
+
+
+def _reader(path: Path) -> Callable[[Path], FileMesh] | None:
+    """What reads the file; None: gmsh. Fluent's meshes are called .msh too, and begin with a bracket."""
+    if path.suffix.lower() == ".msh":
+        with path.open("rb") as file:
+            return (lambda path: read_by_meshio(path, "ansys")) if file.read(1) == b"(" else None
+    return READERS.get(path.suffix.lower())
 
 
 def _by_us(reader: Callable[[Path], FileMesh], path: Path) -> FileMesh:
