@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from seatfem.elements.axisymmetric import assemble_axisymmetric
     from seatfem.formats.matrices import read_matrices
     from seatfem.formats.mesh_files import read_mesh
+    from seatfem.formats.mesh_writing import write_mesh
     from seatfem.formats.uff import read_frf_uff, read_modes_uff
     from seatfem.materials import Material, Orthotropic
     from seatfem.measured.frf import FrequencyResponse, read_frf
@@ -68,6 +69,7 @@ __all__ = [
     "ring_greens",
     "run_scene",
     "solve_modes",
+    "write_mesh",
     "write_trade",
 ]
 
@@ -99,6 +101,7 @@ _HOME = {
     "make_meridian": "mesh.meridian",
     "make_mesh": "mesh.meshing",
     "read_mesh": "formats.mesh_files",
+    "write_mesh": "formats.mesh_writing",
     "Material": "materials",
     "Orthotropic": "materials",
     "ModelError": "model",

@@ -20,14 +20,13 @@ from seatfem.mesh.io import MeshError
 from seatfem.mesh.seat_mesh import SeatMesh
 
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
-    {".msh": "gmsh22", ".inp": "abaqus", ".bdf": "nastran", ".nas": "nastran", ".med": "med"}
+    {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | {suffix: form for suffix, form in FORMATS.items() if suffix != ".node"}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
     {
         "gmsh22": "gmsh:physical",
         "med": "cell_tags",
-        "nastran": "nastran:ref",
         "avsucd": "avsucd:material",
         "medit": "medit:ref",
         "netgen": "netgen:index",
