@@ -48,7 +48,7 @@ def _carried_out(cells: Sequence[Cell], time_limit: float) -> Iterator[tuple[str
         worker: LineWorker | None = None
         for cell in cells:
             if worker is None:
-                worker = LineWorker("seatfem.extremes.worker", folder / "log.txt")
+                worker = LineWorker("seatfem.extremes.worker", log=folder / "log.txt")
                 ours.callback(worker.end)
             try:
                 answer = worker.ask(cell.name, time_limit)

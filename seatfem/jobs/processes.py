@@ -66,8 +66,8 @@ def started_by() -> str:
 class LineWorker:
     """A worker of ``module`` that says a line when it is ready, and then answers each line with one."""
 
-    def __init__(self, module: str, log: Path) -> None:
-        self._process = start_worker(module, log=log, answers=True)
+    def __init__(self, module: str, *arguments: str, log: Path) -> None:
+        self._process = start_worker(module, *arguments, log=log, answers=True)
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         self._answers.get()

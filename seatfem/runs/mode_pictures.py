@@ -9,8 +9,9 @@ from pathlib import Path
 from impact.atomic import whole_file
 from impact.progress import Progress
 from seatfem.model import Array
-from seatfem.runs.pictures import Picture, draw_all, draw_mesh
+from seatfem.runs.pictures import draw_all, mesh_picture
 from seatfem.seats.natural_modes import Mode, NaturalModes
+from seatfem.views.apart import Picture
 from seatfem.views.cell_grid import CellGrid
 from seatfem.views.plots import animate_mode, plot_modes, write_vtu
 from seatfem.views.revolved_grid import revolve
@@ -44,7 +45,7 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     def paraview(path: Path) -> None:
         write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
 
-    pictures: list[Picture] = [("mesh.png", lambda p: draw_mesh(found.mesh, p))]
+    pictures: list[Picture] = [("mesh.png", mesh_picture(found.mesh))]
     if elastic:
         pictures += [("modes.png", draw), ("mode_1.gif", animate), ("modes.vtu", paraview)]
     files, gaps = draw_all(pictures, folder, progress)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import partial
 from pathlib import Path
+from typing import Final
 
 from impact.drawing import gap_of
 from impact.greens_plots import plot_greens
@@ -22,6 +23,8 @@ from seatfem.scene.imported import FrequencyResponseFile
 from seatfem.scene.seats import ElasticSeat, RevolvedSeat
 from seatfem.seats.seat import SeatAnswer
 from seatfem.seats.store import Store, StoreError
+from seatfem.system import picture_library_gap
+from seatfem.views.apart import Picture, drawn_apart
 from seatfem.views.cell_grid import CellGrid
 from seatfem.views.fit_plot import plot_fit
 from seatfem.views.plots import animate_mode, plot_mesh, plot_modes
@@ -29,7 +32,7 @@ from seatfem.views.revolved_grid import revolve
 from seatfem.views.section_plot import plot_section
 
 SHOWN_MODES = 6
-Picture = tuple[str, Callable[[Path], None]]
+BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
 
 
 def draw_run(
@@ -44,10 +47,10 @@ def draw_run(
     band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
     memory = min(scene.run.duration, (40 if elastic else 200) / band)
     pictures: list[Picture] = [
-        ("force.png", lambda p: plot_force(result, baseline, p, filter_width=width, title=title)),
-        ("motion.png", lambda p: plot_motion(result, baseline, p, title=title)),
-        ("energy.png", lambda p: plot_energy(result, p, title=title)),
-        ("greens.png", lambda p: plot_greens(seat.greens, p, duration=memory, width=1 / band)),
+        ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
+        ("energy.png", lambda path: plot_energy(result, path, title=title)),
+        ("greens.png", lambda path: plot_greens(seat.greens, path, duration=memory, width=1 / band)),
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
@@ -73,26 +76,21 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
     measured, fitted = scene.seat, seat.greens
     if isinstance(measured, FrequencyResponseFile) and isinstance(fitted, ModalGreens | PoleGreens):
         width = scene.run.filter_width
-        return [("fit.png", lambda p: plot_fit(response_of(measured), fitted, p, width=width))]
+        return [("fit.png", lambda path: plot_fit(response_of(measured), fitted, path, width=width))]
     if seat.model is None or seat.mesh is None:
         return []
-    pictures: list[Picture] = [("mesh.png", lambda p: draw_mesh(seat.mesh, p))]
+    pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
     frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
-
-    @cache  # for both, and made only once the first is drawn
-    def shown() -> tuple[CellGrid, list[Array]]:
-        return _shapes(seat, count)
-
-    def animate(path: Path) -> None:
-        grid, shapes = shown()
-        animate_mode(grid, shapes[0], frequencies[0], path, cut=cut)
-
+    try:
+        grid, shapes = _shapes(seat, count)
+    except Exception as problem:  # numbers are known already, as in `gap_of`
+        return [*pictures, ("modes.png", partial(_raise, problem))]
     title = "Modes of the seat" if _whole(seat) else "Modes of the seat that this load excites"
-    pictures.append(("modes.png", lambda p: plot_modes(*shown(), frequencies, p, title=title, cut=cut)))
-    pictures.append(("mode_1.gif", animate))
+    pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
+    pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
     return pictures
 
 
@@ -102,12 +100,15 @@ def _whole(seat: SeatAnswer) -> bool:
     return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
 
 
-def draw_mesh(mesh: SeatMesh | MeridianMesh | None, path: Path) -> None:
-    """Whichever picture suits the mesh."""
+def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
+    """Whichever suits the mesh."""
     if isinstance(mesh, MeridianMesh):
-        plot_section(mesh.mesh, path)
-    else:
-        plot_mesh(mesh, path)
+        return lambda path: plot_section(mesh.mesh, path)
+    return partial(plot_mesh, None if mesh is None else mesh.mesh)
+
+
+def _raise(problem: Exception, path: Path) -> None:
+    raise problem
 
 
 def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
@@ -127,12 +128,18 @@ def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
 
 
 def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw them into a folder; (files written, gaps in words)."""
+    """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words)."""
     files, gaps = [], []
-    for number, (name, draw) in enumerate(pictures, start=1):
-        if gap := gap_of(draw, folder / name):
-            gaps.append(f"skipped pictures: {gap}")
-        else:
-            files.append(folder / name)
-        progress("pictures", number / len(pictures))
+    apart = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
+    with drawn_apart(apart, folder) as drawn:
+        for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p in apart), start=1):
+            if gap := drawn(name) if (name, draw) in apart else gap_of(_by_name(draw), folder / name):
+                gaps.append(f"skipped pictures: {gap}")
+            else:
+                files.append(folder / name)
+            progress("pictures", number / len(pictures))
     return tuple(files), tuple(dict.fromkeys(gaps))
+
+
+def _by_name(draw: Callable[..., None]) -> Callable[[Path], None]:
+    return lambda path: draw(path=path)

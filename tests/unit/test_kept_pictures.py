@@ -55,7 +55,7 @@ def drawn(scene, folder, of_seat, monkeypatch):
 
 def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path, monkeypatch):
     curves = {"force.png", "motion.png", "energy.png", "greens.png"}
-    of_seat = [("mesh.png", lambda p: write(p, "mesh")), ("mode_1.gif", lambda p: write(p, "mode"))]
+    of_seat = [("mesh.png", lambda path: write(path, "mesh")), ("mode_1.gif", lambda path: write(path, "mode"))]
     assert drawn(scene, tmp_path / "one", of_seat, monkeypatch) == curves | {"mesh.png", "mode_1.gif"}
     assert drawn(scene, tmp_path / "two", [], monkeypatch) == curves | {"mesh.png", "mode_1.gif"}
     assert (tmp_path / "two" / "mesh.png").read_text() == "mesh"
@@ -92,7 +92,7 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
     def broken(path):
         raise MemoryError
 
-    of_seat = [("mesh.png", write), ("modes.png", broken)]
+    of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
     monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
     files, gaps = pictures.draw_run(scene, SeatAnswer(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
     assert "mesh.png" in {file.name for file in files}

@@ -1,0 +1,59 @@
+"""What the pictures of the demo cost: all in this process, and those of bodies in another at the same time.
+
+    .venv/bin/python benchmarks/pictures.py
+
+Wall seconds of both ways, one after the other, in the same minute; then those of the numbers, without pictures.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+import impact
+from impact.drawing import gap_of
+from impact.progress import silent
+from seatfem.cli import demo_scene
+from seatfem.planning.planner import plan_scene
+from seatfem.runs import pictures
+from seatfem.runs.contact import run_contact, striker_of
+from seatfem.runs.stopwatch import Stopwatch
+from seatfem.scene import load_scene
+from seatfem.seats.seat import build_seat
+
+
+def main() -> None:
+    start = time.perf_counter()
+    scene = plan_scene(load_scene(demo_scene())).scene
+    seat = build_seat(scene, Stopwatch())
+    dt = scene.run.time_step or 1e-8
+    result = run_contact(scene, striker_of(scene), seat.greens, dt)
+    spring = impact.spring(stiffness=1 / float(seat.greens.static_compliance()[0, 0]))
+    baseline = run_contact(scene, striker_of(scene), spring, dt)
+    print(f"numbers: {time.perf_counter() - start:.1f} s")  # noqa: T201
+    apart = pictures.drawn_apart
+    for words, there in (("apart", True), ("here", False), ("apart", True), ("here", False)):
+        with tempfile.TemporaryDirectory() as folder:
+            begun = time.perf_counter()
+            pictures.drawn_apart = apart if there else _here  # type: ignore[assignment]
+            _, gaps = pictures.draw_run(scene, seat, result, baseline, Path(folder), silent)
+            assert gaps == (), gaps
+            print(f"pictures, {words}: {time.perf_counter() - begun:.1f} s")  # noqa: T201
+
+
+class _here:
+    """In the place of `drawn_apart`: all in this process."""
+
+    def __init__(self, drawn: list[pictures.Picture], folder: Path) -> None:
+        self.drawn, self.folder = dict(drawn), folder
+
+    def __enter__(self) -> object:
+        return lambda name: gap_of(lambda path: self.drawn[name](path=path), self.folder / name)
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
+if __name__ == "__main__":
+    main()
