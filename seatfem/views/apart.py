@@ -16,7 +16,7 @@ from impact.drawing import gap_of
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
 
-PATIENCE: Final = 300.0  # s for one picture
+PATIENCE: Final = 900.0  # s of the clock for one picture, on a machine that is busy otherwise too
 WORKER: Final = "seatfem.views.picture_worker"
 
 Picture = tuple[str, Callable[..., None]]
