@@ -215,6 +215,18 @@ class GreensFunction(ABC):
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """The representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
 
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
+        """The function W' g W of new ports: a load on one is spread over the old ones by its column of ``weights``.
+
+        Args:
+            weights: W (p, q); with columns that sum to 1 the displacements are means.
+            port_names: q names.
+
+        Raises:
+            GreensFunctionError: of a function whose ports cannot be combined.
+        """
+        raise GreensFunctionError(f"the ports of a {type(self).__name__} cannot be combined")
+
     def port_index(self, port: str | int) -> int:
         """Index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
         if isinstance(port, int):

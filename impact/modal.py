@@ -150,6 +150,12 @@ class ModalGreens(StatedGreens):
         """The highest w_k [rad/s]."""
         return float(self.omega.max(initial=0.0))
 
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
+        """The same modes and relaxations, seen through ``weights`` (p, q)."""
+        rest = self.residual
+        seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
+        return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
+
     @property
     def frequencies_hz(self) -> Array:
         """(M,) undamped natural frequencies [Hz]."""

@@ -112,6 +112,11 @@ class PoleGreens(StatedGreens):
         parts += ["bare compliance"] if np.any(self.compliance) else []
         return ("; ".join(parts) or "rigid and held",)
 
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
+        """The same poles, seen through ``weights`` (p, q)."""
+        shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
+        return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
+
     @property
     def frequencies_hz(self) -> Array:
         """(K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Advice:
 
 @dataclass(frozen=True)
 class ImpactResult:
-    """Time histories of one contact, all (n + 1,), SI.
+    """Time histories of one contact, all (n + 1,), or of p contacts, (n + 1, p), SI.
 
     ``force[m]`` is constant over the step that ends at ``time[m]`` (``force[0]`` = 0), so that the impulse is exactly
     ``sum(force) * dt``. Displacements are along the normal from target to striker; ``gap`` > 0 is open.
@@ -59,7 +59,6 @@ class ImpactResult:
     engine: str
     advice: tuple[Advice, ...] = ()
 
-
     __repr__ = brief
 
     def __str__(self) -> str:
@@ -71,3 +70,16 @@ class ImpactResult:
             f"energy residual {self.energy.residual:.2g}\n  {cut(self.engine, 160)}\n  "
             + (some([advice.name for advice in self.advice]) or "no advice")
         )
+
+
+def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
+    """Several contacts of one face, seen as one: the sum of the forces, the mean of the displacements and gaps.
+
+    Args:
+        result: of p contacts that one port of the striker presses.
+        shares: (p,) of the face's area, which sum to 1.
+    """
+    if result.force.ndim == 1:
+        return result
+    means = {name: getattr(result, name) @ shares for name in ("gap", "striker_displacement", "target_displacement")}
+    return replace(result, force=result.force.sum(axis=1), **means)

@@ -128,6 +128,13 @@ class SampledGreens(StatedGreens):
             found["pretrigger"] = {"samples": zero, "share_of_squares": share}
         return cls(kept, dt, tail, port_names, static, origin=found)
 
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
+        """The same samples, seen through ``weights`` (p, q)."""
+        values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
+        static = None if self.static is None else weights.T @ self.static @ weights
+        values = (values + values.transpose(1, 0, 2)) / 2  # to round-off
+        return replace(self, values=values, static=static, port_names=port_names)
+
     @property
     def end(self) -> float:
         """Time of the last sample [s]."""

@@ -109,6 +109,10 @@ class SumGreens(GreensFunction):
         shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
         return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> SumGreens:
+        """Every part, combined."""
+        return SumGreens(tuple(part.combined(weights, port_names) for part in self.parts))
+
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
         return np.asarray(sum(part.impulse_response(t, i, j) for part in self.parts))

@@ -23,10 +23,14 @@ Run = Callable[[ContactProblem, float], Values]
 
 @dataclass(frozen=True)
 class Variation:
-    """A problem with one part made coarser, and the share of what it changes that is left in the run."""
+    """A problem with one part made coarser, and the share of what it changes that is left in the run.
+
+    ``against``: what it is compared with, in place of the problem that was run.
+    """
 
     problem: ContactProblem
     weight: float = 1.0
+    against: ContactProblem | None = None
 
 
 Terms = Sequence[Sequence[Variation]]
@@ -56,7 +60,16 @@ def budget_of(
         finer: what shorter steps are known to change.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
-    base = run(problem, step)
+    base, found = run(problem, step), dict[int, Values]()
+
+    def varied(other: ContactProblem) -> Values:
+        if id(other) not in found:
+            found[id(other)] = run(other, step)
+        return found[id(other)]
+
+    def change(variation: Variation) -> Values:
+        known = base if variation.against is None else varied(variation.against)
+        return times(variation.weight, changes(known, varied(variation.problem)))
 
     def between(other: float) -> Values:
         return changes(values, base if other == step else run(problem, other))
@@ -74,7 +87,7 @@ def budget_of(
         for term in terms:
             largest: Values = dict.fromkeys(base, 0.0)
             for variation in term:
-                largest = larger(largest, times(variation.weight, changes(base, run(variation.problem, step))))
+                largest = larger(largest, change(variation))
             parts[source] = total(parts[source], largest)
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 

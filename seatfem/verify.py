@@ -16,6 +16,7 @@ from seatfem.verification.manufactured import manufactured_cases
 from seatfem.verification.plates import plate_cases
 from seatfem.verification.radiating import radiating_cases
 from seatfem.verification.reeds import reed_cases
+from seatfem.verification.rigid_face import rigid_face_cases
 from seatfem.verification.rods import rod_cases
 from seatfem.verification.round_bars import round_bar_cases
 from seatfem.verification.several import several_cases
@@ -44,6 +45,7 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     sphere_cases,
     round_bar_cases,
     ground_cases,
+    rigid_face_cases,
     plate_cases,
 )
 

@@ -24,12 +24,14 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.elements.constraints import Freedom, freedom
 from seatfem.elements.element_kernels import add_elements, nodal_mass
+from seatfem.elements.patch_rings import places_across
 from seatfem.elements.pattern_kernels import expand_pattern, expand_scalar
 from seatfem.elements.shape_functions import Discretization, discretize, mass_rule, nodal_rule, stiffness_rule
 from seatfem.elements.supports import Support, support_matrices
-from seatfem.elements.surfaces import facets_of, surface
+from seatfem.elements.surfaces import Surface, facets_of, surface
 from seatfem.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.model import Array, DofMap, ModelError, Port, SecondOrderModel
+from seatfem.rings import divided, ring_names
 
 __all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
 
@@ -38,6 +40,8 @@ Dilatation = Literal["auto", "full", "projected"]
 
 PROJECT_ABOVE = 0.45  # Poisson's ratio from which the volume change is projected
 _MODES = {("RefTet", 2): 1, ("RefHex", 1): 1, ("RefHex", 2): 4}  # functions it is projected on
+_FINE_RULE = 14  # degree of the quadrature over a patch whose rings end within elements
+_CUTS = ("symmetry_0", "symmetry_1")
 _CHUNK = 16_384  # elements between two reports of progress
 
 
@@ -55,6 +59,7 @@ def assemble(
     dilatation: Dilatation = "auto",
     rayleigh: tuple[float, float] | None = None,
     copies: int = 1,
+    rings: int = 1,
     progress: Progress = silent,
 ) -> SecondOrderModel:
     """Small-strain elasticity by displacement elements.
@@ -74,7 +79,9 @@ def assemble(
         dilatation: "projected" keeps nearly incompressible solids from locking; "auto" does so for isotropic solids
             with poisson above 0.45.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the solids' own.
-        copies: the mesh is one of this many equal sectors that move alike: M, C, K, areas and impedances are of all.
+        copies: the mesh is one of this many equal sectors that move alike: M, C, K, areas and impedances are of all;
+            their cuts are the sliding boundaries "symmetry_0" and "symmetry_1".
+        rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`seatfem.rings`).
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -97,7 +104,9 @@ def assemble(
     if "C" in added:
         dashpots = unknowns.restricted(added["C"])
         C = dashpots if C is None else C + dashpots
-    of_ports = {port: _port(body, name, copies) for port, name in patches.items()}
+    of_ports: dict[str, Port] = {}
+    for port, name in patches.items():
+        of_ports |= dict(zip(ring_names(port, rings), _ports(body, name, copies, rings), strict=True))
     progress("assembly", 1.0)
     dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
     M, K = (M, K) if copies == 1 else (M * copies, K * copies)
@@ -227,16 +236,27 @@ def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequen
                     )
 
 
-def _port(body: _Body, name: str, copies: int) -> Port:
-    """b = integral of n . N over the patch / area; impedance = integral of rho c_p."""
-    patch = surface(body.made, name, "port")
+def _ports(body: _Body, name: str, copies: int, rings: int) -> list[Port]:
+    """Of each ring: b = integral of n . N over it / its area; impedance = integral of rho c_p."""
+    made = body.made
+    patch = surface(made, name, "port", None if rings == 1 else _FINE_RULE)
     if not patch.area > 0:
         raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
-    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, patch.weights, optimize=True)
-    vector = np.zeros((body.made.size, 3))
-    np.add.at(vector, patch.cells, parts)
-    impedance = 0.0
+    weights = patch.weights[None]
+    if rings > 1:
+        cuts = [np.asarray(facets) for cut, facets in made.mesh.boundaries.items() if cut in _CUTS and copies > 1]
+        places = places_across(made.mesh, patch, np.concatenate([np.zeros(0, np.int64), *cuts]), copies)
+        weights = divided(places.ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
+    speeds = np.zeros(patch.weights.shape)  # rho c_p
     for k, solid in enumerate(body.solids):
         of = body.region[patch.elements] == k
-        impedance += solid.density * float((solid.c_p_along(patch.normals[of]) * patch.weights[of]).sum())
-    return Port(body.unknowns.vector(vector.ravel()) / patch.area, patch.area * copies, impedance * copies)
+        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
+    return [_port(body, patch, part, speeds, copies) for part in weights]
+
+
+def _port(body: _Body, patch: Surface, weights: Array, speeds: Array, copies: int) -> Port:
+    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
+    vector = np.zeros((body.made.size, 3))
+    np.add.at(vector, patch.cells, parts)
+    area, impedance = float(weights.sum()), float((speeds * weights).sum())
+    return Port(body.unknowns.vector(vector.ravel()) / area, area * copies, impedance * copies)

@@ -26,11 +26,14 @@ from seatfem.elements.revolved_elements import (
 )
 from seatfem.elements.revolved_materials import check_revolved
 from seatfem.elements.supports import Support, spread_supports
+from seatfem.elements.surfaces import Surface
 from seatfem.errors import ModelError
 from seatfem.materials import Solid
 from seatfem.model import Array, DofMap, Port, SecondOrderModel
+from seatfem.rings import divided, ring_names
 
 Mass = Literal["consistent", "nodal"]
+_FINE_RULE = 24  # degree of the quadrature over a patch whose rings end within elements
 
 
 def assemble_axisymmetric(
@@ -46,6 +49,7 @@ def assemble_axisymmetric(
     mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
+    rings: int = 1,
     progress: Progress = silent,
 ) -> SecondOrderModel:
     """Small-strain elasticity with u_r, u_z ~ cos(n th) and u_th ~ sin(n th), n the ``harmonic``.
@@ -73,6 +77,8 @@ def assemble_axisymmetric(
         mass: "consistent", or "nodal" for a diagonal one, see `nodal_mass_blocks`.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the materials' own.
         supports: springs and dashpots on boundaries (`seatfem.elements.supports`), all around.
+        rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`seatfem.rings`), from the inner edge to
+            the outer one.
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -106,7 +112,10 @@ def assemble_axisymmetric(
         K = K + sparse.csr_array(T.T @ added["K"] @ T)
     if "C" in added:
         C = _sum(C, sparse.csr_array(T.T @ added["C"] @ T))
-    whole = {port: _port(section, name, solids, region, harmonic) for port, name in patches.items()}
+    whole: dict[str, Port] = {}
+    for port, name in patches.items():
+        parts = _ports(section, name, solids, region, harmonic, rings)
+        whole |= dict(zip(ring_names(port, rings), parts, strict=True))
     made = {name: replace(port, vector=T.T @ port.vector) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     progress("assembly", 1.0)
@@ -179,19 +188,34 @@ def _constraints(
         yield boundary_nodes(section, name, "sliding"), normals[0]
 
 
-def _port(section: Section, name: str, solids: Sequence[Solid], region: NDArray[np.int32], harmonic: int) -> Port:
-    """b = integral of n . N over the ring / its area, over all nodes; impedance = integral of rho c_p, halved."""
-    ring = ring_surface(section, name, "port", 2 * math.pi)
-    if not ring.area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {ring.area:g} m^2")
-    parts = np.einsum("fqi,fqa,fq->fia", ring.shapes, ring.normals, ring.weights, optimize=True)
-    vector = np.zeros((section.n_nodes, 3))
-    np.add.at(vector, ring.cells, parts)
-    impedance = 0.0
+def _ports(
+    section: Section, name: str, solids: Sequence[Solid], region: NDArray[np.int32], harmonic: int, rings: int
+) -> list[Port]:
+    """Of each ring: b = integral of n . N over it / its area, over all nodes; impedance = integral of rho c_p, halved.
+
+    Between the edges a ring lies by r, or by z where that changes more.
+    """
+    patch = ring_surface(section, name, "port", 2 * math.pi, None if rings == 1 else _FINE_RULE)
+    if not patch.area > 0:
+        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
+    weights = patch.weights[None]
+    if rings > 1:
+        flat = patch.places.reshape(-1, 2)
+        across = flat[:, int(np.argmax(np.ptp(flat, axis=0)))]
+        weights = divided(across, patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
+    speeds = np.zeros(patch.weights.shape)  # rho c_p
     for k, solid in enumerate(solids):
-        of = region[ring.elements] == k
-        impedance += float((solid.density * solid.c_p_along(ring.normals[of]) * ring.weights[of]).sum())
-    return Port(vector.ravel() / ring.area, ring.area, impedance if harmonic == 0 else impedance / 2)
+        of = region[patch.elements] == k
+        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
+    return [_port(section, patch, part, speeds, harmonic) for part in weights]
+
+
+def _port(section: Section, patch: Surface, weights: Array, speeds: Array, harmonic: int) -> Port:
+    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
+    vector = np.zeros((section.n_nodes, 3))
+    np.add.at(vector, patch.cells, parts)
+    area, impedance = float(weights.sum()), float((speeds * weights).sum())
+    return Port(vector.ravel() / area, area, impedance if harmonic == 0 else impedance / 2)
 
 
 def _largest_entries(T: sparse.csr_array) -> NDArray[np.int64]:

@@ -18,6 +18,8 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 from scipy import sparse
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefLine
 
 from seatfem.elements.surfaces import Surface, facets_of
 from seatfem.model import Array, ModelError
@@ -115,16 +117,35 @@ class Section:
         return sparse.csr_array((total + total.T) / 2)  # the products are symmetric to round-off only
 
 
-def ring_surface(section: Section, name: str, role: str, angle: float) -> Surface:
-    """A named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds."""
+def ring_surface(section: Section, name: str, role: str, angle: float, degree: int | None = None) -> Surface:
+    """A named boundary, turned through an angle that integrates to ``angle``: its weights hold ``angle`` r ds.
+
+    ``degree``: of the quadrature; default: exact for products of shape functions.
+    """
     facets = facets_of(section.mesh, name, role)
-    basis = skfem.FacetBasis(section.mesh, section.element, facets=facets, intorder=2 * section.order + 3)
     elements = np.asarray(section.mesh.f2t[0, facets], dtype=np.int64)
-    radial, axial = np.asarray(basis.normals)
-    weights = np.asarray(basis.dx * basis.global_coordinates().value[0] * angle)
-    shapes = np.stack([np.broadcast_to(np.asarray(field[0]), weights.shape) for field in basis.basis], axis=-1)
-    normals = np.stack([radial, np.zeros_like(radial), axial], axis=-1)
-    return Surface(section.cells[:, elements].T.astype(np.int32), shapes, normals, weights, elements)
+    which = np.argmax(np.asarray(section.mesh.t2f)[:, elements] == facets, axis=0)
+    line, lengths = get_quadrature(RefLine, 2 * section.order + 3 if degree is None else degree)
+    shapes = np.empty((len(facets), lengths.size, len(section.cells)))
+    normals, weights = np.zeros((len(facets), lengths.size, 3)), np.empty((len(facets), lengths.size))
+    places = np.empty((len(facets), lengths.size, 2))
+    corners = np.asarray(section.element.refdom.p, dtype=float)
+    for k, (first, last) in enumerate(section.element.refdom.facets):
+        on = which == k
+        along = corners[:, [last]] - corners[:, [first]]
+        points = corners[:, [first]] + along * line
+        mapping = section.mesh.mapping()
+        places[on] = np.moveaxis(np.asarray(mapping.F(points, tind=elements[on])), 0, -1)
+        tangent = np.einsum("abmq,b->mqa", np.asarray(mapping.DF(points, tind=elements[on])), along[:, 0])
+        inward = np.moveaxis(np.asarray(mapping.F(corners.mean(axis=1, keepdims=True), tind=elements[on])), 0, -1)
+        across = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
+        across *= np.sign(np.sum(across * (places[on] - inward), axis=-1, keepdims=True))
+        length = np.linalg.norm(tangent, axis=-1)
+        normals[on, :, 0], normals[on, :, 2] = across[..., 0] / length, across[..., 1] / length
+        weights[on] = length * lengths * places[on][..., 0] * angle
+        local = [section.element.lbasis(points, i)[0] * np.ones(lengths.size) for i in range(len(section.cells))]
+        shapes[on] = np.stack(local, axis=1)
+    return Surface(section.cells[:, elements].T.astype(np.int32), shapes, normals, weights, elements, facets, places)
 
 
 def boundary_nodes(section: Section, name: str, role: str) -> NDArray[np.int64]:

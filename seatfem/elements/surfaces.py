@@ -24,7 +24,8 @@ class Surface:
         normals: (f, Q, 3) outward unit normals.
         weights: (f, Q) area of the points [m^2].
         elements: (f,) the element behind each facet.
-        places: (f, Q, 3) coordinates of the points [m], ``None`` on a meridian.
+        facets: (f,) their numbers in the mesh.
+        places: (f, Q, 3) coordinates of the points [m], (f, Q, 2) of r and z on a meridian.
     """
 
     cells: NDArray[np.int32]
@@ -32,7 +33,8 @@ class Surface:
     normals: Array
     weights: Array
     elements: NDArray[np.int64]
-    places: Array | None = None
+    facets: NDArray[np.int64]
+    places: Array
 
     @property
     def nodes(self) -> NDArray[np.int32]:
@@ -59,28 +61,31 @@ def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
     return facets
 
 
-def surface(made: Discretization, name: str, role: str) -> Surface:
-    """The named boundary, integrated over on the curved facets themselves: n dA = |det J| J^-T (e_1 x e_2) dX."""
+def surface(made: Discretization, name: str, role: str, degree: int | None = None) -> Surface:
+    """The named boundary, integrated over on the curved facets themselves: n dA = |det J| J^-T (e_1 x e_2) dX.
+
+    ``degree``: of the quadrature; default: exact for products of shape functions on flat facets.
+    """
     facets = facets_of(made.mesh, name, role)
     elements = np.asarray(made.mesh.f2t[0, facets], dtype=np.int64)
     which = np.argmax(made.mesh.t2f[:, elements] == facets, axis=0)
     parts = [
-        _on_one_side(made, elements[which == k], corners)
+        _on_one_side(made, elements[which == k], corners, 2 * made.order + 2 if degree is None else degree)
         for k, corners in enumerate(made.element.refdom.facets)
         if np.any(which == k)
     ]
     cells, shapes, normals, weights, places = (np.concatenate(group) for group in zip(*parts, strict=True))
-    behind = np.concatenate([elements[which == k] for k in np.unique(which)])
-    return Surface(cells, shapes, normals, weights, behind, places)
+    order = np.argsort(which, kind="stable")
+    return Surface(cells, shapes, normals, weights, elements[order], facets[order], places)
 
 
-def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int]) -> tuple[Any, ...]:
+def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int], degree: int) -> tuple[Any, ...]:
     """The facets of ``elements`` that lie on the same side of the reference element."""
     vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners]
     origin, edges = vertices[:, 0], np.stack([vertices[:, 1], vertices[:, -1]], axis=1) - vertices[:, :1]
     across = np.cross(edges[:, 0], edges[:, 1])
     across *= np.sign(across @ (origin - np.asarray(made.element.refdom.p, dtype=float).mean(axis=1)))
-    flat, area = get_quadrature(RefTri if len(corners) == 3 else RefQuad, 2 * made.order + 2)
+    flat, area = get_quadrature(RefTri if len(corners) == 3 else RefQuad, degree)
     points = origin[:, None] + edges @ np.asarray(flat)
     jacobian = np.einsum("qvc,mva->mqac", gradients(made.geometry, points), made.places[made.corners[elements]])
     det = np.abs(np.linalg.det(jacobian))

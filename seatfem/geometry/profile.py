@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from scipy.optimize import brentq
 
 from seatfem.geometry.checks import GeometryError
 
@@ -91,9 +94,41 @@ class Profile:
         """Of the named group's surface on the full solid, in square metres."""
         return sum(edge.area for edge in self.edges if edge.name == name)
 
+    def cut(self, name: str, shares: Sequence[float]) -> Profile:
+        """The same outline with corners in the named group, where these shares of its area lie behind."""
+        whole, behind, edges = self.area(name), 0.0, []
+        for edge in self.edges:
+            if edge.name == name:
+                inside = [(share * whole - behind) / edge.area for share in shares]
+                behind += edge.area
+                edges += _pieces(edge, [share for share in inside if CLOSED < share < 1 - CLOSED])
+            else:
+                edges.append(edge)
+        return Profile(tuple(edges))
+
     @property
     def outer_radius(self) -> float:
         return max(edge.start[0] for edge in self.edges)
+
+
+def _pieces(edge: Edge, shares: Sequence[float]) -> list[Edge]:
+    """``edge``, cut where these shares of the area that it sweeps lie behind."""
+    ends = [edge.start, *(_at_share(edge, share) for share in shares), edge.end]
+    return [replace(edge, start=a, end=b) for a, b in itertools.pairwise(ends)]
+
+
+def _at_share(edge: Edge, share: float) -> Point:
+    """The point of an edge with this share of the swept area behind it."""
+
+    def point(t: float) -> Point:
+        if edge.centre is None:
+            (r0, z0), (r1, z1) = edge.start, edge.end
+            return r0 + t * (r1 - r0), z0 + t * (z1 - z0)
+        first, turn = edge.angles
+        radius, angle = math.dist(edge.centre, edge.start), first + t * turn
+        return edge.centre[0] + radius * math.cos(angle), edge.centre[1] + radius * math.sin(angle)
+
+    return point(brentq(lambda t: replace(edge, end=point(t)).area / edge.area - share, 1e-12, 1.0, xtol=1e-14))
 
 
 def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:

@@ -6,6 +6,7 @@ import math
 from typing import Any, Protocol
 
 from seatfem.geometry.profile import Edge, Point, Profile
+from seatfem.rings import ring_borders
 
 
 class Revolved(Protocol):
@@ -22,11 +23,15 @@ def build(spec: Revolved, occ: Any) -> None:
     occ.remove([(2, section)], recursive=True)
 
 
-def section(spec: Revolved, occ: Any) -> dict[str, list[int]]:
-    """The profile as a surface in the plane x = r, y = z; returns the curve tags of its groups."""
-    _, curves = _surface(spec.profile, occ, lambda r, z: (r, z, 0.0))
-    groups: dict[str, list[int]] = {name: [] for name in spec.profile.names}
-    for edge, tag in zip(spec.profile.edges, curves, strict=True):
+def section(spec: Revolved, occ: Any, rings: int = 1) -> dict[str, list[int]]:
+    """The profile as a surface in the plane x = r, y = z; returns the curve tags of its groups.
+
+    The struck edge has corners at the borders of ``rings`` rings.
+    """
+    profile = spec.profile.cut("contact", ring_borders(rings)[1:-1].tolist())
+    _, curves = _surface(profile, occ, lambda r, z: (r, z, 0.0))
+    groups: dict[str, list[int]] = {name: [] for name in profile.names}
+    for edge, tag in zip(profile.edges, curves, strict=True):
         if edge.name:
             groups[edge.name].append(tag)
     return groups

@@ -29,7 +29,8 @@ class KeptModel:
 
         A model that serves again has lost its mesh and size fields.
         """
-        key = json.dumps([heal, *(job.get(name) for name in GEOMETRY)], sort_keys=True)
+        rings = job.get("spec", {}).get("rings")  # corners of a half section
+        key = json.dumps([heal, rings, *(job.get(name) for name in GEOMETRY)], sort_keys=True)
         if key == self.key:
             gmsh.model.mesh.clear()
             for field in gmsh.model.mesh.field.list():

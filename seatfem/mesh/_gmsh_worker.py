@@ -104,7 +104,7 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     stage("building the section", 0.0)
 
     def built() -> dict[str, list[int]]:
-        lines: dict[str, list[int]] = revolved.section(geometry, gmsh.model.occ)
+        lines: dict[str, list[int]] = revolved.section(geometry, gmsh.model.occ, spec.rings)
         gmsh.model.occ.synchronize()
         return lines
 

@@ -21,6 +21,7 @@ class MeshSpec:
     ``layers``: of hexahedra around the full circle or along the extrusion (None: as many as ``size`` makes at the
     outermost radius; graded from the patch along an extrusion). ``curvature``: elements per full turn of a curved
     face or edge of tetrahedral meshes, down to a quarter of the patch's size; 0 leaves curvature out of account.
+    ``rings``: of the patch of a half section, at whose borders nodes lie.
     """
 
     size: float
@@ -31,6 +32,7 @@ class MeshSpec:
     shape: Literal["tet", "hex"] = "tet"
     layers: int | None = None
     curvature: int = 0
+    rings: int = 1
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
@@ -44,6 +46,8 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.shape = {self.shape!r}: must be 'tet' or 'hex'")
         if self.layers is not None and self.layers < 1:
             raise GeometryError(f"MeshSpec.layers = {self.layers}: must be >= 1")
+        if self.rings < 1:
+            raise GeometryError(f"MeshSpec.rings = {self.rings}: must be >= 1")
         if self.curvature < 0:
             raise GeometryError(f"MeshSpec.curvature = {self.curvature}: must be >= 0")
 

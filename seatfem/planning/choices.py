@@ -21,6 +21,7 @@ from seatfem.planning.options import (
     MODEL,
     MODES,
     ORDER,
+    RINGS,
     SIZE,
     STEP,
     TOLERANCE,
@@ -42,6 +43,8 @@ def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...
         if not has_key(scene, key) or (value := value_of(scene, key)) is None:
             continue
         if key in _OF_THE_MESH and decision.level == "rod":
+            continue
+        if key == RINGS and decision.seat.rings is None:
             continue
         found.append(_choice(decision, scene, key, value, reason(decision, scene)))
     if kept:
@@ -174,6 +177,19 @@ def _order(decision: Decision, scene: Scene) -> str:
     return "curved, and the cheaper for one percent and less"
 
 
+def _rings(decision: Decision, scene: Scene) -> str:
+    left = _of(decision, RINGS)
+    if value_of(scene, RINGS) > 1:
+        most = max(left, key=lambda name: left[name], default="")
+        alone = decision.seen.of_rings(1).get(most, 0.0)
+        return (
+            f"of {_percent(alone)} of {most} by a patch that moves as its mean, {_percent(left.get(most, 0.0))} is left"
+        )
+    if not any(left.values()):
+        return "the struck end stays plane"
+    return f"a patch that moves as its mean changes {_most(left)}"
+
+
 def _modes(decision: Decision, scene: Scene) -> str:
     many = f", or {MANY}" if value_of(scene, MODES) < FEW else ""
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
@@ -227,6 +243,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
     ORDER: _order,
     MODES: _modes,
     STEP: _step,
+    RINGS: _rings,
 }
 _OF_THE_MESH: Final = (BAND, TOLERANCE, METHOD, SIZE, CONTACT_SIZE, ORDER)
 _UNITS: Final[Mapping[str, Callable[[Any], str]]] = {

@@ -14,7 +14,7 @@ from impact.greens import Array
 from seatfem.planning.contact_options import ContactOption, contact_options
 from seatfem.planning.filling import filled
 from seatfem.planning.kept import Fineness
-from seatfem.planning.options import BEHIND, MODEL, MODES, STEP, Seen, fill_seat
+from seatfem.planning.options import BEHIND, MODEL, MODES, RINGS, STEP, Seen, fill_seat
 from seatfem.planning.plan import PlannedLevel
 from seatfem.planning.seat_options import SeatOption, seat_options
 from seatfem.planning.sensitivity import Changes
@@ -73,6 +73,8 @@ class Decision:
         values: dict[str, object] = {STEP: self.contact.dt}
         if isinstance(scene.seat, DrawnSeat):
             values[MODEL] = self.level
+        if self.seat.rings is not None:
+            values[RINGS] = self.seat.rings
         if self.contact.n_modes is not None:
             values[MODES] = self.contact.n_modes
         return filled(scene, values)

@@ -20,6 +20,7 @@ OPEN_KEYS = (
     "seat.greens.method",
     "reed.n_modes",
     "run.time_step",
+    "contact.rings",
 )
 """What the planner may choose."""
 

@@ -14,20 +14,26 @@ from seatfem.planning.mesh_size import Sizes, sizes_for
 from seatfem.planning.patch import Patch
 from seatfem.planning.sensitivity import Changes, Sensitivity
 from seatfem.planning.surrogate import Surrogate
+from seatfem.rings import share_left
 from seatfem.runs.budget import Source
 from seatfem.scene import DrawnSeat, Scene
 
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
 MODEL, METHOD = "seat.model", "seat.greens.method"
-MODES, STEP = "reed.n_modes", "run.time_step"
+MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
 BEHIND: Final[Mapping[str, Source]] = {
-    MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step"
+    MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
+    RINGS: "patch",
 }  # fmt: skip
 """The source of error that a key is behind."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
+RING_NUMBERS: Final = (1, 4, 8)
+"""Numbers of rings that are chosen from."""
 TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it
+UNKNOWN_PATCH: Final = 0.03  # of the compliance, of a patch that nothing is known of
 UNKNOWN_BODY: Final = 0.25  # band times filter width, for a body nothing is known of
 FIRST_WAVE: Final = 4.0  # the body's first resonance: its depth is a quarter of a wavelength
 
@@ -56,6 +62,13 @@ class Seen:
     def per_g(self, error: float) -> Changes:
         """What an error of g leaves in the measures."""
         return {name: error * value for name, value in self.sensitivity.of_g.items()}
+
+    def of_rings(self, rings: int) -> Changes:
+        """What a patch in so many rings leaves in the measures, as the budget states it."""
+        evened = UNKNOWN_PATCH
+        if self.patch is not None:
+            evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
+        return self.per_g(evened * share_left(rings))
 
 
 def fitted(dt: float, duration: float) -> float:

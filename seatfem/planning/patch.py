@@ -50,6 +50,21 @@ class Patch:
         """Force per velocity of the patch at the very first instant, rho c_p A [N s/m]."""
         return self.density * self.c_p * self.area
 
+    @property
+    def evened(self) -> float:
+        """Compliance by which a patch that moves as its mean is softer than under a rigid face [m/N].
+
+        Of a strip 2 (3/2 - ln 4) (1 - nu^2)/(pi E) over its length, which is area over width; a disk's is of the same
+        size, (16/(3 pi^2) - 1/2) (1 - nu^2)/(E a). The end of a bar stays plane.
+        Source: Johnson, Contact Mechanics, 2.8 and 3.4.
+        """
+        if self.one_dimensional:
+            return 0.0
+        squared = (self.c_p / self.c_s) ** 2
+        poisson = (squared - 2) / (2 * (squared - 1))
+        plane = 2 * self.density * self.c_s**2 / (1 - poisson)  # E/(1 - nu^2)
+        return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
+
 
 @dataclass(frozen=True)
 class _Elastic:

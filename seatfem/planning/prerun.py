@@ -19,11 +19,10 @@ from impact.body import Body, ModalState
 from impact.budget import Values
 from impact.greens import Array, GreensFunction
 from impact.motion import Discrete
-from impact.replay import port_displacement
 from impact.spectrum import MOVING_AVERAGE, averaged
 from impact.stepper import Prepared, step_count
 from seatfem.runs.budget import values_of
-from seatfem.runs.contact import problem_of, stress_of, striker_of
+from seatfem.runs.contact import displacement_of, force_of, problem_of, stress_of, striker_of
 from seatfem.scene import Cantilever, Scene
 
 FEW: Final = 16  # reed modes of the first look
@@ -103,9 +102,8 @@ class Bench:
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
         problem = problem_of(self.scene, striker.body, target.body)
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
-        force = _force(prepared)
-        displacement = port_displacement(prepared.bodies[1], -force) if "seat_displacement" in asked else None
-        force = np.concatenate([prepared.rest, force])
+        stepper = _marched(prepared)
+        force, displacement = force_of(stepper), displacement_of(stepper) if "seat_displacement" in asked else None
         stress = stress_of(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
         return values_of(force, dt, width, displacement, stress)
 
@@ -151,8 +149,12 @@ def _modes_of(scene: Scene) -> int:
     return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
 
 
-def _force(prepared: Prepared) -> Array:
-    """(n,) contact force of each step [N]."""
+def _marched(prepared: Prepared) -> impact.ContactStepper:
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
-    return stepper.force[: stepper.done, 0]
+    return stepper
+
+
+def _force(prepared: Prepared) -> Array:
+    """(n,) contact force of each step [N]."""
+    return force_of(_marched(prepared))[1:]

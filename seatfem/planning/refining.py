@@ -11,8 +11,20 @@ from seatfem.planning.choices import described
 from seatfem.planning.filling import replaced, value_of
 from seatfem.planning.machine import Machine
 from seatfem.planning.means import cost_of
-from seatfem.planning.options import BAND, BANDS, CONTACT_SIZE, MODES, SIZE, STEP, TOLERANCE, fitted
+from seatfem.planning.options import (
+    BAND,
+    BANDS,
+    CONTACT_SIZE,
+    MODES,
+    RING_NUMBERS,
+    RINGS,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    fitted,
+)
 from seatfem.planning.plan import Plan
+from seatfem.rings import MOST_RINGS
 from seatfem.runs.budget import Source
 from seatfem.runs.variations import FEWER
 from seatfem.scene import Scene
@@ -25,6 +37,7 @@ KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
     "reduction": (BAND, TOLERANCE),
     "time_step": (STEP,),
     "model": (MODES,),
+    "patch": (RINGS,),
 }
 
 
@@ -71,6 +84,8 @@ def _finer(scene: Scene, key: str, factor: float) -> float | int:
             return wider[0] if wider else float(LEAST * value)
         case "seat.mesh.size" | "seat.mesh.contact_size":
             return float(f"{value / factor ** (1 / MESH_ORDER):.2g}")
+        case "contact.rings":
+            return next((rings for rings in RING_NUMBERS if rings > value), MOST_RINGS)
         case "run.time_step":
             return fitted(value / factor, scene.run.duration)
         case _:

@@ -12,6 +12,7 @@ from seatfem.planning.bodies import section_of
 from seatfem.planning.element_counts import Sizes, body_in_numbers, predicted_sizes
 from seatfem.planning.machine import Machine
 from seatfem.planning.plan import PlannedLevel
+from seatfem.rings import rings_behind
 from seatfem.scene import ElasticSeat, MeshFile, Scene
 from seatfem.scene.seats import DrawnSeat, RevolvedSeat
 from seatfem.seats.levels import Level, applicable, sectors
@@ -29,6 +30,7 @@ SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of 
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
+PORTS_POWER: Final = 0.6  # of the number of rings in the number of vectors
 TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
 HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
 HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
@@ -72,13 +74,16 @@ def seat_model(scene: Scene, level: Level, coarser: float = 1.0) -> SeatModel:
     if isinstance(seat, MeshFile):
         sizes, volume = sizes_in(seat)
         modes = _of_volume(volume, seat.greens.bandwidth, _slowest(seat))
-        return SeatModel(sizes, min(krylov_vectors(scene, seat, modes), sizes.counts.dof), drawn=False)
+        vectors = krylov_vectors(scene, seat, modes) * scene.contact.rings**PORTS_POWER
+        return SeatModel(sizes, min(vectors, sizes.counts.dof), drawn=False)
     assert isinstance(seat, DrawnSeat)
     spec = mesh_spec(seat, level)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
     parts = sectors(seat) if level == "sector" else 1
     sizes = predicted_sizes(seat.geometry(), spec, level, parts)
-    vectors = min(krylov_vectors(scene, seat, modes_in_band(seat, level)), sizes.counts.dof)
+    rings = scene.contact.rings if coarser == 1.0 else rings_behind(scene.contact.rings)
+    vectors = krylov_vectors(scene, seat, modes_in_band(seat, level)) * rings**PORTS_POWER
+    vectors = min(vectors, sizes.counts.dof)
     around = harmonics(seat) if level == "harmonics" else 1.0
     return SeatModel(sizes, vectors, around, level in ("axisymmetric", "harmonics"), spec.shape == "hex")
 

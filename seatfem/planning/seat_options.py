@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.planning.filling import is_given
@@ -14,6 +14,8 @@ from seatfem.planning.options import (
     BAND,
     BANDS,
     MODEL,
+    RING_NUMBERS,
+    RINGS,
     SIZE,
     TOLERANCE,
     TOLERANCES,
@@ -24,6 +26,7 @@ from seatfem.planning.options import (
 )
 from seatfem.planning.plan import PlannedLevel
 from seatfem.planning.seat_costs import (
+    PORTS_POWER,
     TOLERANCE_POWER,
     SeatModel,
     coarse_of,
@@ -54,7 +57,8 @@ class SeatOption:
         fineness: of its finite elements; ``None`` for a closed form.
         changes: by key, the relative error left in each measure.
         seconds, memory: predicted [s, bytes].
-        poles: of its Green's function.
+        poles: of its Green's function, for each ring.
+        rings: of the patch; ``None`` where it has no finite elements.
     """
 
     level: PlannedLevel
@@ -64,17 +68,35 @@ class SeatOption:
     seconds: float = 0.0
     memory: float = 0.0
     poles: float = 0.0
+    rings: int | None = None
 
 
 def seat_options(seen: Seen, without: tuple[PlannedLevel, ...] = ()) -> tuple[SeatOption, ...]:
-    """Every level that describes the seat and is not among ``without``; each with every band, tolerance and mesh."""
+    """Every level that describes the seat and is not among ``without``; each with every band, tolerance and mesh.
+
+    Of finite elements, each also with every number of rings.
+    """
     seat = seen.scene.seat
     if not isinstance(seat, ElasticSeat | Matrices):
         why = f"seat.kind = {seat.kind!r}: nothing to discretise"
         return (SeatOption("closed form", why, None, {}),)
-    if not isinstance(seat, DrawnSeat):
-        return tuple(_waves(seen, "3d", "as the file has it"))
-    return tuple(_drawn(seen, seat, without))
+    waves = _drawn(seen, seat, without) if isinstance(seat, DrawnSeat) else _waves(seen, "3d", "as the file has it")
+    return tuple(divided for option in waves for divided in _divided(seen, option))
+
+
+def _divided(seen: Seen, option: SeatOption) -> Iterator[SeatOption]:
+    """With the patch in every number of rings; the end of a rod stays plane, and files of matrices know no patch."""
+    contact = seen.scene.contact
+    if option.fineness is None or not isinstance(seen.scene.seat, ElasticSeat):
+        yield option
+        return
+    given = (contact.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
+    for rings in given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]:
+        left = {**option.changes, RINGS: seen.of_rings(rings)}
+        more = rings**PORTS_POWER
+        yield replace(
+            option, changes=left, seconds=option.seconds * more, poles=option.poles * rings * more, rings=rings
+        )
 
 
 def _drawn(seen: Seen, seat: DrawnSeat, without: tuple[PlannedLevel, ...]) -> Iterator[SeatOption]:

@@ -19,6 +19,7 @@ import impact
 from impact.budget import Values, larger, times
 from impact.variations import NARROWER, left_by_step, narrowed
 from seatfem.planning.prerun import Bench, relative_changes
+from seatfem.rings import face_compliance
 from seatfem.runs.variations import FEWER, other_modes
 from seatfem.scene import Cantilever
 
@@ -225,7 +226,7 @@ class Sensitivity:
 
     def _spring_of(self, factor: float) -> Changes:
         """What a spring of ``factor`` times the static stiffness changes."""
-        compliance = float(self.bench.seat.static_compliance()[0, 0])
+        compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
         return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))

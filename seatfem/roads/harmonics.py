@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from seatfem.elements.axisymmetric import Mass, assemble_axisymmetric
 from seatfem.elements.supports import Support
 from seatfem.materials import Solid
 from seatfem.model import Array, ModelError, SecondOrderModel
+from seatfem.rings import ring_names
 from seatfem.roads.damping import damping_of
 from seatfem.roads.factorization import Backend
 from seatfem.roads.greens import Method, reduce_model
@@ -52,14 +53,21 @@ def ring_greens(
     method: Method = "auto",
     max_vectors: int | None = None,
     backend: Backend = "auto",
+    rings: int = 1,
     max_harmonic: int = 1000,
     progress: Progress = silent,
 ) -> ModalGreens:
     """Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
 
-    Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`.
+    Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`. With ``rings`` > 1 every patch
+    has so many ports, NAME_1, NAME_2, ...
     """
-    rings = {patch.boundary: patch.boundary for patch in patches.values()}
+    faces = {patch.boundary: patch.boundary for patch in patches.values()}
+    patches = {
+        name: replace(patch, boundary=face)
+        for port, patch in patches.items()
+        for name, face in zip(ring_names(port, rings), ring_names(patch.boundary, rings), strict=True)
+    }
 
     def build(harmonic: int) -> SecondOrderModel:
         return assemble_axisymmetric(
@@ -68,11 +76,12 @@ def ring_greens(
             harmonic=harmonic,
             fixed=fixed,
             sliding=sliding,
-            ports=rings,
+            ports=faces,
             order=order,
             mass=mass,
             rayleigh=rayleigh,
             supports=supports,
+            rings=rings,
         )
 
     return combine_harmonics(

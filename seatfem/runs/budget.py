@@ -14,8 +14,8 @@ from impact.result import ImpactResult
 from impact.spectrum import largest_average
 from impact.stress import ReedStress
 
-Source = Literal["mesh", "reduction", "time_step", "model"]
-SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model")
+Source = Literal["mesh", "reduction", "time_step", "model", "patch"]
+SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 KEYS: Final = {
     "impulse": "impulse_Ns",
     "filtered_peak": "filtered_peak_force_N",

@@ -11,10 +11,11 @@ from impact.greens import Array, GreensFunction
 from impact.laws import Law
 from impact.progress import Progress, silent
 from impact.replay import port_displacement
-from impact.result import ImpactResult
+from impact.result import ImpactResult, as_one
 from impact.stress import ReedStress, reed_stress
 from impact.variations import with_body
 from seatfem.machine.memory import available_memory
+from seatfem.rings import ring_shares, rings_of
 from seatfem.runs.budget import values_of
 from seatfem.runs.validity import thick_reed
 from seatfem.scene import Cantilever, ElasticSeat, Scene
@@ -59,18 +60,18 @@ def stress_of(
     return reed_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
 
 
-def law_of(scene: Scene) -> Law:
-    """The contact law of the scene."""
+def law_of(scene: Scene, share: float = 1.0) -> Law:
+    """The contact law of the scene, or of a ``share`` of the patch's area."""
     law = scene.contact.law
     match law.kind:
         case "signorini":
             return impact.Signorini()
         case "spring":
-            return impact.LinearSpring(law.stiffness)
+            return impact.LinearSpring(share * law.stiffness)
         case "hertz":
-            return impact.Hertz(law.stiffness)
+            return impact.Hertz(share * law.stiffness)
         case "hunt_crossley":
-            return impact.HuntCrossley(law.stiffness, law.damping)
+            return impact.HuntCrossley(share * law.stiffness, law.damping)
 
 
 def run_contact(
@@ -82,14 +83,38 @@ def run_contact(
     *,
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """One run: contact between striker and seat by the scene's law."""
+    """One run: contact between striker and seat by the scene's law; of rings, their sum."""
+    return whole_patch(solve_contact(scene, striker, seat, dt, progress, engine=engine))
+
+
+def solve_contact(
+    scene: Scene,
+    striker: impact.Body,
+    seat: GreensFunction,
+    dt: float,
+    progress: Progress = silent,
+    *,
+    engine: Engine = "auto",
+) -> ImpactResult:
+    """The same, ring by ring."""
     problem = problem_of(scene, striker, impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
 
 
+def whole_patch(result: ImpactResult) -> ImpactResult:
+    """The rings of a patch, seen as one contact."""
+    return result if result.force.ndim == 1 else as_one(result, ring_shares(result.force.shape[1]))
+
+
 def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.ContactProblem:
-    """Striker and seat, one contact by the scene's law."""
-    return impact.ContactProblem(striker, seat, gap=scene.contact.gap, law=law_of(scene))
+    """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
+    presses as a rigid body."""
+    gap, rings = scene.contact.gap, rings_of(seat.greens)
+    if rings == 1:
+        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene))
+    shares = ring_shares(rings)
+    contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
+    return impact.ContactProblem(striker, contacts=contacts)
 
 
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
@@ -104,12 +129,23 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
-    force = stepper.force[: stepper.done, 0]
-    displacement = port_displacement(prepared.bodies[1], -force)
-    force = np.concatenate([prepared.rest, force])
+    force, displacement = force_of(stepper), displacement_of(stepper)
     wanted = "stress" in scene.accuracy.measures
     stress = stress_of(scene, striker, force, dt, coarsely=True) if wanted else None
     return values_of(force, dt, scene.run.filter_width, displacement, stress)
+
+
+def force_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) contact force of the whole patch at every step done [N]."""
+    return np.concatenate([[stepper.prepared.rest.sum()], stepper.force[: stepper.done].sum(axis=1)])
+
+
+def displacement_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) displacement of the seat's patch, its mean [m]."""
+    seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done]
+    if force.shape[1] == 1:
+        return port_displacement(seat, -force[:, 0])
+    return np.asarray(ring_shares(force.shape[1]) @ seat.motion(-force.T).displacement)
 
 
 def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:

@@ -21,6 +21,7 @@ from impact.stress import ReedStress
 from seatfem.inspection.checks import check_files
 from seatfem.planning.options import MODES, STEP
 from seatfem.planning.planner import plan_scene
+from seatfem.rings import face_compliance, with_fewer_rings
 from seatfem.runs.budget import KEYS, bar_keys
 from seatfem.runs.contact import RunError, check_step, run_contact, stress_of
 from seatfem.runs.mode_pictures import draw_modes
@@ -99,8 +100,9 @@ def run_scene(
             baseline = _baseline(done, watch)
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
-            both = {"wave": done.result, "spring": baseline.result}
-            save_results(folder / RESULT_FILE, both, {"title": scene.title, "round": done.number})
+            rings = {} if done.rings is None else {"rings": done.rings}
+            all_of_them = {"wave": done.result, "spring": baseline.result, **rings}
+            save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     assert baseline is not None
     drawn: tuple[Path, ...] = ()
@@ -160,7 +162,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         **done.seat.about,
         "seat_reused": done.reused,
         "seat_kind": scene.seat.kind,
-        **regime_keys(done.striker, done.seat.greens, done.result),
+        **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
     }
 
 
@@ -222,7 +224,7 @@ def _no_bar(done: Round) -> tuple[str, ...]:
 
 
 def _static_stiffness(greens: GreensFunction) -> float:
-    compliance = float(greens.static_compliance()[0, 0])
+    compliance = face_compliance(greens)
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "

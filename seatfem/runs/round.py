@@ -20,6 +20,7 @@ REMEDIES: Final[Mapping[Source, str]] = {
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
     "time_step": "shorten run.time_step",
     "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+    "patch": "divide the struck patch by contact.rings = 4, or more",
 }
 
 
@@ -33,6 +34,7 @@ class Round:
         striker: of the run.
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
+        rings: ``result`` ring by ring, where the patch has several.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
         spent: wall time of this round by stage [s].
@@ -47,6 +49,7 @@ class Round:
     result: ImpactResult
     stress: ReedStress | None
     left: Budget
+    rings: ImpactResult | None = None
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)

@@ -17,7 +17,7 @@ from seatfem.planning.options import TOLERANCE
 from seatfem.planning.plan import Plan
 from seatfem.roads.modes import ConvergenceError
 from seatfem.runs.budget import Source
-from seatfem.runs.contact import check_length, run_contact, stress_of, striker_of, time_step
+from seatfem.runs.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
 from seatfem.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.runs.round import Round, in_words, missed
 from seatfem.runs.stopwatch import Stopwatch
@@ -169,13 +169,14 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
     with watch("contact"):
-        result = run_contact(scene, striker, seat.greens, dt, progress)
+        contacts = solve_contact(scene, striker, seat.greens, dt, progress)
+        result, rings = whole_patch(contacts), contacts if contacts.force.ndim > 1 else None
     wanted = "stress" in scene.accuracy.measures
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
         left = error_budget(scene, seat, striker, result, stress if wanted else None)
-    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left))
+    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left), rings)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

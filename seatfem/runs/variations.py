@@ -13,6 +13,7 @@ from impact.stress import ReedStress
 from impact.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.variations import of_g as of_body
 from seatfem.planning.prerun import Bench, window_of
+from seatfem.rings import left_by, rings_of, with_fewer_rings
 from seatfem.runs.budget import SOURCES, Source, measured
 from seatfem.runs.contact import measures_of, problem_of, striker_of
 from seatfem.runs.validity import shear_error
@@ -34,7 +35,7 @@ MANY: Final = 40  # ... then this number does
 def error_budget(
     scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult, stress: ReedStress | None = None
 ) -> Budget:
-    """What mesh, reduction, time step and model leave in the measures of ``result``.
+    """What mesh, reduction, time step, model and patch leave in the measures of ``result``.
 
     - time_step: see `impact.variations.left_by_step`; also half the step through the impact that carries the filtered
       peak. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
@@ -45,6 +46,9 @@ def error_budget(
     - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
       (`seatfem.seats.statics.beyond_level`); a thick reed's shear.
+    - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
+      patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
+      `seatfem.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -52,6 +56,7 @@ def error_budget(
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
         "model": _of_model(scene, seat, problem),
+        "patch": _of_patch(scene, seat, problem),
     }
 
     def run(varied: ContactProblem, dt: float) -> Values:
@@ -110,6 +115,16 @@ def _of_model(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms 
         for number, weight in other_modes(scene.reed.n_modes)
     )
     return (*level, tuple(modes))
+
+
+def _of_patch(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+    rings, model = rings_of(seat.greens), seat.in_rings
+    if rings > 2:
+        return ((_with_seat(scene, problem, with_fewer_rings(seat.greens, 1), left_by(rings)),),)
+    if model is None:
+        return () if seat.plane else None
+    divided, same = (_with_seat(scene, problem, g).problem for g in (model, with_fewer_rings(model, rings)))
+    return ((Variation(divided, 1 + left_by(rings_of(model)), same),),)
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:

@@ -11,6 +11,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from seatfem.machine.code import numerics_version
+from seatfem.rings import MOST_RINGS
 from seatfem.scene.fields import (
     Approach,
     DampingRatio,
@@ -25,7 +26,7 @@ from seatfem.scene.fields import (
 )
 from seatfem.scene.laws import AnyLaw
 from seatfem.scene.parts import Material
-from seatfem.scene.seats import Seat
+from seatfem.scene.seats import ElasticSeat, GreensFile, Seat
 
 
 class Release(Table):
@@ -64,6 +65,14 @@ class Contact(Table):
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
+    rings: int = Field(
+        1,
+        strict=True,
+        ge=1,
+        le=MOST_RINGS,
+        description="parts of the struck patch, from one edge to the other, each with a contact of its own; 1: the "
+        "patch moves as its mean",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -132,6 +141,15 @@ class Scene(Table):
         return self
 
     @model_validator(mode="after")
+    def _rings_of_a_patch(self) -> Self:
+        if self.contact.rings > 1 and not isinstance(self.seat, ElasticSeat | GreensFile):
+            raise KeyProblem(
+                "contact.rings",
+                f"of a seat of kind {self.seat.kind!r} no patch is known that could be divided; remove the key",
+            )
+        return self
+
+    @model_validator(mode="after")
     def _stress_of_what_bends(self) -> Self:
         if isinstance(self.reed, RigidMass) and "stress" in self.accuracy.measures:
             raise KeyProblem(
@@ -144,6 +162,8 @@ class Scene(Table):
         """A hash of everything the seat's Green's function depends on, the code included; files count by content, not
         by name, with all that they include."""
         seat = self.seat.model_dump(mode="json")
+        if self.contact.rings > 1:
+            seat["rings"] = self.contact.rings
         for key in type(self.seat).model_fields:
             if isinstance(file := getattr(self.seat, key), Path):
                 from seatfem.formats.includes import with_included  # with readers that take half a second to load

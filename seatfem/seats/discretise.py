@@ -74,16 +74,25 @@ def draw_both(
             return mesh, draw(seat, coarse, level, gmsh=gmsh)
 
 
-def matrices(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
+def matrices(
+    seat: ElasticSeat,
+    mesh: SeatMesh | MeridianMesh,
+    level: Level,
+    progress: Progress = silent,
+    *,
+    rings: int = 1,
+) -> SecondOrderModel:
     """Mass, stiffness, damping and ports of the seat on its mesh; what is wrong with its groups names file or level."""
     try:
-        return _assembled(seat, mesh, level, progress)
+        return _assembled(seat, mesh, level, rings, progress)
     except ModelError as error:
         place = seat.file if isinstance(seat, MeshFile) else f"seat.model = {level!r}"
         raise ModelError(f"{place}: {error}") from error
 
 
-def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, progress: Progress) -> SecondOrderModel:
+def _assembled(
+    seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, rings: int, progress: Progress
+) -> SecondOrderModel:
     if isinstance(mesh, MeridianMesh):
         return assemble_axisymmetric(
             mesh,
@@ -91,6 +100,7 @@ def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, p
             sliding=sliding_faces(seat),
             supports=supports_of(seat),
             rayleigh=rayleigh_of(seat),
+            rings=rings,
             progress=progress,
         )
     copies = sectors(seat) if isinstance(seat, DrawnSeat) and level == "sector" else 1
@@ -105,6 +115,7 @@ def _assembled(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, p
         rayleigh=rayleigh_of(seat),
         ports={"contact": seat.struck_face if isinstance(seat, DrawnSeat) else "contact"},
         copies=copies,
+        rings=rings,
         progress=progress,
     )
 

@@ -19,13 +19,13 @@ PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "ha
 """Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
 
 
-def mesh_spec(seat: DrawnSeat, level: Level) -> MeshSpec:
+def mesh_spec(seat: DrawnSeat, level: Level, rings: int = 1) -> MeshSpec:
     """The mesh the scene asks for; sizes it leaves open follow the slowest shear wave at the band edge."""
     per_wavelength = PER_WAVELENGTH[level]
     slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
     size = seat.mesh.size or slowest / (per_wavelength * seat.greens.bandwidth)
     contact = seat.mesh.contact_size or 0.4 * size
-    return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order, shape=seat.mesh.shape)
+    return MeshSpec(size=size, contact_size=contact, order=seat.mesh.order, shape=seat.mesh.shape, rings=rings)
 
 
 def memory(scene: Scene) -> float:

@@ -17,6 +17,7 @@ from seatfem.inspection.mesh_file import mesh_of
 from seatfem.mesh.meridian import MeridianMesh
 from seatfem.mesh.seat_mesh import SeatMesh
 from seatfem.model import SecondOrderModel
+from seatfem.rings import rings_behind, with_fewer_rings
 from seatfem.roads.greens import reduce_model
 from seatfem.roads.harmonics import ring_greens
 from seatfem.roads.modes import ConvergenceError, Modes
@@ -35,6 +36,7 @@ from seatfem.seats.statics import without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/honesty.py: 98 % of its seats are covered, and all of those held out
+RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
 SPRING: Final = "static compliance of the finite elements, a spring"
 ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up by itself
 
@@ -43,8 +45,9 @@ ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up 
 class SeatAnswer:
     """A seat's Green's function and, where finite elements made it, the mesh and modes behind it.
 
-    ``coarser``: the same on a mesh coarser by `COARSENING`, in truth by ``refinement``. ``level_error``: relative, of
-    the level itself.
+    ``coarser``: the same on a mesh coarser by `COARSENING`, in truth by ``refinement``. ``in_rings``: a model whose
+    patch is in `rings_behind` rings, on the coarser mesh where there is one. ``level_error``: relative, of the level
+    itself. ``plane``: the patch moves as a plane, whatever presses it.
     """
 
     greens: GreensFunction
@@ -55,6 +58,8 @@ class SeatAnswer:
     about: Mapping[str, object] = field(default_factory=dict)
     level_error: float = 0.0
     refinement: float = COARSENING
+    in_rings: GreensFunction | None = None
+    plane: bool = False
 
 
 def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, mesh_error: bool = True) -> SeatAnswer:
@@ -74,14 +79,12 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
                 length=seat.length,
                 damping_ratio=seat.damping_ratio,
             )
-            return SeatAnswer(rod, about={"seat_model": "rod, closed form"})
+            return SeatAnswer(rod, about={"seat_model": "rod, closed form"}, plane=True)
         case scenes.Spring():
-            return SeatAnswer(impact.spring(stiffness=seat.stiffness), about={"seat_model": "spring"})
+            return SeatAnswer(impact.spring(stiffness=seat.stiffness), about={"seat_model": "spring"}, plane=True)
         case scenes.GreensFile():
-            return SeatAnswer(
-                greens_of(seat, scene.run.duration),
-                about={"seat_model": f"Green's function from {seat.file.name}"},
-            )
+            greens = _as_asked(greens_of(seat, scene.run.duration), scene)
+            return SeatAnswer(greens, about={"seat_model": f"Green's function from {seat.file.name}"})
         case scenes.Matrices():
             with watch("reduction"):
                 model, reduction = from_matrices(seat, memory(scene), progress)
@@ -101,10 +104,36 @@ def build_seat(scene: Scene, watch: Stopwatch, progress: Progress = silent, *, m
             assert_never(never)
 
 
+def _as_asked(greens: GreensFunction, scene: Scene) -> GreensFunction:
+    """The rings of a file: those asked for, or as it has them. Raises `GreensFunctionError` where they cannot be."""
+    return with_fewer_rings(greens, scene.contact.rings) if "rings" in scene.contact.model_fields_set else greens
+
+
 def _from_file(scene: Scene, seat: scenes.MeshFile, watch: Stopwatch, progress: Progress) -> SeatAnswer:
     with watch("mesh"):
         mesh = mesh_of(seat, progress)
-    return _solved(scene, seat, mesh, "3d", watch, progress)
+    answer = _solved(scene, seat, mesh, "3d", scene.contact.rings, watch, progress)
+    if rings_behind(scene.contact.rings) == scene.contact.rings:
+        return replace(answer, in_rings=answer.greens)
+    with watch("patch error"):
+        return replace(answer, in_rings=_in_rings(scene, seat, mesh, progress))
+
+
+def _in_rings(scene: Scene, seat: scenes.MeshFile, mesh: SeatMesh, progress: Progress) -> GreensFunction | None:
+    """The patch in rings on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
+    settings = seat.greens.model_copy(update={"tolerance": max(seat.greens.tolerance, RINGS_TOLERANCE)})
+    loose = seat.model_copy(update={"greens": settings})
+
+    def quiet(stage: str, done: float) -> None:
+        progress("patch in rings, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    try:
+        rings = rings_behind(scene.contact.rings)
+        return _solved(scene, loose, mesh, "3d", rings, Stopwatch(), quiet).greens
+    except ConvergenceError:
+        return None
+    finally:
+        progress("patch in rings, for the error estimate", 1.0)
 
 
 def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Progress, mesh_error: bool) -> SeatAnswer:
@@ -112,10 +141,12 @@ def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Pr
     about: dict[str, object] = {"seat_level": level.level, "seat_level_reason": level.reason}
     if level.level == "rod":
         assert isinstance(seat, scenes.BarSeat)
-        return SeatAnswer(rod_of(seat), about={**about, "seat_model": NAMES["rod"]}, level_error=clamp_error(seat))
-    spec = mesh_spec(seat, level.level)
+        about["seat_model"] = NAMES["rod"]
+        return SeatAnswer(rod_of(seat), about=about, level_error=clamp_error(seat), plane=True)
+    rings = scene.contact.rings
+    spec = mesh_spec(seat, level.level, rings)
     mesh, coarse = draw_both(seat, spec, level.level, watch, progress, coarser=mesh_error)
-    answer = _solved(scene, seat, mesh, level.level, watch, progress)
+    answer = _solved(scene, seat, mesh, level.level, rings, watch, progress)
     answer = replace(answer, about={**answer.about, **about})
     if coarse is None:
         return answer
@@ -124,13 +155,20 @@ def _from_geometry(scene: Scene, seat: DrawnSeat, watch: Stopwatch, progress: Pr
 
 
 def _solved(
-    scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level, watch: Stopwatch, progress: Progress
+    scene: Scene,
+    seat: ElasticSeat,
+    mesh: SeatMesh | MeridianMesh,
+    level: Level,
+    rings: int,
+    watch: Stopwatch,
+    progress: Progress,
 ) -> SeatAnswer:
+    """With the patch in so many ``rings``."""
     if level == "harmonics":
-        return _around(scene, seat, mesh, watch, progress)
+        return _around(scene, seat, mesh, rings, watch, progress)
     check_seat(seat, mesh, level)
     with watch("assembly"):
-        model = matrices(seat, mesh, level, progress)
+        model = matrices(seat, mesh, level, progress, rings=rings)
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
     if _is_spring(seat):
         with watch("reduction"):
@@ -151,7 +189,7 @@ def _solved(
 
 
 def _around(
-    scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, watch: Stopwatch, progress: Progress
+    scene: Scene, seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, rings: int, watch: Stopwatch, progress: Progress
 ) -> SeatAnswer:
     """An arc of the ring, by Fourier harmonics."""
     assert isinstance(seat, scenes.RevolvedSeat)
@@ -170,6 +208,7 @@ def _around(
                 sliding=sliding_faces(seat),
                 supports=supports_of(seat),
                 rayleigh=rayleigh_of(seat),
+                rings=rings,
                 progress=progress,
             )
         except ConvergenceError as error:
@@ -207,16 +246,16 @@ def _with_mesh_error(
     answer: SeatAnswer,
     progress: Progress,
 ) -> SeatAnswer:
-    """``answer`` with the mesh error filled in from a coarser mesh of the same seat."""
+    """``answer`` with the mesh error filled in from a coarser mesh of the same seat, whose patch is in rings."""
 
     def quiet(stage: str, done: float) -> None:
         progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
 
-    coarse = _solved(scene, seat, mesh, level, Stopwatch(), quiet)
+    coarse = _solved(scene, seat, mesh, level, rings_behind(scene.contact.rings), Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     width = 1.0 / seat.greens.bandwidth
     t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
-    fine, other = (g.filtered(t, width) for g in (answer.greens, coarse.greens))
+    fine, other = (with_fewer_rings(g, 1).filtered(t, width) for g in (answer.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     ratio = refinement_of(answer.mesh, coarse.mesh)
     mesh_error = MESH_SAFETY * difference / (ratio - 1)
@@ -224,7 +263,8 @@ def _with_mesh_error(
     greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**answer.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
-    return replace(answer, greens=greens, coarser=coarser, about=about, refinement=ratio)
+    same = with_fewer_rings(coarser, scene.contact.rings)
+    return replace(answer, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
 
 
 def refinement_of(fine: SeatMesh | MeridianMesh | None, coarse: SeatMesh | MeridianMesh | None) -> float:

@@ -12,12 +12,12 @@ from seatfem.seats.statics import spring_of
 
 
 def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
-    """b' K^-1 b delta(t): the static compliance of the patch alone, by one factorization.
+    """B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
 
     Raises:
         FactorizationError: a body that can move freely has no static compliance.
     """
-    (port,) = model.ports.values()
-    compliance = float(port.vector @ factorize(model.K, name="K").solve(port.vector))
-    start = damping_of(model, damping_ratio).first_velocity() / (port.impedance or np.inf)
+    compliance = model.port_matrix.T @ factorize(model.K, name="K").solve(model.port_matrix)
+    impedance = sum(port.impedance or np.inf for port in model.ports.values())
+    start = damping_of(model, damping_ratio).first_velocity() / impedance
     return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

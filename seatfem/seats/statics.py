@@ -8,19 +8,20 @@ from typing import Final
 
 import numpy as np
 
-from impact.greens import ErrorEstimate, GreensFunction
+from impact.greens import Array, ErrorEstimate, GreensFunction
 from impact.modal import ModalGreens, Residual
+from seatfem.rings import ring_shares, with_fewer_rings
 from seatfem.scene import BarSeat, Scene
 from seatfem.seats.rods import love_rod
 
 START: Final = "initial_value"
-"""Key of a spring's provenance: g(0+) of the seat [m/(N s)], which the spring has not."""
+"""Key of a spring's provenance: g(0+) of the whole patch [m/(N s)], which the spring has not."""
 
 
 def without_waves(greens: ModalGreens) -> ModalGreens:
     """The same with its static compliance in place of all waves."""
-    compliance, start = float(greens.static_compliance()[0, 0]), float(greens.initial_value()[0, 0])
-    return replace(spring_of(compliance, start, greens.port_names, greens.origin), error=greens.error)
+    start = float(with_fewer_rings(greens, 1).initial_value()[0, 0])
+    return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 
 
 def beyond_level(scene: Scene, greens: GreensFunction) -> GreensFunction | None:
@@ -31,21 +32,21 @@ def beyond_level(scene: Scene, greens: GreensFunction) -> GreensFunction | None:
     """
     modal = greens.modal
     if modal is not None and isinstance(start := modal.provenance.get(START), float) and start > 0:
-        rest = Residual.exponential(modal.static_compliance(), [[start]])
+        rest = Residual.exponential(modal.static_compliance(), np.diag(start / ring_shares(len(modal.ports))))
         return replace(modal, residual=rest)
     if isinstance(scene.seat, BarSeat) and scene.seat.model == "rod":
         return love_rod(scene.seat)
     return None
 
 
-def spring_of(compliance: float, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
-    """A compliance [m/N] that remembers the seat's g(0+), ``start`` [m/(N s)]."""
+def spring_of(compliance: Array, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
+    """A compliance (p, p) [m/N] that remembers g(0+) of the whole patch, ``start`` [m/(N s)]."""
     none = np.zeros(0)
     return ModalGreens(
         none,
         none,
-        np.zeros((0, 1)),
-        Residual.spring(compliance),
+        np.zeros((0, len(names))),
+        Residual.spring((compliance + compliance.T) / 2),
         names,
         ErrorEstimate(reduction=0.0),
         {**origin, START: start},

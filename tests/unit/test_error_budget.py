@@ -71,9 +71,9 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
         result = run_contact(scene, striker, spring, dt)
-        found = error_budget(scene, SeatAnswer(spring), striker, result)
+        found = error_budget(scene, SeatAnswer(spring, plane=True), striker, result)
         assert {source: part["impulse"] for source, part in found.parts.items() if source != "time_step"} == {
-            "mesh": 0.0, "reduction": 0.0, "model": 0.0,
+            "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
         assert found.unknown == ()
         assert found.dominant("seat_displacement") == "time_step"
@@ -101,7 +101,7 @@ def test_a_budget_adds_up_and_names_what_dominates() -> None:
     assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
     assert safety("stress") > safety("impulse") == SAFETY
     assert found.dominant("impulse") == "mesh"
-    assert found.unknown == ("reduction", "model")
+    assert found.unknown == ("reduction", "model", "patch")
     assert bar_keys(found)["error_mesh_impulse_Ns"] == 0.3
     assert Budget(dict.fromkeys(KEYS, 0.0), {"mesh": dict.fromkeys(KEYS, 0.1)}).relative("impulse") == math.inf
 

@@ -113,15 +113,16 @@ def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: p
 def test_a_finer_round_that_fails_keeps_the_one_before(
     failure: Exception, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plan, run_contact, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), rounds.run_contact, []
+    plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
+    solve_contact = rounds.solve_contact
 
     def failing(*given):
         calls.append(given)
         if len(calls) == 2:
             raise failure
-        return run_contact(*given)
+        return solve_contact(*given)
 
-    monkeypatch.setattr(rounds, "run_contact", failing)
+    monkeypatch.setattr(rounds, "solve_contact", failing)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round is not possible: ")
@@ -136,16 +137,16 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
     reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
-    plan, run_contact, written = plan_of(text, tmp_path), rounds.run_contact, []
+    plan, solve_contact, written = plan_of(text, tmp_path), rounds.solve_contact, []
     finer = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
 
     def failing(*given):
         written.append(load_greens(tmp_path / "seat.h5").provenance["seat_key"])
         if len(written) == 2:
             raise MemoryError
-        return run_contact(*given)
+        return solve_contact(*given)
 
-    monkeypatch.setattr(rounds, "run_contact", failing)
+    monkeypatch.setattr(rounds, "solve_contact", failing)
     monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
     monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
