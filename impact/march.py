@@ -24,6 +24,7 @@ from numba.extending import intrinsic
 from impact.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 
 LANES = 16  # scenes marched side by side
+RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
 FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
 
 
@@ -78,11 +79,9 @@ def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt): 
     Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
     ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
     """
-    if rule != PASSIVE:
-        share = 0.0
-        if rule == BLENDED:
-            unresolved = (_stiffness(code, a, b, c, pen_start) * together) ** 2
-            share = unresolved / (1.0 + unresolved) if unresolved < 1e16 else 1.0
+    unresolved = _stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
+    if rule != PASSIVE and unresolved < RIGID:
+        share = unresolved**2 / (1.0 + unresolved**2)
         return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
     if pen <= 0.0:
         return 0.0
@@ -339,7 +338,8 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
     p = pen.size
     linear = True
     for c in range(p):
-        linear = linear and rules[c] == PASSIVE and (codes[c] == SIGNORINI or codes[c] == SPRING)
+        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * np.abs(w[c]).sum() >= RIGID)
+        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
     if linear:
         shifted = w.copy()
         for c in range(p):
