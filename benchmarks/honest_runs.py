@@ -67,7 +67,7 @@ MORE_MODES, SHORTER = 2.5, 4
 FINEST_FIRST = ((1.6**2, 5.0), (1.6**2, 2.0), (1.6, 2.0))  # band, tolerance
 RINGS = 8  # of the reference's patch at least, and twice those of the run
 MOST_STEPS = 1_500_000
-LONGEST = 240  # s for a scene and its reference
+LONGEST = 100  # s for a scene and its reference
 
 
 @dataclass(frozen=True)

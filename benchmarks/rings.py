@@ -81,7 +81,7 @@ def main() -> None:
         for row in found
     )
     notes = (
-        "A mass of 1 g strikes the lip of an annular seat at 1 m/s; one band and tolerance, 16 elements across the lip.",
+        "A mass of 1 g strikes the lip of an annular seat at 1 m/s; one band and tolerance, 16 elements across it.",
         "Changes against one port; processor time of meshing, assembly and reduction, of a run, and of one without",
         "energies, over those of one port.",
     )
