@@ -260,16 +260,16 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
-    scene, out, run_contact, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contact, []
+    scene, out, solve_contact, calls = tmp_path / "s.toml", tmp_path / "out", rounds.solve_contact, []
     scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
 
     def stopping(*given, **more):
         calls.append(given)
         if len(calls) == 2:
             raise KeyboardInterrupt
-        return run_contact(*given, **more)
+        return solve_contact(*given, **more)
 
-    monkeypatch.setattr(rounds, "run_contact", stopping)
+    monkeypatch.setattr(rounds, "solve_contact", stopping)
     monkeypatch.setattr(pipeline, "plan_scene", lambda scene, **more: with_step(plan_scene(scene, **more), 2e-6))
     assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
     found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
