@@ -44,7 +44,7 @@ def _struck(shape: Shape) -> Array:
     """Points on the struck faces; of a part without any, its middle."""
     rows = shape.groups.get("contact")
     if rows is None or len(rows) == 0:
-        return np.mean(shape.points, axis=0)[None]
+        return np.asarray(np.mean(shape.points, axis=0)[None])
     weights = np.random.default_rng(0).dirichlet(np.ones(3), PER_TRIANGLE)
     corners = shape.points[shape.triangles[rows]]
     return np.concatenate([corners.reshape(-1, 3), np.einsum("qk,nki->nqi", weights, corners).reshape(-1, 3)])
@@ -68,6 +68,6 @@ def _binned(weight: Array, away: Array) -> Samples:
     """Samples of like distance together: `BINS` of them count as well as all, and a plan counts often."""
     edges = np.geomspace(max(float(away.max()), 1e-9) * CLOSEST, max(float(away.max()), 1e-9), BINS)
     place = np.digitize(away, edges)
-    total, first = np.bincount(place, weight), np.bincount(place, weight * away)
+    total, first = (np.asarray(np.bincount(place, each), dtype=float) for each in (weight, weight * away))
     there = total > 0
     return Samples(total[there], first[there] / total[there])
