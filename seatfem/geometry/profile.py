@@ -7,8 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from scipy.optimize import brentq
-
 from seatfem.geometry.checks import GeometryError
 
 Point = tuple[float, float]
@@ -127,6 +125,8 @@ def _at_share(edge: Edge, share: float) -> Point:
         first, turn = edge.angles
         radius, angle = math.dist(edge.centre, edge.start), first + t * turn
         return edge.centre[0] + radius * math.cos(angle), edge.centre[1] + radius * math.sin(angle)
+
+    from scipy.optimize import brentq  # of rings only: plans of one ring need not wait for it
 
     return point(brentq(lambda t: replace(edge, end=point(t)).area / edge.area - share, 1e-12, 1.0, xtol=1e-14))
 

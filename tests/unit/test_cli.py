@@ -203,7 +203,7 @@ def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> N
         (["rum"], 'Did you mean "run"?'),
         (["run"], "SCENE"),
         (["run", str(SPRING_SCENE), "--fast"], "--fast"),
-        (["run", "absent.toml"], "absent.toml: cannot be read: No such file or directory"),
+        (["run", "absent.toml"], "absent.toml: cannot be read: no such file"),
     ],
 )
 def test_bad_input(arguments: list[str], message: str, capfd: pytest.CaptureFixture[str]) -> None:

@@ -36,6 +36,7 @@ from seatfem.planning.machine import Machine, MachineError
 from seatfem.runs import contact
 from seatfem.runs.contact import RunError, check_length, check_step
 from seatfem.scene import DrawnSeat, SceneError, load_scene
+from seatfem.scene.problems import MOST
 from seatfem.seats.memory_need import MemoryNeedError
 from seatfem.trading.journal import append, read_journal
 from seatfem.trading.point import Outcome, Point
@@ -116,7 +117,7 @@ def test_messages_have_an_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert run_command(["run", str(path), "--quiet"]) == BAD_INPUT
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == MOST_LINES + 1
-    assert lines[-1] == f"... and {3001 - MOST_LINES} more lines"
+    assert lines[-1] == f"... and {MOST + 1 - MOST_LINES} more lines"  # the last tells of problems untold
     assert max(map(len, lines)) <= WIDEST + 20
 
 
@@ -137,13 +138,13 @@ def changed(path: Path, name: str, **new: object) -> Path:
 @pytest.mark.parametrize(
     ("new", "words"),
     [
-        ({"shape": (10_000_000_000_000,), "dtype": "f8", "chunks": (1000,)}, "omega claims 8e[+]04 GB, more than"),
+        ({"shape": (10_000_000_000_000,), "dtype": "f8", "chunks": (1000,)}, "omega of .* claims .* MB in a file of"),
         ({"data": [1 + 1j]}, "omega holds complex128, no real numbers"),
         ({"data": [np.nan]}, "omega has 1 values that are not finite"),
     ],
 )
 def test_kernels_that_claim_what_they_do_not_hold(new: dict[str, object], words: str, tmp_path: Path) -> None:
-    with pytest.raises(StorageError, match=rf"seat\.h5: damaged: {words}"):
+    with pytest.raises(StorageError, match=rf"seat\.h5: (damaged: )?{words}"):
         load_greens(changed(greens(tmp_path / "seat.h5"), "omega", **new))
 
 
