@@ -16,6 +16,7 @@ import impact
 from impact import measures
 from impact.storage import load_greens, load_results
 from seatfem.runs import pictures, pipeline
+from seatfem.runs.budget import SOURCES
 from seatfem.runs.contact import striker_of, time_step
 from seatfem.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.scene import load_scene
@@ -155,7 +156,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
     found = annular.summary
     for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
-        parts = [found[f"error_{source}_{key}"] for source in ("mesh", "reduction", "time_step", "model")]
+        parts = [found[f"error_{source}_{key}"] for source in SOURCES]
         assert found[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
     assert found["error_unknown"] == ""
     peak = found["filtered_peak_force_N"]
