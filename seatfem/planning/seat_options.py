@@ -81,21 +81,30 @@ def seat_options(seen: Seen, without: tuple[PlannedLevel, ...] = ()) -> tuple[Se
         why = f"seat.kind = {seat.kind!r}: nothing to discretise"
         return (SeatOption("closed form", why, None, {}),)
     waves = _drawn(seen, seat, without) if isinstance(seat, DrawnSeat) else _waves(seen, "3d", "as the file has it")
-    return tuple(divided for option in waves for divided in _divided(seen, option))
+    left = _left_by_rings(seen) if isinstance(seat, ElasticSeat) else {}
+    return tuple(divided for option in waves for divided in _divided(option, left))
 
 
-def _divided(seen: Seen, option: SeatOption) -> Iterator[SeatOption]:
+def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
+    """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
+    given = (seen.scene.contact.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
+    chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
+    return {rings: seen.of_rings(rings) for rings in chosen}
+
+
+def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOption]:
     """With the patch in every number of rings; the end of a rod stays plane, and files of matrices know no patch."""
-    contact = seen.scene.contact
-    if option.fineness is None or not isinstance(seen.scene.seat, ElasticSeat):
+    if option.fineness is None or not left:
         yield option
         return
-    given = (contact.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
-    for rings in given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]:
-        left = {**option.changes, RINGS: seen.of_rings(rings)}
+    for rings, changes in left.items():
         more = rings**PORTS_POWER
         yield replace(
-            option, changes=left, seconds=option.seconds * more, poles=option.poles * rings * more, rings=rings
+            option,
+            changes={**option.changes, RINGS: changes},
+            seconds=option.seconds * more,
+            poles=option.poles * rings * more,
+            rings=rings,
         )
 
 
