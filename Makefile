@@ -36,7 +36,7 @@ verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
 docs: $(VENV)/installed-dev
-	$(PY) -m seatfem.scene_docs docs/scene.md
+	$(PY) -m seatfem.study.scene.docs docs/scene.md
 
 # The virtual environment. Some systems' venv lacks ensurepip: the outer pip then installs into it.
 $(PY):

@@ -13,8 +13,8 @@ from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 from table import Table, publish
 
-from seatfem.elements.assembly import assemble
-from seatfem.materials import Material
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
 
 STEEL = Material(200e9, 0.3, 7850.0)
 RUNS = 5

@@ -10,8 +10,8 @@ from scenes import DT, throw
 from table import Table, best, cores, publish
 
 import impact
-from impact.batch import solve_many
-from impact.stepper import ContactStepper, prepare
+from impact.march.stepper import ContactStepper, prepare
+from impact.runs.batch import solve_many
 
 SCENES, STEPS = 1000, 4000
 SPAN = STEPS * DT

@@ -12,14 +12,14 @@ from table import Table, publish
 
 import impact
 from impact.progress import silent
-from impact.storage import save_results
-from seatfem.planning.filling import replaced
-from seatfem.planning.planner import plan_scene
-from seatfem.runs.contact import run_contact, stress_of
-from seatfem.runs.rounds import carry_out
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import Scene, load_scene
-from seatfem.seats.store import VARIABLE
+from impact.storage.hdf5 import save_results
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.store import VARIABLE
+from seatfem.study.impacts.contact import run_contact, stress_of
+from seatfem.study.planning.filling import replaced
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import carry_out
+from seatfem.study.scene import Scene, load_scene
 
 SCENES = (
     "flapper_on_annular_seat", "flapper_on_stopper", "flapper_on_spring", "paper_table1_30mm_area",

@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from impact.budget import SAFETY, Values
 from impact.progress import silent
-from impact.variations import FINE
-from seatfem.runs.contact import run_for_measures, striker_of, time_step
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import Scene, load_scene
-from seatfem.seats.seat import build_seat
+from impact.runs.budget import SAFETY, Values
+from impact.runs.variations import FINE
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.seat import build_seat
+from seatfem.study.impacts.contact import run_for_measures, striker_of, time_step
+from seatfem.study.scene import Scene, load_scene
 
 TRANSIT, SPEED, YOUNG, DENSITY, AREA = 1e-5, 5000.0, 2e11, 8000.0, 1e-6
 LENGTH = TRANSIT * SPEED

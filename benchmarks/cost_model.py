@@ -1,4 +1,4 @@
-"""Measure the constants of `impact.engines.CostModel` and print the line to put there."""
+"""Measure the constants of `impact.march.engines.CostModel` and print the line to put there."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from scenes import DT, modal_seat, throw, throw_on_ports, throw_on_rod
 from table import Table, best, publish
 
-from impact.engines import MEASURED
-from impact.history import BLOCK, BlockedSum, Poles
-from impact.stepper import ContactStepper, Prepared, prepare
+from impact.march.engines import MEASURED
+from impact.march.history import BLOCK, BlockedSum, Poles
+from impact.march.stepper import ContactStepper, Prepared, prepare
 
 
 def march(prepared: Prepared, repeats: int = 7) -> float:
@@ -85,7 +85,7 @@ def main() -> None:
         "cost_model",
         Table(
             "Cost model",
-            ("Constants of `impact.engines.CostModel` [ns]; the program chooses by those in use.",),
+            ("Constants of `impact.march.engines.CostModel` [ns]; the program chooses by those in use.",),
             ("constant", "measured in this run", "in use"),
             tuple(rows),
         ),

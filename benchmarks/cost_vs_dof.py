@@ -22,15 +22,15 @@ import numpy as np
 from matplotlib.ticker import NullFormatter
 from table import RESULTS, Table, publish
 
-from impact.drawing import BLUE, GREEN, ORANGE, sheet
-from seatfem.elements.assembly import assemble
-from seatfem.geometry import AnnularSeat, Block
-from seatfem.materials import Material
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.model import SecondOrderModel
-from seatfem.roads.choice import Method
-from seatfem.roads.greens import GreensFunction, reduce_model
+from impact.pictures.drawing import BLUE, GREEN, ORANGE, sheet
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.choice import Method
+from seatfem.structures.reduction.greens import GreensFunction, reduce_model
+from seatfem.structures.shapes import AnnularSeat, Block
 
 STEEL = Material(200e9, 0.3, 7850.0)
 DURATION, TOLERANCE, DAMPING = 1e-5, 1e-2, 0.1

@@ -20,15 +20,15 @@ import numpy as np
 from plain_road import assembled, dense_modes, fewer, modal, sparse_modes
 from table import RESULTS, Table, publish
 
-from impact.pulse import error_times
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.geometry import AnnularSeat
-from seatfem.materials import Material
-from seatfem.mesh.meridian import make_meridian
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.roads.greens import greens_function
+from impact.greens.pulse import error_times
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.shapes import AnnularSeat
 
 STEEL, SEAT = Material(200e9, 0.3, 7850.0), AnnularSeat()
 COARSE, FULL, FINE = MeshSpec(2.5e-3, 1.25e-3), MeshSpec(1e-3, 0.4e-3), MeshSpec(0.4e-3, 0.05e-3)

@@ -14,9 +14,9 @@ import skfem
 from scipy import sparse
 from table import Table, publish
 
-from seatfem.elements.assembly import assemble
-from seatfem.model import Material, SecondOrderModel
-from seatfem.roads.factorization import factorize
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.model import Material, SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SHIFT = 2 * np.pi * 2e5

@@ -6,10 +6,10 @@ import numpy as np
 from scenes import DT, modal_seat, throw, throw_on_rod
 from table import Table, best, publish
 
-from impact import engines
-from impact.engines import Engine
-from impact.history import Poles
-from impact.stepper import ContactStepper, prepare
+from impact.march import engines
+from impact.march.engines import Engine
+from impact.march.history import Poles
+from impact.march.stepper import ContactStepper, prepare
 
 LONG, SHORT = 1_000_000, 40_000
 

@@ -24,19 +24,19 @@ from time import perf_counter
 import numpy as np
 from honesty import FINER, KINDS, Case, draw_case
 
-from impact.budget import Values
 from impact.progress import silent
-from seatfem.planning.filling import replaced
-from seatfem.planning.planner import plan_scene
-from seatfem.rings import MOST_RINGS
-from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.contact import run_for_measures, striker_of
-from seatfem.runs.rounds import Round, carry_out
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import Cad, Cantilever, DrawnSeat, ElasticSeat, load_scene
-from seatfem.seats.needs import COARSENING, mesh_spec
-from seatfem.seats.seat import build_seat
-from seatfem.seats.store import VARIABLE
+from impact.runs.budget import Values
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.seats.needs import COARSENING, mesh_spec
+from seatfem.structures.seats.seat import build_seat
+from seatfem.structures.seats.store import VARIABLE
+from seatfem.study.impacts.contact import run_for_measures, striker_of
+from seatfem.study.planning.filling import replaced
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import Round, carry_out
+from seatfem.study.scene import Cad, Cantilever, DrawnSeat, ElasticSeat, load_scene
 
 SEED, HELD_OUT, SCENES = 5, 211, 48
 FILE = Path(__file__).parent / "results" / "honest_runs.jsonl"

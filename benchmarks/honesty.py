@@ -19,13 +19,13 @@ from time import perf_counter
 
 import numpy as np
 
-from impact.greens import GreensFunction
-from seatfem.roads.modes import ConvergenceError
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import DrawnSeat, Scene, load_scene
-from seatfem.seats.levels import Level
-from seatfem.seats.needs import COARSENING, PER_WAVELENGTH, memory
-from seatfem.seats.seat import SeatAnswer, build_seat
+from impact.greens.base import GreensFunction
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.seats.levels import Level
+from seatfem.structures.seats.needs import COARSENING, PER_WAVELENGTH, memory
+from seatfem.structures.seats.seat import SeatAnswer, build_seat
+from seatfem.study.scene import DrawnSeat, Scene, load_scene
 
 SEED, SEATS = 20, 30
 FITTED, HELD_OUT = (SEED, 21), 22  # the seats of the last had no part in making the estimate

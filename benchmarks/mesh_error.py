@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from table import Table, publish
 
-from seatfem.planning.filling import replaced
-from seatfem.planning.mesh_size import Sizes, mesh_error
-from seatfem.planning.patch import patch_of
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import DrawnSeat, Scene
-from seatfem.seats.seat import SeatAnswer, build_seat
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.seat import SeatAnswer, build_seat
+from seatfem.study.planning.filling import replaced
+from seatfem.study.planning.mesh_size import Sizes, mesh_error
+from seatfem.study.planning.patch import patch_of
+from seatfem.study.scene import DrawnSeat, Scene
 
 STEEL = {"young": "200 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}
 SEATS: dict[str, dict[str, object]] = {

@@ -20,12 +20,12 @@ import skfem
 from scipy.sparse.linalg import LinearOperator, eigsh
 from table import Table, publish
 
-from seatfem.elements.assembly import assemble
-from seatfem.materials import Material
-from seatfem.model import SecondOrderModel
-from seatfem.roads.factorization import factorize
-from seatfem.roads.modes import solve_modes
-from seatfem.roads.rigid import default_shift
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.reduction.rigid import default_shift
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SIDES = (20e-3, 20e-3, 8e-3)

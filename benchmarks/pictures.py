@@ -12,15 +12,15 @@ import time
 from pathlib import Path
 
 import impact
-from impact.drawing import gap_of
+from impact.pictures.drawing import gap_of
 from impact.progress import silent
-from seatfem.cli import demo_scene
-from seatfem.planning.planner import plan_scene
-from seatfem.runs import pictures
-from seatfem.runs.contact import run_contact, striker_of
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import load_scene
-from seatfem.seats.seat import build_seat
+from seatfem.faces.cli import demo_scene
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.seat import build_seat
+from seatfem.study.impacts.contact import run_contact, striker_of
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import pictures
+from seatfem.study.scene import load_scene
 
 
 def main() -> None:

@@ -12,8 +12,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from impact.modal import ModalGreens, Residual
-from seatfem.materials import Material
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.materials import Material
 
 
 def assembled(mesh: Any, material: Material) -> tuple[Any, Any, np.ndarray[Any, Any]]:

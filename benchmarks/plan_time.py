@@ -13,16 +13,14 @@ from time import perf_counter
 
 from table import Table, publish
 
-from seatfem.seats.store import VARIABLE
+from seatfem.structures.seats.store import VARIABLE
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 RUNS = 5
 AIM = 2.0  # s of wall time
-IMPORTS = "import seatfem.cli, seatfem.scene, seatfem.planning.planner, seatfem.views.plan_view"
+IMPORTS = "import seatfem.faces.cli, seatfem.study.scene, seatfem.study.planning.planner, seatfem.faces.plan_view"
 
-COMPILED = (
-    f"{IMPORTS}; import numpy; from impact.motion import translate; translate(1.0, 0.0, 0.0, *numpy.zeros((3, 1)))"
-)
+COMPILED = f"{IMPORTS}; import numpy; from impact.march.motion import translate; translate(1.0, 0.0, 0.0, *numpy.zeros((3, 1)))"
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,15 @@ from pathlib import Path
 
 from table import Table, publish
 
-from impact.budget import safety
-from seatfem.planning.planner import plan_scene
-from seatfem.runs.budget import KEYS, SOURCES
-from seatfem.runs.contact import run_contact, stress_of, striker_of
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.runs.variations import error_budget
-from seatfem.scene import load_scene
-from seatfem.seats.kept_seats import seat_of
-from seatfem.seats.store import Store
+from impact.runs.budget import safety
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.kept_seats import seat_of
+from seatfem.structures.seats.store import Store
+from seatfem.study.impacts.budget import KEYS, SOURCES
+from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
+from seatfem.study.impacts.variations import error_budget
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENES = (

@@ -8,7 +8,7 @@ from scenes import DT, throw
 from table import Table, best, publish
 
 import impact
-from impact.stepper import ContactStepper, prepare
+from impact.march.stepper import ContactStepper, prepare
 
 STEPS = 100_000
 

@@ -21,11 +21,11 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from time import perf_counter
 
-from seatfem.planning.machine import Machine
-from seatfem.planning.planner import plan_scene
-from seatfem.runs.pipeline import run_scene
-from seatfem.scene import load_scene
-from seatfem.seats.store import VARIABLE
+from seatfem.machine.rates import Machine
+from seatfem.structures.seats.store import VARIABLE
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import load_scene
 
 HERE = Path(__file__).parent
 FILE = HERE / "results" / "predicted.csv"

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import impact
 from impact import measures
-from impact.atomic import whole_file
-from impact.modal import ModalGreens, Residual
+from impact.files.atomic import whole_file
+from impact.greens.modal import ModalGreens, Residual
 
 REED = {"young": 200e9, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}
 SEAT = impact.semi_infinite_rod(young=200e9, density=7850.0, area=2.52e-5)

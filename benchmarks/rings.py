@@ -13,12 +13,12 @@ from table import Table, publish
 
 from impact import measures
 from impact.progress import silent
-from seatfem.planning.filling import replaced
-from seatfem.rings import face_compliance
-from seatfem.runs.contact import run_contact, run_for_measures, striker_of
-from seatfem.runs.stopwatch import Stopwatch
-from seatfem.scene import load_scene
-from seatfem.seats.seat import build_seat
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.rings import face_compliance
+from seatfem.structures.seats.seat import build_seat
+from seatfem.study.impacts.contact import run_contact, run_for_measures, striker_of
+from seatfem.study.planning.filling import replaced
+from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)
 STEP = 10e-9

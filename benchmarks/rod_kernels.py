@@ -1,4 +1,4 @@
-"""A damped rod marched by poles or by exact step weights: where `impact.damped_rods.BareFixedRod` changes over."""
+"""A damped rod marched by poles or by exact step weights: where `damped_rods.BareFixedRod` changes over."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from table import Table, best, publish
 
 import impact
 from impact import ContactProblem
-from impact.damped_rods import BareFixedRod, DampedFixedRod
-from impact.exact_port import step_weights
-from impact.greens import StepKernel
-from impact.replay import port_displacement
+from impact.exact.damped_rods import BareFixedRod, DampedFixedRod
+from impact.greens.base import StepKernel
+from impact.greens.exact_port import step_weights
+from impact.march.replay import port_displacement
 
 STEPS = (12_000, 48_000, 200_000)
 POLES = (250, 500, 1000, 2000)

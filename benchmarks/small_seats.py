@@ -1,4 +1,4 @@
-"""All modes or a Krylov space for small seats: where `seatfem.roads.choice.ALL_MODES` comes from."""
+"""All modes or a Krylov space for small seats: where `seatfem.structures.reduction.choice.ALL_MODES` comes from."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from pathlib import Path
 from table import Table, best, publish
 
 from impact.progress import silent
-from seatfem.mesh.spec import MeshSpec
-from seatfem.model import SecondOrderModel
-from seatfem.roads.choice import ALL_MODES, Method
-from seatfem.roads.greens import reduce_model
-from seatfem.scene import load_scene
-from seatfem.scene.seats import DrawnSeat
-from seatfem.seats.discretise import draw, matrices
+from seatfem.structures.kinds.seats import DrawnSeat
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.choice import ALL_MODES, Method
+from seatfem.structures.reduction.greens import reduce_model
+from seatfem.structures.seats.discretise import draw, matrices
+from seatfem.study.scene import load_scene
 
 BAND, DURATION, TOLERANCE = 4e5, 1.5e-3, 0.01  # Hz, s
 METHODS: tuple[Method, ...] = ("modes", "krylov")

@@ -13,8 +13,8 @@ from table import Table, publish
 
 import impact
 from impact import Body, ContactProblem, ModalGreens, Residual
-from impact.laws import Law
-from impact.spectrum import largest_average
+from impact.after.spectrum import largest_average
+from impact.march.laws import Law
 
 STIFFNESS, TRANSIT, MODES = 5e7, 1e-6, 5
 RULES = ("passive", "conserving", "blended")

@@ -13,11 +13,11 @@ from typing import Final
 
 from table import RESULTS, machine
 
-from impact.atomic import whole_file
-from seatfem.trading.chart import draw_trade
-from seatfem.trading.ladder import RATIO
-from seatfem.trading.table import summary_of, write_trade
-from seatfem.trading.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
+from impact.files.atomic import whole_file
+from seatfem.study.trade.chart import draw_trade
+from seatfem.study.trade.ladder import RATIO
+from seatfem.study.trade.table import summary_of, write_trade
+from seatfem.study.trade.trade import AS_FILED, LONGER, PLANNED, Trade, measure_trade
 
 ROOT: Final = Path(__file__).parents[1]
 DOCUMENT: Final = ROOT / "docs" / "trade.md"

@@ -16,16 +16,16 @@ import sys
 import tempfile
 from pathlib import Path
 
-from impact.atomic import whole_file
-from seatfem.cli import demo_scene
-from seatfem.planning.plan import Plan
-from seatfem.planning.planner import plan_scene
-from seatfem.runs.pipeline import run_scene
-from seatfem.scene import load_scene
-from seatfem.seats.store import Store
+from impact.files.atomic import whole_file
+from seatfem.faces.cli import demo_scene
+from seatfem.faces.verdict import verdict
+from seatfem.structures.seats.store import Store
+from seatfem.study.planning.plan import Plan
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import load_scene
 from seatfem.verification.case import Row
-from seatfem.verify import PROVIDERS, markdown_table, verification_table
-from seatfem.views.verdict import verdict
+from seatfem.verification.table import PROVIDERS, markdown_table, verification_table
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from seatfem.elements.assembly import assemble
-from seatfem.geometry import Bar
-from seatfem.materials import Material
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.roads.factorization import factorize
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.shapes import Bar
 
 LENGTH = 12e-3
 factors = []

@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import impact
-from impact.measured import read_impulse_response
-from impact.nearest_passive import repair
-from impact.passivity import passivity
+from impact.measured.nearest_passive import repair
+from impact.measured.passivity import passivity
+from impact.measured.reading import read_impulse_response
 
 YOUNG, DENSITY, AREA, LENGTH = 2e11, 7850.0, 1e-4, 0.1
 TRANSIT = LENGTH / (YOUNG / DENSITY) ** 0.5  # l/c

@@ -9,7 +9,7 @@ from pathlib import Path
 import impact
 import seatfem
 from impact import measures
-from seatfem.geometry import CadPart
+from seatfem.structures.shapes import CadPart
 
 STEP_FILE = Path(__file__).parents[1] / "meshes" / "annular_seat.step"
 BAND = 200e3  # Hz

@@ -6,10 +6,14 @@ What every contact needs is loaded at once; the rest of the names below on first
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from impact import measures
-from impact.beam import Cantilever, cantilever_reed
-from impact.body import Body, Load, ModalState, rigid_mass
-from impact.closed_form import (
+from impact.advice import Advice
+from impact.after import measures
+from impact.after.energy import EnergyLedger
+from impact.after.result import ImpactResult
+from impact.beams.cantilever import Cantilever
+from impact.bodies.body import Body, Load, ModalState, rigid_mass
+from impact.bodies.reeds import cantilever_reed
+from impact.exact.closed_form import (
     fixed_rod,
     free_rod,
     infinite_beam,
@@ -19,36 +23,51 @@ from impact.closed_form import (
     single_mode,
     spring,
 )
-from impact.energy import EnergyLedger
-from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
-from impact.laws import CompiledLaw, Hertz, HuntCrossley, LawError, LinearSpring, PlainLaw, Signorini, compiled_law
-from impact.modal import ModalGreens, Residual
-from impact.passivity import PassivityReport, passivity, require_passive
-from impact.problem import Contact, ContactError, ContactProblem
-from impact.result import Advice, ImpactResult
-from impact.sampled import SampledGreens
-from impact.solver import collect, solve
-from impact.stepper import ContactStepper, StepState, prepare
+from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.sampled import SampledGreens
+from impact.march.laws import (
+    CompiledLaw,
+    Hertz,
+    HuntCrossley,
+    Law,
+    LawError,
+    LinearSpring,
+    PlainLaw,
+    Signorini,
+    compiled_law,
+)
+from impact.march.problem import Contact, ContactError, ContactProblem
+from impact.march.stepper import ContactStepper, StepState, prepare
+from impact.measured.passivity import PassivityReport, passivity, require_passive
+from impact.runs.solver import collect, solve
 
 if TYPE_CHECKING:
-    from impact.batch import ImpactBatch, solve_many
-    from impact.budget import Budget
-    from impact.budgeting import Coarser, error_budget
-    from impact.clamped import ClampedClamped
-    from impact.half_space import HalfSpacePatch, half_space_patch, without_patch
-    from impact.loads import Gravity, PointForce, Pressure, PressureField
-    from impact.measured import read_impulse_response, sampling_advice
-    from impact.nearest_passive import repair
-    from impact.pole_passivity import PolePassivity, pole_passivity
-    from impact.poles import PoleGreens
-    from impact.reeds import GivenShape, ModeShape, StaticShape, reed
-    from impact.regime import Regime, regime_card
-    from impact.storage import StorageError, load_greens, load_results, save_greens, save_results
-    from impact.stress import PeakStress, ReedStress, bending_stress, peak_bending_stress, reed_stress, rod_stress
-    from impact.sums import ScaledGreens, SumGreens
-    from impact.time_series import TimeSeries, read_time_series
-    from impact.timoshenko import TimoshenkoCantilever
-    from impact.tip_mass import TipMassCantilever
+    from impact.after.regime import Regime, regime_card
+    from impact.after.stresses import (
+        PeakStress,
+        ReedStress,
+        bending_stress,
+        peak_bending_stress,
+        reed_stress,
+        rod_stress,
+    )
+    from impact.beams.clamped import ClampedClamped
+    from impact.beams.timoshenko import TimoshenkoCantilever
+    from impact.beams.tip_mass import TipMassCantilever
+    from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField
+    from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, reed
+    from impact.bodies.time_series import TimeSeries, read_time_series
+    from impact.exact.half_space import HalfSpacePatch, half_space_patch, without_patch
+    from impact.greens.poles import PoleGreens
+    from impact.greens.sums import ScaledGreens, SumGreens
+    from impact.measured.nearest_passive import repair
+    from impact.measured.pole_passivity import PolePassivity, pole_passivity
+    from impact.measured.reading import read_impulse_response, sampling_advice
+    from impact.runs.batch import ImpactBatch, solve_many
+    from impact.runs.budget import Budget
+    from impact.runs.budgeting import Coarser, error_budget
+    from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 
 __all__ = [
     "Advice",
@@ -73,6 +92,7 @@ __all__ = [
     "HuntCrossley",
     "ImpactBatch",
     "ImpactResult",
+    "Law",
     "LawError",
     "LinearSpring",
     "Load",
@@ -140,48 +160,48 @@ __all__ = [
 ]
 
 _HOME = {
-    "read_impulse_response": "measured",
-    "sampling_advice": "measured",
-    "repair": "nearest_passive",
-    "Budget": "budget",
-    "Coarser": "budgeting",
-    "error_budget": "budgeting",
-    "ImpactBatch": "batch",
-    "solve_many": "batch",
-    "ClampedClamped": "clamped",
-    "HalfSpacePatch": "half_space",
-    "half_space_patch": "half_space",
-    "without_patch": "half_space",
-    "Gravity": "loads",
-    "PointForce": "loads",
-    "Pressure": "loads",
-    "PressureField": "loads",
-    "PoleGreens": "poles",
-    "PolePassivity": "pole_passivity",
-    "pole_passivity": "pole_passivity",
-    "GivenShape": "reeds",
-    "ModeShape": "reeds",
-    "StaticShape": "reeds",
-    "reed": "reeds",
-    "Regime": "regime",
-    "regime_card": "regime",
-    "StorageError": "storage",
-    "load_greens": "storage",
-    "load_results": "storage",
-    "save_greens": "storage",
-    "save_results": "storage",
-    "PeakStress": "stress",
-    "ReedStress": "stress",
-    "bending_stress": "stress",
-    "peak_bending_stress": "stress",
-    "reed_stress": "stress",
-    "rod_stress": "stress",
-    "ScaledGreens": "sums",
-    "SumGreens": "sums",
-    "TimeSeries": "time_series",
-    "read_time_series": "time_series",
-    "TimoshenkoCantilever": "timoshenko",
-    "TipMassCantilever": "tip_mass",
+    "read_impulse_response": "measured.reading",
+    "sampling_advice": "measured.reading",
+    "repair": "measured.nearest_passive",
+    "Budget": "runs.budget",
+    "Coarser": "runs.budgeting",
+    "error_budget": "runs.budgeting",
+    "ImpactBatch": "runs.batch",
+    "solve_many": "runs.batch",
+    "ClampedClamped": "beams.clamped",
+    "HalfSpacePatch": "exact.half_space",
+    "half_space_patch": "exact.half_space",
+    "without_patch": "exact.half_space",
+    "Gravity": "bodies.loads",
+    "PointForce": "bodies.loads",
+    "Pressure": "bodies.loads",
+    "PressureField": "bodies.loads",
+    "PoleGreens": "greens.poles",
+    "PolePassivity": "measured.pole_passivity",
+    "pole_passivity": "measured.pole_passivity",
+    "GivenShape": "bodies.reeds",
+    "ModeShape": "bodies.reeds",
+    "StaticShape": "bodies.reeds",
+    "reed": "bodies.reeds",
+    "Regime": "after.regime",
+    "regime_card": "after.regime",
+    "StorageError": "storage.hdf5",
+    "load_greens": "storage.hdf5",
+    "load_results": "storage.hdf5",
+    "save_greens": "storage.hdf5",
+    "save_results": "storage.hdf5",
+    "PeakStress": "after.stresses",
+    "ReedStress": "after.stresses",
+    "bending_stress": "after.stresses",
+    "peak_bending_stress": "after.stresses",
+    "reed_stress": "after.stresses",
+    "rod_stress": "after.stresses",
+    "ScaledGreens": "greens.sums",
+    "SumGreens": "greens.sums",
+    "TimeSeries": "bodies.time_series",
+    "read_time_series": "bodies.time_series",
+    "TimoshenkoCantilever": "beams.timoshenko",
+    "TipMassCantilever": "beams.tip_mass",
 }
 
 

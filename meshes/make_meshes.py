@@ -4,8 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from seatfem.geometry import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
-from seatfem.mesh.meshing import MeshSpec, make_mesh, write_step
+from seatfem.structures.mesh.meshing import MeshSpec, make_mesh, write_step
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
 
 FOLDER = Path(__file__).resolve().parent
 SEAT = AnnularSeat()

@@ -9,29 +9,29 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from seatfem.elements.assembly import assemble
-    from seatfem.elements.axisymmetric import assemble_axisymmetric
-    from seatfem.formats.matrices import read_matrices
-    from seatfem.formats.mesh_files import read_mesh
-    from seatfem.formats.mesh_writing import write_mesh
-    from seatfem.formats.uff import read_frf_uff, read_modes_uff
-    from seatfem.materials import Material, Orthotropic
-    from seatfem.measured.frf import FrequencyResponse, read_frf
-    from seatfem.measured.pole_fit import fit_impulse_response, fit_poles
-    from seatfem.mesh.meridian import MeridianMesh, make_meridian
-    from seatfem.mesh.meshing import MeshSpec, SeatMesh, make_mesh
-    from seatfem.model import ModelError, Port, SecondOrderModel
-    from seatfem.roads.greens import Reduction, greens_function, reduce_model
-    from seatfem.roads.harmonics import ring_greens
-    from seatfem.roads.modes import Modes, solve_modes
-    from seatfem.roads.ring_patches import RingPatch
-    from seatfem.runs.pipeline import run_scene
-    from seatfem.scene import load_scene
-    from seatfem.seats.store import Store, content_key
-    from seatfem.trading.chart import draw_trade
-    from seatfem.trading.table import write_trade
-    from seatfem.trading.trade import Trade, measure_trade
-    from seatfem.views.revolved_grid import revolve
+    from impact.measured.frf import FrequencyResponse, read_frf
+    from impact.measured.pole_fit import fit_impulse_response, fit_poles
+    from seatfem.pictures.revolved_grid import revolve
+    from seatfem.structures.elements.assembly import assemble
+    from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+    from seatfem.structures.formats.matrices import read_matrices
+    from seatfem.structures.formats.mesh_files import read_mesh
+    from seatfem.structures.formats.mesh_writing import write_mesh
+    from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
+    from seatfem.structures.materials import Material, Orthotropic
+    from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
+    from seatfem.structures.mesh.meshing import MeshSpec, SeatMesh, make_mesh
+    from seatfem.structures.model import ModelError, Port, SecondOrderModel
+    from seatfem.structures.reduction.greens import Reduction, greens_function, reduce_model
+    from seatfem.structures.reduction.harmonics import ring_greens
+    from seatfem.structures.reduction.modes import Modes, solve_modes
+    from seatfem.structures.reduction.ring_patches import RingPatch
+    from seatfem.structures.seats.store import Store, content_key
+    from seatfem.study.runs.pipeline import run_scene
+    from seatfem.study.scene import load_scene
+    from seatfem.study.trade.chart import draw_trade
+    from seatfem.study.trade.table import write_trade
+    from seatfem.study.trade.trade import Trade, measure_trade
 
 __all__ = [
     "FrequencyResponse",
@@ -74,50 +74,50 @@ __all__ = [
 ]
 
 _HOME = {
-    "Trade": "trading.trade",
-    "measure_trade": "trading.trade",
-    "draw_trade": "trading.chart",
-    "write_trade": "trading.table",
-    "FrequencyResponse": "measured.frf",
-    "read_frf": "measured.frf",
-    "read_matrices": "formats.matrices",
-    "fit_impulse_response": "measured.pole_fit",
-    "fit_poles": "measured.pole_fit",
-    "Store": "seats.store",
-    "content_key": "seats.store",
-    "read_frf_uff": "formats.uff",
-    "read_modes_uff": "formats.uff",
-    "assemble": "elements.assembly",
-    "assemble_axisymmetric": "elements.axisymmetric",
-    "ring_greens": "roads.harmonics",
-    "RingPatch": "roads.ring_patches",
-    "revolve": "views.revolved_grid",
-    "Reduction": "roads.greens",
-    "greens_function": "roads.greens",
-    "reduce_model": "roads.greens",
-    "MeshSpec": "mesh.meshing",
-    "SeatMesh": "mesh.meshing",
-    "MeridianMesh": "mesh.meridian",
-    "make_meridian": "mesh.meridian",
-    "make_mesh": "mesh.meshing",
-    "read_mesh": "formats.mesh_files",
-    "write_mesh": "formats.mesh_writing",
-    "Material": "materials",
-    "Orthotropic": "materials",
-    "ModelError": "model",
-    "Port": "model",
-    "SecondOrderModel": "model",
-    "Modes": "roads.modes",
-    "solve_modes": "roads.modes",
-    "run_scene": "runs.pipeline",
-    "load_scene": "scene",
+    "Trade": "seatfem.study.trade.trade",
+    "measure_trade": "seatfem.study.trade.trade",
+    "draw_trade": "seatfem.study.trade.chart",
+    "write_trade": "seatfem.study.trade.table",
+    "FrequencyResponse": "impact.measured.frf",
+    "read_frf": "impact.measured.frf",
+    "read_matrices": "seatfem.structures.formats.matrices",
+    "fit_impulse_response": "impact.measured.pole_fit",
+    "fit_poles": "impact.measured.pole_fit",
+    "Store": "seatfem.structures.seats.store",
+    "content_key": "seatfem.structures.seats.store",
+    "read_frf_uff": "seatfem.structures.formats.uff",
+    "read_modes_uff": "seatfem.structures.formats.uff",
+    "assemble": "seatfem.structures.elements.assembly",
+    "assemble_axisymmetric": "seatfem.structures.elements.axisymmetric",
+    "ring_greens": "seatfem.structures.reduction.harmonics",
+    "RingPatch": "seatfem.structures.reduction.ring_patches",
+    "revolve": "seatfem.pictures.revolved_grid",
+    "Reduction": "seatfem.structures.reduction.greens",
+    "greens_function": "seatfem.structures.reduction.greens",
+    "reduce_model": "seatfem.structures.reduction.greens",
+    "MeshSpec": "seatfem.structures.mesh.meshing",
+    "SeatMesh": "seatfem.structures.mesh.meshing",
+    "MeridianMesh": "seatfem.structures.mesh.meridian",
+    "make_meridian": "seatfem.structures.mesh.meridian",
+    "make_mesh": "seatfem.structures.mesh.meshing",
+    "read_mesh": "seatfem.structures.formats.mesh_files",
+    "write_mesh": "seatfem.structures.formats.mesh_writing",
+    "Material": "seatfem.structures.materials",
+    "Orthotropic": "seatfem.structures.materials",
+    "ModelError": "seatfem.structures.model",
+    "Port": "seatfem.structures.model",
+    "SecondOrderModel": "seatfem.structures.model",
+    "Modes": "seatfem.structures.reduction.modes",
+    "solve_modes": "seatfem.structures.reduction.modes",
+    "run_scene": "seatfem.study.runs.pipeline",
+    "load_scene": "seatfem.study.scene",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'seatfem' has no attribute {name!r}")
-    return getattr(import_module(f"seatfem.{_HOME[name]}"), name)
+    return getattr(import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -1,6 +1,6 @@
 """`python -m seatfem` is the program `seatfem`."""
 
-from seatfem.cli import main
+from seatfem.faces.cli import main
 
 if __name__ == "__main__":
     main()

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import impact
 from impact import measures
-from impact.damped_rods import DampedFixedRod
-from impact.greens import GreensFunction
-from impact.result import ImpactResult
+from impact.after.result import ImpactResult
+from impact.exact.damped_rods import DampedFixedRod
+from impact.greens.base import GreensFunction
 
 YOUNG, DENSITY = 200e9, 7850.0  # both bodies [Pa, kg/m^3]
 ROD_DAMPING = 0.10

@@ -11,10 +11,10 @@ from paper_case import CASES, DENSITY, FILTER_WIDTH, YOUNG, Case, Numbers
 
 import impact
 from impact import measures
-from impact.drawing import BLUE, GREY, ORANGE, PURPLE, SKY, scaled, sheet, zero_line
-from impact.greens import Array
-from impact.result import ImpactResult
-from impact.rods import fixed_rod_modes
+from impact.after.result import ImpactResult
+from impact.after.rods import fixed_rod_modes
+from impact.greens.base import Array
+from impact.pictures.drawing import BLUE, GREY, ORANGE, PURPLE, SKY, scaled, sheet, zero_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

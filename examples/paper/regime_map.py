@@ -13,16 +13,16 @@ import numpy as np
 from paper_case import CASES, DENSITY, ROD_DAMPING, YOUNG, Numbers, strike, strike_spring, table_1_reed
 
 import impact
-from impact.closed_form import DelayRod
-from impact.damped_rods import DampedFixedRod
-from impact.drawing import sheet
-from impact.greens import Array
-from impact.measures import filtered_peak_force
-from impact.measures import impulse as impulse_of
+from impact.after.measures import filtered_peak_force
+from impact.after.measures import impulse as impulse_of
+from impact.after.regime import EQUAL
+from impact.after.rods import fixed_rod_modes
+from impact.exact.closed_form import DelayRod
+from impact.exact.damped_rods import DampedFixedRod
+from impact.files.table import Row, read_rows, write_rows
+from impact.greens.base import Array
+from impact.pictures.drawing import sheet
 from impact.progress import Progress, silent
-from impact.regime import EQUAL
-from impact.rods import fixed_rod_modes
-from impact.table import Row, read_rows, write_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

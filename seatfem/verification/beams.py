@@ -10,9 +10,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 import impact
-from impact.beam import Cantilever
-from impact.closed_form import DelayRod
-from impact.modal import ModalGreens, Residual
+from impact.beams.cantilever import Cantilever
+from impact.exact.closed_form import DelayRod
+from impact.greens.modal import ModalGreens, Residual
 from seatfem.verification.case import Case, Estimate
 
 _TEXTBOOK = "Blevins, Formulas for Natural Frequency and Mode Shape"

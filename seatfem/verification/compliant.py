@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
-from impact.modal import ModalGreens, Residual
+from impact.after.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
+from impact.greens.modal import ModalGreens, Residual
 from seatfem.verification.case import Case, Estimate, richardson
 
 _YOUNG, _POISSON, _DENSITY = 200e9, 0.3, 7850.0

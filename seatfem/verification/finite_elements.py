@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from functools import cache
 
-from seatfem.elements.assembly import assemble
-from seatfem.geometry.bar import Bar
-from seatfem.mesh.meshing import SeatMesh, make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.model import Material
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import Material
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.shapes.bar import Bar
 from seatfem.verification.case import Case, Estimate
 
 _BAR = Bar(length=40e-3, width=6e-3, height=6e-3)

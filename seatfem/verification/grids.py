@@ -9,7 +9,7 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from seatfem.model import Array, Port, SecondOrderModel
+from seatfem.structures.model import Array, Port, SecondOrderModel
 
 Mask = NDArray[np.bool_]
 Where = Callable[[Array], Mask]

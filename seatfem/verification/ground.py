@@ -9,13 +9,13 @@ from functools import cache
 
 import numpy as np
 
-from impact.pulse import hann
-from impact.sampled import SampledGreens
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.model import Array, Material, SecondOrderModel
-from seatfem.roads.factorization import factorize
-from seatfem.roads.transient import march
+from impact.greens.pulse import hann
+from impact.greens.sampled import SampledGreens
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.model import Array, Material, SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.transient import march
 from seatfem.verification.case import Case, Estimate, richardson
 from seatfem.verification.grids import box, section, split
 from seatfem.verification.half_space import unit_patch

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from impact.half_space import (
+from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
     half_space_patch,

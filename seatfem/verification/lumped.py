@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.modal import ModalGreens, Residual
+from impact.greens.modal import ModalGreens, Residual
 from seatfem.verification.case import Case, Estimate, refined, richardson
 from seatfem.verification.compliant import MASS, VELOCITY, plate_seat, rigid_seat, strike
 from seatfem.verification.rods import end_of_contact, first_impact

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import skfem
 
-from seatfem.elements.assembly import assemble
-from seatfem.model import Array, Material
-from seatfem.roads.factorization import factorize
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.model import Array, Material
+from seatfem.structures.reduction.factorization import factorize
 from seatfem.verification.case import Case
 from seatfem.verification.grids import box
 from seatfem.verification.levels import converged

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 import skfem
 
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.model import Array, Material, SecondOrderModel
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.model import Array, Material, SecondOrderModel
+from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verification.case import Case
 from seatfem.verification.grids import Where, box, hold, plane, section
 from seatfem.verification.levels import converged, small_limit

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.greens import Array
+from impact.greens.base import Array
 from seatfem.verification.case import Case, refined, richardson
 from seatfem.verification.half_space import unit_patch
 

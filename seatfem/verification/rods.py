@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.closed_form import DelayRod
-from impact.greens import Array
-from impact.stress import rod_stress
+from impact.after.stresses import rod_stress
+from impact.exact.closed_form import DelayRod
+from impact.greens.base import Array
 from seatfem.verification.case import Case, Estimate, refined, richardson
 
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: longitudinal impact of bars"

@@ -10,12 +10,12 @@ import numpy as np
 import skfem
 from scipy.optimize import brentq
 
-from impact.timoshenko import TimoshenkoCantilever
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.model import Array, Material, SecondOrderModel
-from seatfem.roads.factorization import factorize
-from seatfem.roads.modes import solve_modes
+from impact.beams.timoshenko import TimoshenkoCantilever
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.model import Array, Material, SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verification.case import Case
 from seatfem.verification.grids import box, hold, plane, section
 from seatfem.verification.levels import converged

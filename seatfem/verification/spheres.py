@@ -11,9 +11,9 @@ import skfem
 from scipy.optimize import brentq
 from scipy.special import spherical_jn
 
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.model import Material, SecondOrderModel
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.model import Material, SecondOrderModel
+from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verification.case import Case
 from seatfem.verification.levels import converged
 

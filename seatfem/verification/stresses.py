@@ -6,7 +6,7 @@ import math
 
 from scipy.optimize import minimize_scalar
 
-from impact.contact_stress import (
+from impact.after.contact_stress import (
     ShearMaximum,
     circular_shear_maximum,
     disk_shear_maximum,

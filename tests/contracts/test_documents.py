@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from impact.budget import SAFETY, STRESS_SAFETY
-from seatfem.planning.deciding import AIM, FREE, SPARE
-from seatfem.runs.variations import FEWER, MANY, NARROWER
-from seatfem.seats.needs import COARSENING
-from seatfem.seats.seat import MESH_SAFETY, ROD_SHARE
+from impact.runs.budget import SAFETY, STRESS_SAFETY
+from seatfem.structures.seats.needs import COARSENING
+from seatfem.structures.seats.seat import MESH_SAFETY, ROD_SHARE
+from seatfem.study.impacts.variations import FEWER, MANY, NARROWER
+from seatfem.study.planning.deciding import AIM, FREE, SPARE
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -76,7 +76,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build_seat` (`seatfem/seats/seat.py`)."""
+    """As in: `build_seat` (`seatfem/structures/seats/seat.py`)."""
     pairs = [
         (page.name, name, file)
         for page in PAGES

@@ -9,11 +9,11 @@ import pytest
 
 import impact
 from impact import measures
-from impact.closed_form import PowerLaw
-from impact.damped_rods import BareFixedRod
-from impact.greens import ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
-from impact.storage import load_greens, save_greens
-from impact.sums import SumGreens
+from impact.exact.closed_form import PowerLaw
+from impact.exact.damped_rods import BareFixedRod
+from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
+from impact.greens.sums import SumGreens
+from impact.storage.hdf5 import load_greens, save_greens
 
 ROD = {"young": 4.0, "density": 9.0, "area": 1.0, "length": 2.0 / 3.0}  # Z = 6, l/c = 1, mass 6
 DT, STEPS = 0.02, 300

@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")])
 
-MESHING = ("seatfem/geometry/", "seatfem/mesh/_gmsh_")
+MESHING = ("seatfem/structures/shapes/", "seatfem/structures/mesh/_gmsh_")
 PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 
@@ -126,7 +126,7 @@ def test_the_program_starts_without_finite_elements() -> None:
     """`seatfem --help` answers at once: no compiler, mesher, element library or picture library is loaded for it."""
     code = """
 import sys
-from seatfem.cli import run_command
+from seatfem.faces.cli import run_command
 assert run_command(["--help"]) == 0
 slow = {"numba", "scipy", "skfem", "gmsh", "pyvista", "matplotlib", "pint", "pydantic"} & sys.modules.keys()
 assert not slow, slow

@@ -10,8 +10,8 @@ import pytest
 
 import impact
 import seatfem
-from impact.greens import ErrorEstimate
-from seatfem.elements.rod1d import rod_model
+from impact.greens.base import ErrorEstimate
+from seatfem.structures.elements.rod1d import rod_model
 
 LARGEST, LINES = 1500, 14
 HOLDERS = ("Array", "NDArray", "sparse", "Mesh", "Mapping", "Greens", "Body", "Modes", "tuple[Point")

@@ -12,13 +12,24 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from seatfem.runs import pipeline
-from seatfem.runs.contact import striker_of
-from seatfem.runs.pipeline import run_scene
-from seatfem.scene import Annular, BarSeat, Cantilever, DrawnSeat, MeshFile, Plate, RigidMass, Rod, Scene, load_scene
-from seatfem.seats import kept_seats
-from seatfem.seats.levels import applicable
-from seatfem.seats.seat import build_seat
+from seatfem.structures.seats import kept_seats
+from seatfem.structures.seats.levels import applicable
+from seatfem.structures.seats.seat import build_seat
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import (
+    Annular,
+    BarSeat,
+    Cantilever,
+    DrawnSeat,
+    MeshFile,
+    Plate,
+    RigidMass,
+    Rod,
+    Scene,
+    load_scene,
+)
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8"))

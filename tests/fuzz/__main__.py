@@ -7,7 +7,7 @@ import signal
 import sys
 from pathlib import Path
 
-from seatfem.cli import run_command
+from seatfem.faces.cli import run_command
 
 from .corpus import build
 from .plan import cases

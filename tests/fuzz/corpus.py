@@ -18,14 +18,14 @@ from scipy import sparse
 from scipy.io import mmwrite
 
 import impact
-from impact.checkpoint import save_checkpoint
-from impact.stepper import ContactStepper, prepare
-from impact.storage import save_greens, save_results
-from seatfem.measured.pole_fit import transfer
-from seatfem.planning.machine import Machine
-from seatfem.seats.store import Store
-from seatfem.trading.journal import append
-from seatfem.trading.point import Outcome, Point
+from impact.march.stepper import ContactStepper, prepare
+from impact.measured.pole_fit import transfer
+from impact.storage.checkpoint import save_checkpoint
+from impact.storage.hdf5 import save_greens, save_results
+from seatfem.machine.rates import Machine
+from seatfem.structures.seats.store import Store
+from seatfem.study.trade.journal import append
+from seatfem.study.trade.point import Outcome, Point
 
 from . import scenes
 
@@ -315,7 +315,7 @@ def _mesh_file(folder: Path, source: Path, share: float) -> Specimen:
 
 def _write_vtu(source: Path, path: Path) -> None:
     """The mesh of another file as ASCII .vtu, its surfaces as triangles with arrays of 0 and 1."""
-    from seatfem.formats.abaqus_mesh import read_abaqus
+    from seatfem.structures.formats.abaqus_mesh import read_abaqus
 
     mesh = read_abaqus(source)
     faces = [mesh.surfaces[name] for name in ("contact", "fixed")]

@@ -20,18 +20,19 @@ from typing import Any, Final
 
 import numpy as np
 
-from impact.checkpoint import restore_checkpoint
-from impact.measured import read_impulse_response
-from impact.seal import seal_holds
-from impact.storage import load_results
-from impact.time_series import read_time_series
-from seatfem.cli import run_command
-from seatfem.formats.uff import read_impulse_response_uff
-from seatfem.mesh.gmsh_process import GmshSession, MeshingError
-from seatfem.planning.machine import Machine
-from seatfem.runs import contact, pipeline
-from seatfem.seats.store import VARIABLE, Store
-from seatfem.trading.journal import read_journal
+from impact.bodies.time_series import read_time_series
+from impact.files.seal import seal_holds
+from impact.measured.reading import read_impulse_response
+from impact.storage.checkpoint import restore_checkpoint
+from impact.storage.hdf5 import load_results
+from seatfem.faces.cli import run_command
+from seatfem.machine.rates import Machine
+from seatfem.structures.formats.uff import read_impulse_response_uff
+from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
+from seatfem.structures.seats.store import VARIABLE, Store
+from seatfem.study.impacts import contact
+from seatfem.study.runs import pipeline
+from seatfem.study.trade.journal import read_journal
 
 from .corpus import KEY, Specimen, fresh_march
 from .hdf5 import HDF5, mutate

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from impact.beam import Cantilever
-from impact.clamped import ClampedClamped
-from impact.oscillator import impulse_response
-from impact.reeds import ModeShape, StaticShape, reed
-from impact.timoshenko import TimoshenkoCantilever
-from impact.tip_mass import TipMassCantilever
+from impact.beams.cantilever import Cantilever
+from impact.beams.clamped import ClampedClamped
+from impact.beams.timoshenko import TimoshenkoCantilever
+from impact.beams.tip_mass import TipMassCantilever
+from impact.bodies.reeds import ModeShape, StaticShape, reed
+from impact.greens.oscillator import impulse_response
 
 REFERENCES = {entry["id"]: entry for entry in json.loads(Path(__file__).with_name("beams.json").read_text())}
 REED = Cantilever(**REFERENCES["paper_reed_freqs"]["parameters"])

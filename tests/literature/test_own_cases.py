@@ -12,7 +12,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from seatfem.verification.radiating import RADIATION
-from seatfem.verify import verification_cases
+from seatfem.verification.table import verification_cases
 
 ENTRIES = json.loads(Path(__file__).with_name("own_cases.json").read_text())
 CASES = {(case.case, case.quantity): case for case in verification_cases()}

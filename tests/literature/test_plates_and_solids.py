@@ -11,7 +11,7 @@ from scipy.integrate import solve_bvp
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
-from seatfem.model import Material
+from seatfem.structures.model import Material
 from seatfem.verification.round_bars import bar_frequency
 from seatfem.verification.solids import bending_frequency, box_frequency, tube_widening
 from seatfem.verification.spheres import sphere_frequency

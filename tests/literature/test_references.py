@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.elements.assembly import assemble
-from seatfem.model import Material
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.model import Material
+from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verification.grids import box, hold, plane
-from seatfem.verify import verification_cases
+from seatfem.verification.table import verification_cases
 
 FILES = ("half_space.json", "beams.json", "references.json", "finite_elements.json")
 REFERENCES = {entry["id"]: entry for f in FILES for entry in json.loads(Path(__file__).with_name(f).read_text())}

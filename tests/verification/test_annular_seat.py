@@ -11,12 +11,12 @@ import pytest
 
 import impact
 from impact import measures
-from seatfem.elements.assembly import assemble
-from seatfem.geometry import AnnularSeat, Bar, CadPart
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.model import Material
-from seatfem.roads.greens import greens_function
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import Material
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.shapes import AnnularSeat, Bar, CadPart
 
 STEP = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
 YOUNG, DENSITY = 200e9, 7850.0

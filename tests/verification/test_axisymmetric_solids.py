@@ -10,10 +10,10 @@ from scipy.sparse.linalg import spsolve
 from scipy.special import jv, spherical_jn
 
 import impact
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.materials import Material
-from seatfem.roads.greens import greens_function
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.modes import solve_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)
 

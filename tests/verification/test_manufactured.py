@@ -14,7 +14,7 @@ import pytest
 import skfem
 from numpy.typing import NDArray
 
-from seatfem.model import Material
+from seatfem.structures.model import Material
 from seatfem.verification.manufactured import RelativeErrors, Waves, relative_errors, stress
 
 Array = NDArray[np.float64]

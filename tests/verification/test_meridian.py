@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.geometry import AnnularSeat
-from seatfem.materials import Material
-from seatfem.mesh.meridian import make_meridian
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.roads.greens import greens_function
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.shapes import AnnularSeat
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SEAT = AnnularSeat(bore_radius=2e-3, lip_width=1e-3, outer_radius=5e-3, thickness=3e-3)

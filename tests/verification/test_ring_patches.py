@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.elements.assembly import assemble
-from seatfem.materials import Material
-from seatfem.roads.greens import greens_function
-from seatfem.roads.harmonics import ring_greens
-from seatfem.roads.ring_patches import RingPatch
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.ring_patches import RingPatch
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05

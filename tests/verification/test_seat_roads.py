@@ -10,16 +10,16 @@ from scipy.sparse.linalg import eigsh
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from seatfem.elements.assembly import assemble
-from seatfem.elements.axisymmetric import assemble_axisymmetric
-from seatfem.elements.supports import Absorbing
-from seatfem.geometry import AnnularSeat, Bar, ConicalSeat, ValvePlate
-from seatfem.mesh.meridian import make_meridian
-from seatfem.mesh.meshing import make_mesh
-from seatfem.mesh.spec import MeshSpec
-from seatfem.model import Material
-from seatfem.roads.greens import greens_function
-from seatfem.roads.modes import solve_modes
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.elements.supports import Absorbing
+from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import Material
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.shapes import AnnularSeat, Bar, ConicalSeat, ValvePlate
 
 STEEL = Material(200e9, 0.3, 7850.0)
 TOLERANCE = 3e-2

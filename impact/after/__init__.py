@@ -1,0 +1,1 @@
+"""What is read off an impact: results, energies, measures, stresses, regimes, advice."""

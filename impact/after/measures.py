@@ -1,0 +1,292 @@
+"""What is read off an impact: functions of an `ImpactResult`.
+
+Each asks one contact: with several, ``contact=`` 0, 1, ... says which; `total_impulse` adds up all. The force of step
+m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
+``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. Every function
+raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from impact.after.result import ImpactResult
+from impact.after.spectrum import MOVING_AVERAGE, Window, averaged, largest_average, transform
+from impact.greens.base import Array
+
+MERGE = 30e-6  # openings shorter than this [s] do not end a contact group
+
+
+class MeasureError(ValueError):
+    """A measure that this result cannot give; the message names the remedy."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """Work of one contact's force on each body over the whole record [J]; their sum is what the contact took, < 0."""
+
+    striker: float
+    target: float
+
+
+def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
+    """The force, gap and displacements of one of several contacts, (n + 1,) each; the energies stay those of all.
+
+    Raises:
+        MeasureError: no contact of that number; ``None`` where there are several.
+    """
+    count = _contacts(result)
+    if contact is None and count > 1:
+        raise MeasureError(f"this result has {count} contacts: name one, contact=0 ... {count - 1}")
+    contact = contact or 0
+    if not 0 <= contact < count:
+        raise MeasureError(f"contact = {contact}: this result has {count}, numbered from 0")
+    if result.force.ndim == 1:
+        return result
+    return replace(
+        result,
+        force=result.force[:, contact],
+        gap=result.gap[:, contact],
+        striker_displacement=result.striker_displacement[:, contact],
+        target_displacement=result.target_displacement[:, contact],
+    )
+
+
+def impulse(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Integral of the contact force [N s]; 0 without contact."""
+    return float(np.sum(of_contact(result, contact).force[1:])) * result.dt
+
+
+def total_impulse(result: ImpactResult) -> float:
+    """Momentum that all contacts gave the striker along the normal [N s]: seats push it up (+), stoppers down (-).
+
+    Raises:
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+    """
+    total = 0.0
+    for contact in range(_contacts(result)):
+        given = impulse(result, contact=contact)
+        total += _told_side(of_contact(result, contact)) * given if given > 0 else 0.0
+    return total
+
+
+def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Largest force of any step [N]; at a velocity jump it converges only slowly, see `filtered_peak_force`."""
+    return float(np.max(of_contact(result, contact).force))
+
+
+def filtered_force(
+    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
+) -> Array:
+    """(n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record [N].
+
+    ``window`` weights the average, which is exact for the stepwise force: N_w(t) = integral of h(s) N(t - s) ds with
+
+        "moving average":  h = 1/width                             (-3 dB at 0.443/width, first zero at 1/width),
+        "hann":            h = (1 + cos(2 pi s/width))/width       (-3 dB at 0.720/width, first zero at 2/width),
+
+    for |s| <= width/2, both without phase shift. Source: Harris, Proc. IEEE 66 (1978) 51.
+
+    Raises:
+        MeasureError: ``width`` below two steps, which the record does not resolve; another window.
+    """
+    force = _resolved(result, width, contact)
+    if window not in ("moving average", "hann"):
+        raise MeasureError(f"window {window!r} is unknown; choose 'moving average' or 'hann'")
+    return averaged(force[1:], result.dt, width, window)
+
+
+def filtered_peak_force(
+    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
+) -> float:
+    """Largest `filtered_force` at any time, with the Hann window at any recorded time [N]; raises as it does."""
+    if window == MOVING_AVERAGE:
+        return largest_average(_resolved(result, width, contact)[1:], result.dt, width)
+    return float(np.max(filtered_force(result, width, contact=contact, window=window)))
+
+
+def _resolved(result: ImpactResult, width: float, contact: int | None) -> Array:
+    """(n + 1,) the force of a record that resolves the filter."""
+    force = of_contact(result, contact).force
+    if not width >= 2 * result.dt * (1 - 1e-9):
+        raise MeasureError(
+            f"filter width {width:g} s is below two steps of {result.dt:g} s: the filtered force is not resolved; "
+            f"use dt <= {width / 2:g} s or a wider filter"
+        )
+    return force
+
+
+def spectrum(
+    result: ImpactResult, *, contact: int | None = None, resolution: float | None = None
+) -> tuple[Array, Array]:
+    """Frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact force,
+
+        N(f) = integral of N(t) exp(-2 pi i f t) dt = dt sinc(f dt) sum_m N_m exp(-2 pi i f (t_m - dt/2)),
+
+    exact for the stepwise force, sinc(x) = sin(pi x)/(pi x). |N(0)| is the impulse. Frequencies run from 0 to half the
+    sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record.
+
+    Raises:
+        MeasureError: a resolution that is not positive; a record without steps.
+    """
+    force = of_contact(result, contact).force[1:]
+    if resolution is not None and not (resolution > 0 and math.isfinite(resolution)):
+        raise MeasureError(f"resolution = {resolution:g} Hz must be positive and finite")
+    if force.size == 0:
+        raise MeasureError("this record has no steps: march before measuring")
+    size = len(force) if resolution is None else max(len(force), math.ceil(1 / (resolution * result.dt)))
+    return transform(force, result.dt, size)
+
+
+def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
+    """(n, 2) start and end [s] of each maximal run of steps with force > 0."""
+    return result.dt * closed_steps(of_contact(result, contact).force[1:])
+
+
+def closed_steps(force: Array) -> Array:
+    """(n, 2) first step and the step after the last of each maximal run of steps with ``force`` > 0, (steps,) [N]."""
+    closed = np.concatenate([[False], force > 0, [False]])
+    return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
+
+
+def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
+    """(n, 2) contact intervals [s] with openings shorter than ``merge`` [s] closed: what a user calls one impact."""
+    return merged(contact_intervals(result, contact=contact), merge)
+
+
+def merged(raw: Array, merge: float = MERGE) -> Array:
+    """Intervals (n, 2) [s] with openings shorter than ``merge`` [s] between them closed."""
+    if len(raw) == 0:
+        return raw
+    new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])
+    last = np.concatenate([new[1:], [True]])
+    return np.column_stack([raw[new, 0], raw[last, 1]])
+
+
+def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
+
+    In contact from the first step on, it is that of the bodies' translation; 0 under a preload. ``nan`` without
+    contact, and where contact begins at once but the record does not hold the approach: both bodies held, or a
+    contact other than the first.
+    """
+    one = of_contact(result, contact)
+    closed = np.flatnonzero(one.force > 0)
+    if closed.size == 0:
+        return math.nan
+    m = int(closed[0])
+    if m >= 2:
+        return float(one.gap[m - 2] - one.gap[m - 1]) / result.dt
+    if m == 0:
+        return 0.0
+    if (contact or 0) > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
+        return math.nan
+    return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
+
+
+def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> float:
+    """Opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the counterpart of
+    `impact_velocity`; ``nan`` without contact.
+
+    It is that of the two points in contact, vibration included; that of the centres of mass is `restitution` times
+    the closing speed.
+
+    Raises:
+        MeasureError: contact not over before the last step of the record.
+    """
+    groups = contact_groups(result, contact=contact, merge=merge)
+    if len(groups) == 0:
+        return math.nan
+    end = _step(result, groups[0, 1])
+    if end + 1 >= len(result.time):
+        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+    gap = of_contact(result, contact).gap
+    return float(gap[end + 1] - gap[end]) / result.dt
+
+
+def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Coefficient of restitution.
+
+    With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
+    (V_s' - V_t')/(V_t - V_s), from the impulse (a held target has V = 0). With a held striker (a reed): the energetic
+    coefficient sqrt(E'/E) of the striker's energy just after and just before the first group of the contact; other
+    contacts and loads at work meanwhile count in it.
+
+    Raises:
+        MeasureError: no contact, contact not over at the end of the record, or no approach; several contacts of a free
+            striker, whose impulses on each target the record does not hold apart.
+    """
+    one = of_contact(result, contact)
+    groups = contact_groups(result, contact=contact)
+    if len(groups) == 0:
+        raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
+    if math.isinf(result.striker_mass):
+        return _energetic_restitution(result, groups)
+    if _contacts(result) > 1:
+        raise MeasureError(
+            "a free striker with several contacts: compare result.energy.striker before and after, or use "
+            "total_impulse(result)/result.striker_mass, its change of velocity"
+        )
+    if one.force[-1] > 0:
+        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+    approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
+    if approach <= 0:
+        raise MeasureError(f"the bodies do not approach (closing speed {approach:g} m/s)")
+    return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
+
+
+def work(result: ImpactResult, *, contact: int | None = None) -> Work:
+    """Work of the contact force on each body [J], exact for the stepwise force; zero without contact.
+
+    W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); W_s + W_t is minus what the
+    contact itself stores and loses.
+
+    Raises:
+        MeasureError: a contact that pressed without the bodies ever moving there, so that its side cannot be told.
+    """
+    one = of_contact(result, contact)
+    if not np.any(one.force[1:]):
+        return Work(0.0, 0.0)
+    push = _told_side(one) * one.force[1:]
+    return Work(float(push @ np.diff(one.striker_displacement)), -float(push @ np.diff(one.target_displacement)))
+
+
+def _energetic_restitution(result: ImpactResult, groups: Array) -> float:
+    if groups[0, 1] >= result.time[-1]:
+        raise MeasureError("the bodies are still in contact at the end of the record; run longer")
+    before = _step(result, groups[0, 0])
+    after = min(_step(result, groups[0, 1]) + 1, len(result.time) - 1)
+    if not result.energy.striker[before] > 0:
+        raise MeasureError("the held striker has no energy before the contact: let the body that moves be the striker")
+    return math.sqrt(max(result.energy.striker[after], 0.0) / result.energy.striker[before])
+
+
+def _step(result: ImpactResult, time: float) -> int:
+    """The recorded time, as its number."""
+    return int(np.searchsorted(result.time, time))
+
+
+def _contacts(result: ImpactResult) -> int:
+    return 1 if result.force.ndim == 1 else result.force.shape[1]
+
+
+def _told_side(one: ImpactResult) -> int:
+    """The side, of a contact that pressed; `MeasureError` if it cannot be told."""
+    side = _side(one)
+    if side == 0:
+        raise MeasureError(
+            "whether this contact is a seat or a stopper cannot be told from a record in which it never opens; "
+            "run longer, or let it start open"
+        )
+    return side
+
+
+def _side(one: ImpactResult) -> int:
+    """+1 for a seat, -1 for a stopper, from d(gap) = side d(u_striker - u_target); 0 if that never moves."""
+    striker, target = np.diff(one.striker_displacement), np.diff(one.target_displacement)
+    agreement = float(np.diff(one.gap) @ (striker - target))
+    round_off = 1e-24 * float(striker @ striker + target @ target)
+    return int(np.sign(agreement)) if abs(agreement) > round_off else 0

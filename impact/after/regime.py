@@ -1,0 +1,168 @@
+"""In which regime an impact took place, and what a constant stiffness in place of the seat would have got wrong."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from impact.after.measures import contact_groups
+from impact.after.result import ImpactResult
+from impact.bodies.body import Body, as_body
+from impact.files.table import Row, read_rows
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
+
+EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
+MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Dimensionless numbers of an impact; ``nan`` where one has no meaning.
+
+    A rod of the same static stiffness K and wave impedance Z = 1/g(0+) stands for any seat; for rods it is the rod.
+
+    Attributes:
+        mass_ratio: Z^2/K (rho A l of a rod) over the striker's mass, 1/phi_1^2 of a held one.
+        round_trip: 2 l/c of a rod, half the period of the lowest mode of other seats [s].
+        contact_duration: of the first contact group [s].
+        round_trips_per_contact: contact_duration/round_trip.
+        zener_lambda: sqrt(K m)/Z, Zener's inelasticity parameter for a linear contact: spring peak V sqrt(K m) over the
+            force V Z of the first wave.
+        predicted_peak_error, predicted_impulse_error: constant-K model/seat - 1 in filtered peak and impulse, at the
+            nearest point of the regime map.
+    """
+
+    mass_ratio: float
+    round_trip: float
+    contact_duration: float
+    round_trips_per_contact: float
+    zener_lambda: float
+    predicted_peak_error: float
+    predicted_impulse_error: float
+
+    @property
+    def predicted_sign(self) -> str:
+        """Of the constant-K model's error in the filtered peak: "over", "under", "equal" (2 %) or "unknown"."""
+        if math.isnan(self.predicted_peak_error):
+            return "unknown"
+        if abs(self.predicted_peak_error) <= EQUAL:
+            return "equal"
+        return "over" if self.predicted_peak_error > 0 else "under"
+
+
+def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> Regime:
+    """Numbers of one impact (first port of either body).
+
+    The prediction is read off the maps of examples/paper/regimes.py: a rigid striker on an undamped rod, a reed as the
+    one of Table 1 (damping 3 %, seat 10 %, filter 1 us) on a fixed rod. Other reeds and seats enter by their equivalent
+    rod, which makes the prediction a hint, not a result.
+
+    Source: Zener, Phys. Rev. 59 (1941) 669, for lambda.
+    """
+    striker, target = as_body(striker), as_body(target)
+    stiffness, impedance, reflection = _equivalent_rod(target.greens)
+    mass, omega = _striker(striker)
+    groups = contact_groups(result) if result.force.ndim == 1 else np.zeros((0, 2))
+    duration = float(groups[0, 1] - groups[0, 0]) if len(groups) else math.nan
+    trip = _round_trip(target.greens)
+    ratio = _ratio(impedance * impedance, stiffness * mass)
+    if math.isfinite(striker.mass):
+        errors = _nearest("regime_rigid.csv", {"alpha": ratio}, {"reflection": reflection})
+    else:
+        scales = {"trip_ratio": _ratio(2 * impedance * omega, stiffness * 2 * math.pi)}
+        errors = _nearest("regime_reed.csv", {**scales, "impedance_ratio": _ratio(impedance, mass * omega)}, {})
+        errors = errors if reflection == -1 else (math.nan, math.nan)
+    return Regime(
+        mass_ratio=ratio,
+        round_trip=trip,
+        contact_duration=duration,
+        round_trips_per_contact=_ratio(duration, trip),
+        zener_lambda=_ratio(math.sqrt(stiffness * mass), impedance),
+        predicted_peak_error=errors[0],
+        predicted_impulse_error=errors[1],
+    )
+
+
+def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
+    """`regime` in one line for people."""
+    return in_words(regime(striker, target, result))
+
+
+def in_words(found: Regime) -> str:
+    """One line that says what each number is."""
+    verdict = {
+        "unknown": "no prediction for a constant stiffness (outside the regime map)",
+        "equal": "a constant stiffness should agree in peak force within 2 %",
+    }.get(
+        found.predicted_sign,
+        f"a constant stiffness should {found.predicted_sign}-estimate the peak force by about "
+        f"{abs(found.predicted_peak_error):.0%}",
+    )
+    return (
+        f"seat/striker mass {_number(found.mass_ratio)} (Z^2/K over the striker's; Z impedance, K stiffness of the "
+        f"seat), {_number(found.round_trips_per_contact)} round trips of the seat's wave in the first contact, Zener "
+        f"lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave): by the map of "
+        f"rods, {verdict}"
+    )
+
+
+def _equivalent_rod(seat: GreensFunction) -> tuple[float, float, float]:
+    """(K [N/m], Z [N s/m], reflection at the far end); ``nan`` where the seat has none."""
+    if (rod := seat.rod) is not None:
+        return rod.impedance / rod.transit, rod.impedance, rod.reflection
+    try:
+        compliance = float(seat.static_compliance()[0, 0])
+    except GreensFunctionError:  # sampled without a rest
+        compliance = math.nan
+    return _ratio(1.0, compliance), _ratio(1.0, float(seat.initial_value()[0, 0])), -1.0
+
+
+def _striker(striker: Body) -> tuple[float, float]:
+    """(mass [kg], lowest angular frequency [rad/s]); of a held body 1/phi^2 of its first mode, of a free one all."""
+    g = striker.greens.modal
+    if math.isfinite(striker.mass) or g is None or not len(g.omega):
+        return striker.mass, math.nan
+    first = int(np.argmin(g.omega))
+    return _ratio(1.0, float(g.shapes[first, 0]) ** 2), float(g.omega[first])
+
+
+def _round_trip(seat: GreensFunction) -> float:
+    if (rod := seat.rod) is not None:
+        return 2 * rod.transit
+    if (modal := seat.modal) is not None and np.any(modal.omega > 0):
+        return math.pi / float(modal.omega[modal.omega > 0].min())
+    return math.nan
+
+
+def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tuple[float, float]:
+    """(peak, impulse) errors at the nearest point of a map, ``scales`` on logarithmic axes; ``nan`` off the map."""
+    rows = read_rows(MAPS / name)
+    distance = np.zeros(len(rows))
+    for wanted, logarithmic in ((scales, True), (plain, False)):
+        for key, value in wanted.items():
+            axis, at = _axis(rows, key, logarithmic), math.log(value) if logarithmic and value > 0 else value
+            steps = np.diff(np.unique(np.round(axis, 6)))
+            cell = float(steps[steps > 1e-4].min())
+            if not axis.min() - cell <= at <= axis.max() + cell:
+                return math.nan, math.nan
+            distance += ((axis - at) / cell) ** 2
+    row = rows[int(np.argmin(distance))]
+    return row["peak_error"], row["impulse_error"]
+
+
+def _axis(rows: list[Row], key: str, logarithmic: bool) -> Array:
+    values = np.array([row[key] for row in rows])
+    return np.log(values) if logarithmic else values
+
+
+def _ratio(above: float, below: float) -> float:
+    """``nan`` unless both are positive and finite."""
+    sound = above > 0 and below > 0 and math.isfinite(above) and math.isfinite(below)
+    return above / below if sound else math.nan
+
+
+def _number(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.3g}"

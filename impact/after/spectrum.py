@@ -1,0 +1,49 @@
+"""Averages and Fourier transforms of a force that is constant over each step, both exact."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from impact.greens.base import Array
+
+Window = Literal["moving average", "hann"]
+MOVING_AVERAGE: Window = "moving average"
+
+
+def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
+    """(n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside.
+
+    A step of force from a to b adds N (H(t - a) - H(t - b)), H the integral of the window.
+    """
+    n = len(force)
+    if window == MOVING_AVERAGE:
+        time = dt * np.arange(n + 1)
+        integral = np.concatenate([[0.0], np.cumsum(force) * dt])
+        after, before = (np.interp(time + shift, time, integral) for shift in (width / 2, -width / 2))
+        return np.asarray((after - before) / width)
+    reach = min(int(width / (2 * dt)) + 1, n)  # steps that the window sees on either side
+    edges = np.clip(np.arange(-reach, reach + 1) * dt / width, -0.5, 0.5)
+    weights = np.diff(edges + np.sin(2 * np.pi * edges) / (2 * np.pi))
+    size = 1 << (n + 2 * reach).bit_length()
+    whole = np.fft.irfft(np.fft.rfft(weights, size) * np.fft.rfft(force, size), size)
+    return np.asarray(whole[reach - 1 : reach + n])
+
+
+def largest_average(force: Array, dt: float, width: float) -> float:
+    """Largest average over any span of ``width`` [s] of ``force`` (n,) [N], zero outside.
+
+    As the span moves, its average changes linearly between places where it begins or ends with a step: these count.
+    """
+    time = dt * np.arange(len(force) + 1)
+    integral = np.concatenate([[0.0], np.cumsum(force) * dt])
+    begins = np.interp(time + width, time, integral) - integral
+    ends = integral - np.interp(time - width, time, integral)
+    return float(max(begins.max(), ends.max()) / width)
+
+
+def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:
+    """Frequencies [Hz] and |N(f)| [N s] of ``force`` (n,) [N], followed by zeros up to ``size`` steps."""
+    frequencies = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)
+    return frequencies, np.asarray(np.abs(np.fft.rfft(force, size)) * dt * np.sinc(frequencies * dt))

@@ -1,0 +1,245 @@
+"""Stress in the bodies, recovered from the contact force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from impact.after.result import ImpactResult
+from impact.beams.cantilever import Cantilever
+from impact.bodies.body import Body
+from impact.exact.closed_form import DelayRod
+from impact.greens import oscillator
+from impact.greens.base import Array
+from impact.greens.modal import ModalGreens
+from impact.march.loop import FLOOR
+
+POINTS_PER_WAVE = 8  # of the shortest wave kept: where a peak is looked for along the reed
+TIMES_PER_RADIAN = 2  # of the highest frequency kept: when it is looked for
+ROUND_OFF = 1e-12  # relative, of sums over modes
+_BLOCK = 1024  # times held at once
+
+
+class StressError(ValueError):
+    """A stress that this record cannot give; the message names number, limit and remedy."""
+
+
+@dataclass(frozen=True)
+class PeakStress:
+    """The largest |bending stress| of a reed [Pa], its distance from the clamp [m] and its time [s]."""
+
+    value: float
+    at: float
+    time: float
+
+
+@dataclass(frozen=True)
+class ReedStress:
+    """Largest |bending stress| of a reed: the ``initial`` one, of release and free flight until the first touch, and
+    the largest ``after_contact`` began, ``None`` without contact. Under a preload nothing comes before."""
+
+    initial: PeakStress
+    after_contact: PeakStress | None
+
+    @property
+    def largest(self) -> PeakStress:
+        """Of all times."""
+        after = self.after_contact
+        return self.initial if after is None or after.value < self.initial.value else after
+
+
+def bending_stress(
+    force: Array, dt: float, reed: Body, beam: Cantilever, x: ArrayLike, *, contact_at: float | None = None
+) -> Array:
+    """(X, n + 1) bending stress of a reed under its contact force, in the face towards the seat, > 0 in tension [Pa].
+
+    With the modal coordinates q_k under the contact force N and the moment of a static force at the contact point a,
+
+        sigma(x, t) = (E h/2) [ sum_k w_k''(x) q_k(t) + r(x) n(t) ],
+        r(x) = max(a - x, 0)/(E I) - sum_k w_k(a) w_k''(x)/omega_k^2.
+
+    The modal sum of a point load's curvature converges only like 1/n, at the kink of its moment. r is what the sum
+    leaves out, known exactly: a force that varies slowly gives the exact stress with any number of modes. n(t) is the
+    force as the reed's residual compliance follows it, n' = rate (N - n): the model of the contact itself. What the
+    modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp.
+
+    Args:
+        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before.
+        dt: step [s].
+        reed: the striker of that run, made of ``beam``, in contact at one point.
+        beam: its geometry and material.
+        x: (X,) distances from the clamp [m].
+        contact_at: as given to `cantilever_reed`; ``None`` is the tip.
+
+    Raises:
+        StressError: forces of several contacts, or a reed with several.
+        GreensFunctionError: a position off the reed.
+
+    Source: R. E. Cornwell, R. R. Craig and C. P. Johnson, On the application of the mode-acceleration method to
+    structural engineering problems, Earthquake Eng. Struct. Dyn. 11 (1983) 679.
+    """
+    fields = _fields(reed, beam, np.atleast_1d(np.asarray(x, dtype=float)), contact_at)
+    return np.concatenate([fields.T @ part.T for part in _coordinates(force, dt, reed, 1)], axis=1)
+
+
+def peak_bending_stress(
+    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
+) -> PeakStress:
+    """The largest |`bending_stress`| along the reed and over the record, the release included: `reed_stress` whole."""
+    return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
+
+
+def reed_stress(
+    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
+) -> ReedStress:
+    """The largest |`bending_stress`| along the reed, before the first touch and after it.
+
+    It is looked for at `POINTS_PER_WAVE` of the shortest wave kept and at `TIMES_PER_RADIAN` of the highest frequency,
+    ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+
+    Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
+    """
+    omega = _modal(reed).omega
+    share = 2 if coarsely else 1
+    places = np.linspace(0.0, beam.length, max(1, len(omega) * POINTS_PER_WAVE // (2 * share)) + 1)
+    stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
+    fields = _fields(reed, beam, places, contact_at)
+    reach = np.abs(fields).max(axis=1)
+    touch = _first_touch(force)
+    peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
+    for part in _coordinates(force, dt, reed, stride):
+        times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
+        for after in (False, True):
+            near = np.flatnonzero((bound > (1 - ROUND_OFF) * peaks[after].value) & ((times > touch) == after))
+            stress = np.abs(part[near] @ fields)
+            if stress.max(initial=0.0) > peaks[after].value:
+                row, column = np.unravel_index(int(stress.argmax()), stress.shape)
+                time = float(times[near[row]] * dt)
+                peaks[after] = PeakStress(float(stress[row, column]), float(places[column]), time)
+        first += len(part)
+    return ReedStress(peaks[0], peaks[1] if np.any(force > 0) else None)
+
+
+def _first_touch(force: Array) -> float:
+    """The recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
+
+    ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
+    """
+    touching = np.flatnonzero(force > 0)
+    return float(touching[0]) - 1 if touching.size else np.inf
+
+
+def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: float | None) -> Array:
+    """(M + 1, X) stress per unit of each of `_coordinates`: of the modes, and r(x) of the followed force."""
+    greens = _modal(reed)
+    curvature = beam.curvatures(len(greens.omega), x)
+    at = beam.length if contact_at is None else contact_at
+    left_out = np.maximum(at - x, 0.0) / beam.rigidity - (greens.shapes[:, 0] / greens.omega**2) @ curvature
+    return np.asarray(beam.young * beam.thickness / 2 * np.vstack([curvature, left_out]))
+
+
+def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
+    """(..., M + 1) blocks of modal coordinates and followed force at every ``stride``-th time, the first at t = 0."""
+    greens = _modal(reed)
+    if force.ndim != 1 or len(greens.ports) != 1:
+        raise StressError(
+            f"force {force.shape} and a reed with {len(greens.ports)} contacts: the stress is that of a single one"
+        )
+    rates = greens.residual.rates
+    decay = float(np.exp(-dt * (rates[0] if rates.size else 2 * greens.omega.max())))
+    start = reed.modal_start()
+    q, v = start.displacement + greens.shapes[:, 0] / greens.omega**2 * force[0], start.velocity.copy()
+    transition, gain = oscillator.transition(dt, greens.omega, greens.zeta)
+    step = np.array([transition[0, 0], transition[0, 1], transition[1, 0], transition[1, 1], gain[0], gain[1]])
+    shapes = np.vstack([greens.shapes.T, *(load.shape for load in reed.loads)])
+    slow = np.array([force[0]])
+    yield np.append(q, slow)[None, :]
+    for first in range(1, len(force), _BLOCK * stride):
+        part = slice(first, min(first + _BLOCK * stride, len(force)))
+        middle = np.asarray(dt * (np.arange(part.start, part.stop) - 0.5), dtype=np.float64)
+        channels = np.stack([force[part], *(load.amplitude(middle) for load in reed.loads)])
+        yield _advance(step, decay, shapes, channels, q, v, slow, stride)
+
+
+def _modal(reed: Body) -> ModalGreens:
+    modal = reed.greens.modal
+    if modal is None or not modal.omega.all() or not modal.omega.size:
+        raise StressError(
+            f"a reed known by a {type(reed.greens).__name__} has no modes of bending; make it by cantilever_reed"
+        )
+    return modal
+
+
+@njit(cache=True)
+def _advance(step, decay, shapes, channels, q, v, slow, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(times, M + 1) modal coordinates and the followed force after every ``stride``-th step; the states go on."""
+    a11, a12, a21, a22, b1, b2 = step[0], step[1], step[2], step[3], step[4], step[5]
+    steps, modes = channels.shape[1], q.size
+    seen, drive = np.empty((steps // stride, modes + 1)), np.empty(modes)
+    for m in range(steps):
+        slow[0] = channels[0, m] + decay * (slow[0] - channels[0, m])
+        f, shape = channels[0, m], shapes[0]
+        for k in range(modes):
+            drive[k] = shape[k] * f
+        for c in range(1, channels.shape[0]):
+            f, shape = channels[c, m], shapes[c]
+            for k in range(modes):
+                drive[k] += shape[k] * f
+        for k in range(modes):
+            x, y, g = q[k], v[k], drive[k]
+            q[k] = a11[k] * x + a12[k] * y + b1[k] * g + FLOOR
+            v[k] = a21[k] * x + a22[k] * y + b2[k] * g + FLOOR
+        if (m + 1) % stride == 0:
+            row = (m + 1) // stride - 1
+            seen[row, :modes] = q
+            seen[row, modes] = slow[0]
+    return seen
+
+
+def rod_stress(result: ImpactResult, rod: DelayRod, *, area: float, at: float = 1.0) -> Array:
+    """(n + 1,) axial stress, > 0 in compression [Pa], of a rod struck by ``result.force``; exact for its steps.
+
+    The contact sends out the wave of particle velocity a(t) = N(t)/Z + R a(t - T); at the distance x it meets the
+    wave that returns from the far end:  sigma A = Z (a(t - x/c) - R a(t - T + x/c)).  Like the force,
+    ``stress[m]`` holds over the step that ends at ``result.time[m]``.
+
+    Args:
+        result: its force acts on the rod's end.
+        rod: its Green's function.
+        area: of its section [m^2].
+        at: x/l, 0 at the contact ... 1 at the far end.
+
+    Raises:
+        StressError: a position off the rod, an area that is not positive, or a delay that is no multiple of the step.
+
+    Source: Timoshenko & Goodier, Theory of Elasticity, longitudinal impact of bars.
+    """
+    if not 0.0 <= at <= 1.0:
+        raise StressError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
+    if not area > 0:
+        raise StressError(f"area = {area:g} m^2 must be positive")
+    trip = _steps(rod.round_trip, result.dt)
+    there = _steps(at * rod.round_trip / 2, result.dt)
+    outgoing = result.force / rod.impedance
+    for m in range(trip, len(outgoing)):
+        outgoing[m] += rod.reflection * outgoing[m - trip]
+    force = _delayed(outgoing, there) - rod.reflection * _delayed(outgoing, trip - there)
+    return np.asarray(rod.impedance / area * force)
+
+
+def _delayed(values: Array, steps: int) -> Array:
+    return np.concatenate([np.zeros(steps), values])[: len(values)]
+
+
+def _steps(delay: float, dt: float) -> int:
+    count = round(delay / dt)
+    if abs(delay / dt - count) > 1e-6:
+        raise StressError(
+            f"the wave needs {delay:g} s, {delay / dt:.6g} steps of {dt:g} s, not a whole number; "
+            f"use dt = {delay / max(count, 1):.17g} s"
+        )
+    return count

@@ -1,0 +1,1 @@
+"""Modes of straight beams in closed form, one family a file."""

@@ -1,0 +1,65 @@
+"""Euler-Bernoulli cantilever reed in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.beams.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
+from impact.beams.modes import clamped_curvature, clamped_shape
+from impact.greens.base import Array
+
+
+@dataclass(frozen=True)
+class Cantilever(EulerBernoulliBeam):
+    """Uniform clamped-free beam of rectangular section, bending about its thin side (all SI).
+
+    EI w'''' + rho A w'' = p, w = w' = 0 at x = 0, M = Q = 0 at x = length.
+    """
+
+    family: ClassVar[str] = "cantilever"
+
+    @property
+    def free_point(self) -> float:
+        """The tip [m]."""
+        return self.length
+
+    def wave_numbers(self, n_modes: int) -> Array:
+        """(n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
+        k = np.arange(1, n_modes + 1)
+        x = (k - 0.5) * np.pi
+        x[0] = 1.875
+        for _ in range(8):
+            sech = 1 / np.cosh(np.minimum(x, 700.0))
+            x = x + (np.cos(x) + sech) / (np.sin(x) + sech * np.tanh(x))
+        return np.asarray(x)
+
+    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]; 2 (-1)^(n+1)/sqrt(mass) at the tip.
+
+        cosh - cos - s (sinh - sin), s = (sinh k - sin k)/(cosh k + cos k); any n keeps its digits.
+        """
+        k, delta, ratio = self._constants(n_modes)
+        return np.asarray(clamped_shape(k, delta, ratio, self.relative(x)) / np.sqrt(self.mass))
+
+    def curvatures(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass) at 0."""
+        k, delta, ratio = self._constants(n_modes)
+        xi = self.relative(x)
+        squares = np.reshape((k / self.length) ** 2, (-1, *[1] * np.ndim(xi)))
+        return np.asarray(squares * clamped_curvature(k, delta, ratio, xi) / np.sqrt(self.mass))
+
+    def _constants(self, n_modes: int) -> tuple[Array, Array, Array]:
+        """k L, 1 - s and (1 - s) exp(k L) of `clamped_shape`, (n,) each."""
+        k = self.wave_numbers(n_modes)
+        growth = np.exp(-k)
+        denominator = 1 + growth**2 + 2 * growth * np.cos(k)
+        ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
+        return k, ratio * growth, ratio
+
+    def compliance(self, x: float, load: float) -> float:
+        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
+        return cantilever_compliance(self.rigidity, x, load)

@@ -1,0 +1,56 @@
+"""Euler-Bernoulli beam clamped at both ends, in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from impact.beams.euler_bernoulli import EulerBernoulliBeam
+from impact.beams.modes import bisected, clamped_shape
+from impact.greens.base import Array
+
+
+@dataclass(frozen=True)
+class ClampedClamped(EulerBernoulliBeam):
+    """Uniform beam of rectangular section, w = w' = 0 at x = 0 and x = length (all SI)."""
+
+    family: ClassVar[str] = "clamped-clamped beam"
+
+    @property
+    def free_point(self) -> float:
+        """The middle [m]."""
+        return self.length / 2
+
+    def wave_numbers(self, n_modes: int) -> Array:
+        """(n,) k_n L: roots of cos x cosh x = 1 near (n + 1/2) pi, by bisection of cos x - 1/cosh x."""
+        n = np.arange(1, n_modes + 1)
+        centre = (n + 0.5) * np.pi
+
+        def past(k: Array) -> NDArray[np.bool_]:
+            return np.asarray((np.cos(k) - 1 / np.cosh(np.minimum(k, 700.0))) * (-1.0) ** n < 0)
+
+        return bisected(past, centre - 0.5, centre + 0.5)
+
+    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)].
+
+        cosh - cos - s (sinh - sin), s = (cosh k - cos k)/(sinh k - sin k); any n keeps its digits.
+        """
+        xi = self.relative(x)
+        k = self.wave_numbers(n_modes)
+        growth = np.exp(-k)
+        denominator = (1 - growth**2) / 2 - growth * np.sin(k)  # (sinh k - sin k) exp(-k)
+        ratio = (np.cos(k) - np.sin(k) - growth) / denominator
+        return np.asarray(clamped_shape(k, ratio * growth, ratio, xi) / np.sqrt(self.mass))
+
+    def compliance(self, x: float, load: float) -> float:
+        """Static deflection at ``x`` per unit force at ``load`` [m/N]:  a^2 c^2 (3 b L - a (3 b + c))/(6 EI L^3).
+
+        a <= b the two distances from the clamp, c = L - b.
+        """
+        a, b = sorted((x, load))
+        c = max(self.length - b, 0.0)
+        return a**2 * c**2 * (3 * b * self.length - a * (3 * b + c)) / (6 * self.rigidity * self.length**3)

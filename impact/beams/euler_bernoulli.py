@@ -1,0 +1,59 @@
+"""What all Euler-Bernoulli beams share: from wave numbers and shapes to modes, and what the modes leave out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.beams.modes import BeamModes, RectangularBeam
+from impact.greens.base import Array
+from impact.greens.modal import Residual
+
+
+class EulerBernoulliBeam(RectangularBeam, ABC):
+    """EI w'''' + rho A w'' = p with the supports of a family (all SI)."""
+
+    @abstractmethod
+    def wave_numbers(self, n_modes: int) -> Array:
+        """(n,) k_n L, the roots of the family's frequency equation."""
+
+    @abstractmethod
+    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
+        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]."""
+
+    @property
+    def end_mass(self) -> float:
+        """Point mass at the end [kg]."""
+        return 0.0
+
+    def frequencies(self, n_modes: int) -> Array:
+        """(n,) undamped angular frequencies (k_n L)^2 sqrt(EI/(rho A L^4)) [rad/s]."""
+        return np.asarray(self.wave_numbers(n_modes) ** 2 * self.frequency_scale)
+
+    def modes(self, n_modes: int) -> BeamModes:
+        """The lowest modes."""
+        return BeamModes(
+            self.frequencies(n_modes),
+            lambda x: self.shapes(n_modes, x),
+            length=self.length,
+            width=self.width,
+            line_density=self.line_density,
+            tip_mass=self.end_mass,
+        )
+
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """The exponential that relaxes within half a radian of the highest mode kept, tau = 1/(2 highest).
+
+        The continuum has no finite impedance at t = 0 (g starts like t^(1/2)); the higher modes carry energy away. A
+        bare spring in their place rings against the contact at the highest frequency kept instead (docs/methods.md).
+        At a tip mass the residual is small, for g starts there like t/tip_mass.
+        """
+        return Residual.relaxing(compliance, 2 * highest)
+
+
+def cantilever_compliance(rigidity: float, x: float, load: float) -> float:
+    """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI), a <= b."""
+    a, b = sorted((x, load))
+    return a * a * (3 * b - a) / (6 * rigidity)

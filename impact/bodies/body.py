@@ -1,0 +1,154 @@
+"""A body: a Green's function and the motion it would have without contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from impact.brief import brief
+from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+
+
+@dataclass(frozen=True)
+class ModalState:
+    """Initial modal coordinates q [m sqrt(kg)] and their rates [m sqrt(kg)/s], both (M,)."""
+
+    displacement: Array
+    velocity: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Load:
+    """A prescribed force with a fixed place and a given course in time: modal forces shape_k * amplitude(t).
+
+    Attributes:
+        shape: (M,) participation of each mode; the mode shapes at x for a point force [1/sqrt(kg)].
+        amplitude: force at the times given, (n,) s -> (n,) N; taken at the middle of each step.
+    """
+
+    shape: Array
+    amplitude: Callable[[Array], Array]
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Body:
+    """One of the partners of an impact, at rest and without loads unless stated.
+
+    Attributes:
+        greens: its Green's function.
+        velocity: of the first port before contact, as a rigid body moves along the normal [m/s]; only for a body free
+            to move.
+        state: initial modal state of a modal body (a deflected reed).
+        loads: prescribed forces on a modal body (pressure, gravity).
+
+    Raises:
+        GreensFunctionError: a velocity of a body that is held; a state or loads that do not fit its modes.
+    """
+
+    greens: GreensFunction
+    velocity: float = 0.0
+    state: ModalState | None = None
+    loads: tuple[Load, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.velocity):
+            raise GreensFunctionError(f"velocity = {self.velocity} must be finite")
+        if self.velocity != 0.0 and math.isinf(self.mass):
+            raise GreensFunctionError(f"a body that is held cannot translate at {self.velocity:g} m/s")
+        modal = self.greens.modal if self.state is not None or self.loads else None
+        modes = 0 if modal is None else len(modal.omega)
+        if self.state is not None:
+            for name, values in (("displacement", self.state.displacement), ("velocity", self.state.velocity)):
+                _modal_values(f"state.{name}", values, modes)
+        for number, load in enumerate(self.loads):
+            _modal_values(f"loads[{number}].shape", load.shape, modes)
+
+    def __str__(self) -> str:
+        moving = [f"moving at {self.velocity:g} m/s"] if self.velocity else []
+        moving += ["in an initial state"] if self.state is not None else []
+        moving += [f"under {len(self.loads)} loads"] if self.loads else []
+        mass = "held" if math.isinf(self.mass) else f"mass {self.mass:.6g} kg"
+        return f"Body, {mass}, {', '.join(moving) or 'at rest'}\n  {self.greens}"
+
+    __repr__ = __str__
+
+    @property
+    def mass(self) -> float:
+        """Mass of the rigid translation along the normal at the first port [kg]; ``inf`` if the body is held."""
+        return self.greens.mass()
+
+    @property
+    def is_deflected(self) -> bool:
+        """Whether it starts with any modal displacement or velocity beyond its translation."""
+        return self.state is not None and bool(np.any(self.state.displacement) or np.any(self.state.velocity))
+
+    def velocity_of(self, port: str | int) -> float:
+        """Of a port in the initial translation [m/s]: that of the rigid body pushed at its first port."""
+        if self.velocity == 0.0:
+            return 0.0
+        i = self.greens.port_index(port)
+        return self.velocity if i == 0 else float(self.momentum * self.greens.inverse_mass()[i, 0])
+
+    @property
+    def momentum(self) -> float:
+        """Impulse on the first port that sets the body moving at ``velocity`` [N s]."""
+        return self.velocity * self.mass if self.velocity else 0.0
+
+    def modal_start(self, modal: ModalGreens | None = None) -> ModalState:
+        """Initial modal state of a modal body, its translation included.
+
+        ``modal``: the oscillators among its parts, where not all of it is made of such; by default, all of it.
+        """
+        g = self.greens.modal if modal is None else modal
+        if g is None:
+            raise GreensFunctionError(f"a {type(self.greens).__name__} has no modes to start in")
+        zero = np.zeros(len(g.omega))
+        start = self.state or ModalState(zero, zero)
+        if self.velocity == 0.0:
+            return start
+        rigid = np.where(g.omega == 0, g.shapes[:, 0], 0.0)
+        return ModalState(start.displacement, start.velocity + self.momentum * rigid)
+
+
+def as_body(partner: Body | GreensFunction) -> Body:
+    """A partner of an impact; a Green's function is taken as a body at rest.
+
+    Raises:
+        GreensFunctionError: anything else, naming what it is.
+    """
+    if isinstance(partner, Body):
+        return partner
+    if isinstance(partner, GreensFunction):
+        return AtRest(partner)
+    raise GreensFunctionError(
+        f"a {type(partner).__name__} is no body: give an impact.Body, or a Green's function for a body at rest"
+    )
+
+
+class AtRest(Body):
+    """A Green's function given where a body is wanted: wherever the same one is given, the same body is meant."""
+
+
+def rigid_mass(*, mass: float, velocity: float) -> Body:
+    """Rigid striker: g = t/m; ``velocity`` < 0 approaches the target [kg, m/s]."""
+    if not (mass > 0 and math.isfinite(mass)):
+        raise GreensFunctionError(f"mass = {mass:g} kg must be positive and finite")
+    shape = np.array([[1.0 / math.sqrt(mass)]])
+    origin = {"kind": "rigid_mass", "mass": mass}
+    zero = np.zeros(1)
+    return Body(
+        ModalGreens(zero, zero, shape, Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin), velocity=velocity
+    )
+
+
+def _modal_values(name: str, values: Array, modes: int) -> None:
+    if modes == 0 or values.shape != (modes,) or not np.all(np.isfinite(values)):
+        raise GreensFunctionError(f"{name} must be {modes} finite modal values, got shape {values.shape}")

@@ -1,0 +1,255 @@
+"""From a beam to a body that takes part in an impact: contact points, release, loads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.beams.cantilever import Cantilever
+from impact.beams.modes import BeamModes
+from impact.bodies.body import Body, ModalState
+from impact.bodies.loads import ReedLoad
+from impact.greens.base import Array, ErrorEstimate, GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+
+_ROUND_OFF = 1e-13  # of the static compliance: a residual below it is what the subtraction left
+
+
+class Beam(Protocol):
+    """What `reed` needs to know of a beam; all positions are distances from its (left) clamp [m]."""
+
+    @property
+    def length(self) -> float:
+        """L [m]."""
+
+    @property
+    def free_point(self) -> float:
+        """Where it is touched and measured unless stated: the tip, or the middle [m]."""
+
+    @property
+    def description(self) -> Mapping[str, object]:
+        """Kind and parameters, plain JSON values, for the provenance."""
+
+    def modes(self, n_modes: int) -> BeamModes:
+        """The lowest modes."""
+
+    def compliance(self, x: float, load: float) -> float:
+        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
+
+    def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
+        """What the modes up to ``highest`` [rad/s] leave out at the points ``at``, given its static (p, p) part."""
+
+
+class Release(Protocol):
+    """How a reed starts."""
+
+    def state(self, beam: Beam, modes: BeamModes) -> ModalState:
+        """Initial modal state."""
+
+
+@dataclass(frozen=True)
+class StaticShape:
+    """From rest, in the static shape under a force at ``at`` that deflects this point by ``deflection`` [m].
+
+    q_k = F w_k(at)/omega_k^2.  ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the
+    seat. The modes left out carry the rest of the deflection, as stated for loads in `impact.bodies.loads.ReedLoad`.
+    """
+
+    deflection: float
+    at: float | None = None
+
+    def state(self, beam: Beam, modes: BeamModes) -> ModalState:
+        """Initial modal state."""
+        x = beam.free_point if self.at is None else self.at
+        _on_reed("release at", x, beam)
+        force = _finite("deflection", self.deflection) / beam.compliance(x, x)
+        return ModalState(force * modes.deflection(x) / modes.omega**2, np.zeros(len(modes.omega)))
+
+
+@dataclass(frozen=True)
+class ModeShape:
+    """From rest, in mode ``number`` = 1, 2 ... scaled so that the point ``at`` is deflected by ``deflection`` [m].
+
+    ``at=None`` is the tip (the middle of a clamped-clamped reed).
+    """
+
+    number: int
+    deflection: float
+    at: float | None = None
+
+    def state(self, beam: Beam, modes: BeamModes) -> ModalState:
+        """Initial modal state; `GreensFunctionError` if the mode is not among those kept or has a node at ``at``."""
+        n = len(modes.omega)
+        if not 1 <= self.number <= n:
+            raise GreensFunctionError(f"release in mode {self.number}: the reed has modes 1..{n}; raise n_modes")
+        x = beam.free_point if self.at is None else self.at
+        _on_reed("release at", x, beam)
+        here = float(modes.deflection(x)[self.number - 1])
+        if abs(here) * math.sqrt(modes.line_density * modes.length) < 1e-9:
+            raise GreensFunctionError(f"mode {self.number} has a node at {x:g} m: give another point with at=")
+        q = np.zeros(n)
+        q[self.number - 1] = _finite("deflection", self.deflection) / here
+        return ModalState(q, np.zeros(n))
+
+
+@dataclass(frozen=True)
+class GivenShape:
+    """In any shape w(x) and velocity v(x), x (G,) m -> (G,) m and m/s; ``None`` is zero.
+
+    Projected on the modes (`BeamModes.project`): the part outside their span is lost, so w should meet the clamp.
+    """
+
+    shape: Callable[[Array], ArrayLike] | None = None
+    velocity: Callable[[Array], ArrayLike] | None = None
+
+    def state(self, beam: Beam, modes: BeamModes) -> ModalState:
+        """Initial modal state; `GreensFunctionError` if a value is not finite."""
+        zero = np.zeros(len(modes.omega))
+        return ModalState(
+            zero if self.shape is None else modes.project(self.shape),
+            zero if self.velocity is None else modes.project(self.velocity),
+        )
+
+
+def reed(
+    beam: Beam,
+    *,
+    damping_ratio: float = 0.0,
+    n_modes: int = 40,
+    contact_at: float | tuple[float, ...] | None = None,
+    release: Release | None = None,
+    loads: Sequence[ReedLoad] = (),
+) -> Body:
+    """A beam as one partner of an impact.
+
+    Its lowest modes with one damping ratio, plus the static compliance they leave out at the contact points.
+
+    Args:
+        beam: `Cantilever`, `TipMassCantilever`, `ClampedClamped`, `TimoshenkoCantilever`, or your own.
+        damping_ratio: of every mode.
+        n_modes: modes kept.
+        contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip (the middle of a
+            clamped-clamped reed). The ports are "contact", or "contact_1", "contact_2", ... in the order given.
+        release: `StaticShape`, `ModeShape`, `GivenShape`; ``None`` is straight and at rest.
+        loads: of `impact.bodies.loads`.
+
+    Raises:
+        GreensFunctionError: a contact point off the reed, at a clamp or given twice; no modes; negative damping.
+    """
+    if n_modes < 1:
+        raise GreensFunctionError(f"n_modes = {n_modes} must be at least 1")
+    if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
+        raise GreensFunctionError(f"damping_ratio = {damping_ratio:g} must be >= 0")
+    at = _contacts(contact_at, beam)
+    modes = beam.modes(n_modes)
+    shapes = modes.deflection(np.array(at))
+    greens = ModalGreens(
+        modes.omega,
+        np.full(n_modes, damping_ratio),
+        shapes,
+        beam.residual(_left_out(beam, at, shapes / modes.omega[:, None]), at, damping_ratio, float(modes.omega[-1])),
+        port_names=("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))),
+        error=ErrorEstimate(mesh=0.0),
+        origin={
+            **beam.description,
+            "damping_ratio": damping_ratio,
+            "contact_at": at[0] if len(at) == 1 else list(at),
+        },
+    )
+    state = None if release is None else release.state(beam, modes)
+    return Body(greens, state=state, loads=tuple(part for load in loads for part in load.modal(modes)))
+
+
+def _contacts(contact_at: float | tuple[float, ...] | None, beam: Beam) -> tuple[float, ...]:
+    if contact_at is None:
+        return (beam.free_point,)
+    at = tuple(contact_at) if isinstance(contact_at, tuple | list) else (contact_at,)
+    if not at:
+        raise GreensFunctionError("contact_at is empty: give one or several contact points")
+    for x in at:
+        _on_reed("contact_at =", x, beam)
+    if len(set(at)) < len(at):
+        raise GreensFunctionError(f"contact_at = {', '.join(f'{x:g}' for x in at)} m names a point twice")
+    return at
+
+
+def _on_reed(what: str, x: float, beam: Beam) -> None:
+    if not 0 < x <= beam.length * (1 + 1e-12):
+        raise GreensFunctionError(f"{what} {x:g} m is off the reed, 0..{beam.length:g} m")
+    if beam.compliance(x, x) <= 0:
+        raise GreensFunctionError(f"{what} {x:g} m is at a clamp, where nothing moves")
+
+
+def _left_out(beam: Beam, at: tuple[float, ...], scaled: Array) -> Array:
+    """(p, p) static compliance minus that of the modes, symmetric and positive semidefinite [m/N].
+
+    Eigenvalues below round-off are clipped; `GreensFunctionError` if the modes are more compliant than the beam.
+    """
+    total = np.array([[beam.compliance(x, y) for y in at] for x in at])
+    kept = np.array([[math.fsum(scaled[:, i] * scaled[:, j]) for j in range(len(at))] for i in range(len(at))])
+    values, vectors = np.linalg.eigh(total - kept)
+    limit = _ROUND_OFF * float(np.trace(total)) * len(scaled)
+    if values[0] < -max(limit, 1e-9 * float(np.trace(total))):
+        raise GreensFunctionError(
+            f"the modes yield {-values[0]:g} m/N more than the beam's static compliance {np.trace(total):g} m/N: "
+            "its modes and compliance do not belong together"
+        )
+    if values[0] >= 0:
+        return np.asarray(total - kept)
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+
+
+def _finite(name: str, value: float) -> float:
+    if not math.isfinite(value):
+        raise GreensFunctionError(f"{name} = {value} m must be finite")
+    return value
+
+
+def cantilever_reed(
+    *,
+    young: float,
+    density: float,
+    length: float,
+    width: float,
+    thickness: float,
+    damping_ratio: float = 0.0,
+    n_modes: int = 40,
+    tip_deflection: float = 0.0,
+    contact_at: float | tuple[float, ...] | None = None,
+    release: Release | None = None,
+    loads: Sequence[ReedLoad] = (),
+) -> Body:
+    """Cantilever reed released at t = 0, by default from the static shape under a tip force.
+
+    Modes of `Cantilever`, one damping ratio for all, plus the static compliance they leave out at the contact point
+    as an exponential of their time scale, see `EulerBernoulliBeam.residual`.
+    Short for ``reed(Cantilever(...), release=StaticShape(tip_deflection), ...)``.
+
+    Args:
+        young, density, length, width, thickness: SI.
+        damping_ratio: of every mode.
+        n_modes: modes kept.
+        tip_deflection: at release [m]; > 0 is away from the seat.
+        contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip.
+        release: another release than the static shape; then ``tip_deflection`` stays 0.
+        loads: of `impact.bodies.loads`.
+
+    Raises:
+        GreensFunctionError: a length that is not positive, a contact point off the reed, no modes, two releases.
+    """
+    beam = Cantilever(young, density, length, width, thickness)
+    if release is not None and tip_deflection != 0.0:
+        raise GreensFunctionError(f"give tip_deflection = {tip_deflection:g} m or release, not both")
+    return reed(
+        beam,
+        damping_ratio=damping_ratio,
+        n_modes=n_modes,
+        contact_at=contact_at,
+        release=StaticShape(tip_deflection) if release is None else release,
+        loads=loads,
+    )

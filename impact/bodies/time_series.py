@@ -1,0 +1,154 @@
+"""Measured or computed courses in time, read from CSV files."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from impact.brief import brief
+from impact.files.input_files import CSV_LIMIT, check_file
+from impact.greens.base import Array
+
+Outside = Literal["forbid", "hold", "zero"]
+Quantity = Literal["pressure", "force"]
+
+MOST_COLUMNS, MOST_LINES = 64, 2_000_000
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_UNITS: dict[str, dict[str, float]] = {
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
+    "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+}
+_HEADER = re.compile(r"\s*(\w+)\s*\[\s*(\w+)\s*\]\s*")
+
+
+class TimeSeriesError(ValueError):
+    """A time series that cannot be used; the message names file, line, column and remedy."""
+
+
+@dataclass(frozen=True)
+class TimeSeries:
+    """A course in time by linear interpolation; call it with times [s].
+
+    Attributes:
+        time: (n,) strictly increasing [s].
+        value: (n,) SI.
+        outside: before the first and after the last sample: "hold" the end value, "zero", or "forbid" (raise).
+        name: for messages.
+    """
+
+    time: Array
+    value: Array
+    outside: Outside = "forbid"
+    name: str = "time series"
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        if self.outside not in ("forbid", "hold", "zero"):
+            raise TimeSeriesError(f"{self.name}: outside = {self.outside!r} is unknown; choose forbid, hold or zero")
+        if self.time.ndim != 1 or self.time.shape != self.value.shape or len(self.time) < 2:
+            raise TimeSeriesError(f"{self.name}: needs two or more samples, time and value of equal length")
+        if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
+            raise TimeSeriesError(f"{self.name}: has samples that are not finite")
+        if not np.all(np.diff(self.time) > 0):
+            raise TimeSeriesError(f"{self.name}: the time must increase from sample to sample")
+
+    def __call__(self, t: Array) -> Array:
+        """Values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
+        first, last = self.time[0], self.time[-1]
+        slack = 1e-9 * (last - first)
+        if self.outside == "forbid" and t.size and (t.min() < first - slack or t.max() > last + slack):
+            raise TimeSeriesError(
+                f"{self.name}: covers {first:g}..{last:g} s, the run asks for {t.min():g}..{t.max():g} s; "
+                'give a longer record, or outside="hold" or "zero"'
+            )
+        beyond = 0.0 if self.outside == "zero" else None
+        return np.asarray(np.interp(t, self.time, self.value, left=beyond, right=beyond))
+
+
+def read_time_series(
+    path: str | os.PathLike[str], quantity: Quantity, *, outside: Outside = "forbid", delimiter: str = ","
+) -> TimeSeries:
+    """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
+
+    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN. Empty lines and lines that begin with #
+    are skipped.
+
+    Raises:
+        TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time
+            that does not increase, fewer than two samples; the message names file, line and column.
+    """
+    name = Path(path)
+    if not name.exists():
+        raise TimeSeriesError(f"{name}: no such file")
+    rows = csv_rows(name, delimiter)
+    if not rows:
+        raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
+    factors = _factors(name, quantity, *rows[0])
+    samples = np.zeros((len(rows) - 1, 2))
+    for sample, (line, cells) in zip(samples, rows[1:], strict=True):
+        if len(cells) != 2:
+            raise TimeSeriesError(f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})")
+        for column, cell in enumerate(cells):
+            sample[column] = csv_number(name, line, column + 1, cell)
+    back = np.flatnonzero(np.diff(samples[:, 0]) <= 0)
+    if back.size:
+        line = rows[int(back[0]) + 2][0]
+        now, before = samples[back[0] + 1, 0], samples[back[0], 0]
+        raise TimeSeriesError(f"{name}, line {line}, column 1: time {now:g} does not exceed the one before, {before:g}")
+    if len(samples) < 2:
+        raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
+    return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
+
+
+def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
+    """Line numbers and cells of the lines that hold something."""
+    check_file(name, CSV_LIMIT, TimeSeriesError)
+    rows: list[tuple[int, list[str]]] = []
+    try:
+        with name.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file, delimiter=delimiter)
+            for row in reader:
+                if any(c.strip() for c in row) and row[0].strip()[:1] != "#":
+                    rows.append((reader.line_num, row))
+                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
+                    raise TimeSeriesError(
+                        f"{name}, line {reader.line_num}: {len(row)} columns, {len(rows)} lines; at most "
+                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
+                    )
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise TimeSeriesError(f"{name}: is no CSV text in UTF-8 ({problem})") from problem
+    return rows
+
+
+def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[float, float]:
+    wanted = (("time", SECONDS), (quantity, _UNITS[quantity]))
+    if len(cells) != 2:
+        raise TimeSeriesError(f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed")
+    found = []
+    for column, (cell, (word, units)) in enumerate(zip(cells, wanted, strict=True), 1):
+        match = _HEADER.fullmatch(cell)
+        if match is None or match[1].lower() != word or match[2] not in units:
+            raise TimeSeriesError(
+                f"{name}, line {line}, column {column}: header {cell.strip()!r} must be '{word} [unit]' "
+                f"with the unit {', '.join(units)}"
+            )
+        found.append(units[match[2]])
+    return found[0], found[1]
+
+
+def csv_number(name: Path, line: int, column: int, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise TimeSeriesError(f"{name}, line {line}, column {column}: {cell.strip()[:80]!r} is not a finite number")
+    return value

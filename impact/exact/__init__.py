@@ -1,0 +1,1 @@
+"""Green's functions in closed form: rods, springs, infinite beams and plates, the half-space."""

@@ -1,0 +1,233 @@
+"""Green's functions in closed form: rods, springs, rigid bodies, infinite beams and plates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
+from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, Rod, StepKernel, check_factor
+from impact.greens.exact_port import ExactPort, step_weights
+from impact.greens.modal import ModalGreens, Residual
+
+
+def spring(*, stiffness: float) -> ModalGreens:
+    """Massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
+    _positive(stiffness=stiffness)
+    return _closed(Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
+
+
+def semi_infinite_rod(
+    *, young: float, density: float, area: float, length: float | None = None, damping_ratio: float = 0.0
+) -> ModalGreens:
+    """Rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
+
+    It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
+    that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
+    """
+    _positive(young=young, density=density, area=area)
+    if length is not None:
+        _positive(length=length)
+    value = damped_start(damping_ratio) / (area * math.sqrt(young * density))
+    origin = {"young": young, "density": density, "area": area, "damping_ratio": damping_ratio}
+    return _dashpot(value, kind="semi_infinite_rod", **origin)
+
+
+def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> ModalGreens:
+    """Infinite Kirchhoff plate struck at a point: g = 1/(8 sqrt(D rho h)), D = E h^3/(12 (1 - nu^2)).
+
+    Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
+    """
+    _positive(young=young, density=density, thickness=thickness)
+    if not -1.0 < poisson < 0.5:
+        raise GreensFunctionError(f"poisson = {poisson:g} is outside (-1, 0.5)")
+    rigidity = young * thickness**3 / (12 * (1 - poisson**2))
+    value = 1.0 / (8 * math.sqrt(rigidity * density * thickness))
+    return _dashpot(value, kind="infinite_plate", young=young, poisson=poisson, density=density, thickness=thickness)
+
+
+def infinite_beam(*, young: float, density: float, area: float, second_moment: float) -> PowerLaw:
+    """Infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
+
+    From EI u'''' + rho A s^2 u = F delta(x) in the Laplace domain, u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI.
+    """
+    _positive(young=young, density=density, area=area, second_moment=second_moment)
+    ei = young * second_moment
+    coefficient = (4 * ei / (density * area)) ** 0.75 / (8 * ei)
+    return PowerLaw(coefficient / math.gamma(1.5), 0.5)
+
+
+def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> ModalGreens:
+    """One damped oscillator of modal ``mass`` [kg] at the port; a bare one needs a compliant law or a residual."""
+    _positive(frequency_hz=frequency_hz, mass=mass)
+    omega = np.array([2 * np.pi * frequency_hz])
+    shapes = np.array([[1.0 / math.sqrt(mass)]])
+    origin = {"kind": "single_mode", "frequency_hz": frequency_hz, "mass": mass, "damping_ratio": damping_ratio}
+    return ModalGreens(
+        omega, np.array([damping_ratio]), shapes, Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin
+    )
+
+
+def fixed_rod(
+    *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
+) -> DelayRod | DampedFixedRod:
+    """Elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping."""
+    if damping_ratio == 0.0:
+        return _delay_rod(young, density, area, length, reflection=-1.0)
+    _positive(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
+    return DampedFixedRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
+
+
+def free_rod(
+    *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
+) -> DelayRod | DampedFreeRod:
+    """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping."""
+    if damping_ratio == 0.0:
+        return _delay_rod(young, density, area, length, reflection=1.0)
+    _positive(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
+    return DampedFreeRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
+
+
+def rod_with_end_impedance(
+    *, young: float, density: float, area: float, length: float, end_impedance: float
+) -> DelayRod:
+    """Elastic rod whose far end moves against a dashpot ``end_impedance`` [N s/m]; 0 free, inf fixed."""
+    _positive(young=young, density=density, area=area, length=length)
+    if not end_impedance >= 0:
+        raise GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")
+    z = area * math.sqrt(young * density)
+    reflection = -1.0 if math.isinf(end_impedance) else (z - end_impedance) / (z + end_impedance)
+    return _delay_rod(young, density, area, length, reflection)
+
+
+@dataclass(frozen=True)
+class DelayRod(ExactPort):
+    """Undamped rod known by its reflections: g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - k T)).
+
+    Attributes:
+        impedance: Z = rho c A [N s/m].
+        round_trip: T = 2 l/c [s].
+        reflection: R of the particle velocity at the far end, -1 fixed ... +1 free.
+    """
+
+    kind: ClassVar[str] = "delay_rod"
+    impedance: float
+    round_trip: float
+    reflection: float
+
+    @property
+    def rod(self) -> Rod:
+        """Itself."""
+        return Rod(self.impedance, self.round_trip / 2, self.reflection)
+
+    @property
+    def highest_rate(self) -> float:
+        """Ten radians per transit [rad/s]: its waves have fronts."""
+        return 20 / self.round_trip
+
+    def inverse_mass(self) -> Array:
+        """1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
+        return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
+
+    def scaled(self, factor: float) -> DelayRod:
+        """A rod of 1/``factor`` the section."""
+        return replace(self, impedance=self.impedance / check_factor(factor))
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g(t) [m/(N s)], right-continuous at its jumps."""
+        time: Array = np.asarray(t, dtype=float)
+        n = np.floor(np.maximum(time, 0.0) / self.round_trip)
+        return np.where(time < 0, 0.0, (1.0 + 2.0 * self._geometric(n)) / self.impedance)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S(t) [m/N]; the triangle wave for a fixed end."""
+        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
+        n, r = np.floor(time / self.round_trip), self.reflection
+        if r == -1.0:
+            phase = np.mod(time, 2 * self.round_trip)
+            return np.asarray((self.round_trip - np.abs(phase - self.round_trip)) / self.impedance)
+        if r == 1.0:
+            return np.asarray((time + 2 * n * time - self.round_trip * n * (n + 1)) / self.impedance)
+        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
+        return np.asarray((time + 2 * (time * self._geometric(n) - self.round_trip * delays)) / self.impedance)
+
+    def _geometric(self, n: Array) -> Array:
+        r = self.reflection
+        return np.asarray(n if r == 1.0 else r * (1 - r**n) / (1 - r))
+
+    def static_compliance(self) -> Array:
+        """l/(EA) for a fixed end; ``inf`` otherwise."""
+        value = self.round_trip / (2 * self.impedance) if self.reflection == -1.0 else np.inf
+        return np.array([[value]])
+
+    def initial_value(self) -> Array:
+        """1/Z."""
+        return np.array([[1.0 / self.impedance]])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Exact step weights."""
+        return StepKernel(None, step_weights(self, dt, n_steps), "delay kernel, exact step weights")
+
+
+@dataclass(frozen=True)
+class PowerLaw(ExactPort):
+    """g(t) = coefficient * t^exponent, exponent > -1."""
+
+    kind: ClassVar[str] = "power_law"
+    coefficient: float
+    exponent: float
+
+    def inverse_mass(self) -> Array:
+        """The coefficient of t; 0 below it, for a body without end [1/kg]."""
+        return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
+
+    def scaled(self, factor: float) -> PowerLaw:
+        """The coefficient times ``factor``."""
+        return replace(self, coefficient=check_factor(factor) * self.coefficient)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """coefficient * t^exponent [m/(N s)]."""
+        time: Array = np.asarray(t, dtype=float)
+        return np.where(time < 0, 0.0, self.coefficient * np.maximum(time, 0.0) ** self.exponent)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """coefficient * t^(exponent + 1)/(exponent + 1) [m/N]."""
+        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
+        return np.asarray(self.coefficient * time ** (self.exponent + 1) / (self.exponent + 1))
+
+    def static_compliance(self) -> Array:
+        """Unbounded."""
+        return np.array([[np.inf]])
+
+    def initial_value(self) -> Array:
+        """0 for a positive exponent."""
+        return np.array([[0.0 if self.exponent > 0 else self.coefficient if self.exponent == 0 else np.inf]])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Exact step weights."""
+        return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
+
+
+def _delay_rod(young: float, density: float, area: float, length: float, reflection: float) -> DelayRod:
+    _positive(young=young, density=density, area=area, length=length)
+    return DelayRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density), reflection)
+
+
+def _dashpot(value: float, **origin: object) -> ModalGreens:
+    return _closed(Residual(np.array([[math.sqrt(value)]]), np.zeros(1), np.zeros((1, 1))), **origin)
+
+
+def _closed(residual: Residual, **origin: object) -> ModalGreens:
+    return ModalGreens(
+        np.zeros(0), np.zeros(0), np.zeros((0, 1)), residual, error=ErrorEstimate(0.0, 0.0), origin=origin
+    )
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (value > 0 and math.isfinite(value)):
+            raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")

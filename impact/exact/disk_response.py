@@ -1,0 +1,129 @@
+"""A uniformly loaded disk on an elastic half-space, without dimensions: Pekeris' point load averaged over the disk."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from impact.exact.pekeris import PointLoad
+from impact.greens.base import Array, GreensFunctionError
+
+_DEGREE = 96  # of each piece of g
+_ERROR_LIMIT = 1e-9  # the error found is below 3e-11 for every Poisson ratio
+
+
+@dataclass(frozen=True)
+class DiskResponse:
+    """Motion of a disk of radius a on a half-space, over T = c_s t/(2a), relative to its static displacement.
+
+    The point load's response h (`pekeris`), averaged over the distances r = 2a x between two points of the disk:
+
+        S/S_static = (3/2) int (acos x - x sqrt(1 - x^2)) h(T/x) dx,
+        dS/dT      = 3 int_0^1 sqrt(1 - x^2) Q(x/T) dx,   Q(y) = H - y H',  H(y) = int_0^y h(1/u) du,
+
+    the second by parts. Q is elementary in four pieces, broken at the Rayleigh, shear and pressure waves. g = dS/dT is
+    kept as Chebyshev series between the times at which these waves cross the disk; S is their
+    exact integral, scaled to end at 1.
+
+    Attributes:
+        breaks: (P + 1,) edges of the pieces, 0 ... c_s/c_R.
+        speed: (P, d) Chebyshev coefficients of dS/dT.
+        rise: (P, e) Chebyshev coefficients of S.
+        error: of dS/dT between the nodes and of S at the end, relative to the largest value.
+    """
+
+    breaks: Array
+    speed: Array
+    rise: Array
+    error: float
+
+    @staticmethod
+    def of(poisson: float) -> DiskResponse:
+        """The response for a Poisson ratio in [0, 0.5]; about 0.1 s.
+
+        Raises:
+            GreensFunctionError: Poisson ratio outside, or an error above 1e-9 (none is known).
+        """
+        load = PointLoad.of(poisson)
+        breaks = _breaks(load.kappa, load.gamma)
+        low, width = breaks[:-1, None], np.diff(breaks)[:, None]
+        nodes = chebyshev.chebpts1(_DEGREE + 1)
+        values = _disk_speed(low + width * _clustered(nodes), load)
+        speed = np.asarray(chebyshev.chebfit(nodes, values.T, _DEGREE).T, dtype=np.float64)
+        slope = np.array([3 / 8, 0.0, -3 / 8])  # of the clustering map, 3 (1 - v^2)/4
+        pieces = [
+            w * chebyshev.chebint(chebyshev.chebmul(s, slope), lbnd=-1) for s, w in zip(speed, width, strict=True)
+        ]
+        rise = np.array(pieces)
+        ends = np.cumsum(chebyshev.chebval(1.0, rise.T))
+        rise[1:, 0] += ends[:-1]
+        between = np.cos(np.pi * (np.arange(1, 8)) / 8.3)
+        exact = _disk_speed(low + width * _clustered(between), load)
+        error = max(np.abs(chebyshev.chebval(between, speed.T) - exact).max() / values.max(), abs(ends[-1] - 1))
+        if not error < _ERROR_LIMIT:
+            raise GreensFunctionError(f"half-space disk, nu = {poisson:g}: error {error:.1e} exceeds {_ERROR_LIMIT:g}")
+        return DiskResponse(breaks, speed, rise / ends[-1], float(error))
+
+    def __call__(self, time: Array, *, integrated: bool) -> Array:
+        """S/S_static (``integrated``) or its slope at T >= 0; exactly 1 or 0 once the Rayleigh wave has crossed."""
+        out = np.full(time.shape, 1.0 if integrated else 0.0)
+        piece = np.searchsorted(self.breaks, time, side="right") - 1
+        for n, series in enumerate(self.rise if integrated else self.speed):
+            inside = piece == n
+            part = (time[inside] - self.breaks[n]) / (self.breaks[n + 1] - self.breaks[n])
+            out[inside] = chebyshev.chebval(_unclustered(part), series)
+        return np.where(time > 0, out, 0.0) if integrated else out
+
+
+def _disk_speed(time: Array, load: PointLoad) -> Array:
+    """dS/dT, shape of ``time`` > 0, by quadrature over the three pieces where Q is not zero; x = sin(theta)."""
+    t = np.ravel(time)[:, None]
+    pulse = load.rayleigh / load.gamma**2  # Q = pulse/sqrt(gamma^2 y^2 - 1) between the Rayleigh and the shear wave
+
+    def poles(y: Array) -> Array:
+        terms = (s / p / np.sqrt(1 - p * y**2) for s, p in zip(load.strengths, load.poles, strict=True))
+        return np.asarray(sum(terms, start=np.zeros_like(y)).real)
+
+    def early(y: Array) -> Array:
+        return np.asarray(offset - poles(y) + pulse / 2 / np.sqrt(load.gamma**2 * y**2 - 1))
+
+    offset = (poles(np.ones(1)) + pulse / 2 / math.sqrt(load.gamma**2 - 1))[0]  # Q is continuous at the shear wave
+    with np.errstate(divide="ignore"):
+        r, s, p = (np.arcsin(np.minimum(t / c, 1.0)) for c in (load.gamma, 1.0, np.float64(load.kappa)))
+    w, weight = _graded_rule()
+    # the squared map cancels the inverse root at the Rayleigh wave; (gamma y)^2 - 1 ~ sin(theta - r) sin(theta + r)
+    shift = (s - r) * w**2
+    root = np.sqrt(np.sin(shift) * np.sin(2 * r + shift))
+    total = (np.cos(r + shift) ** 2 * pulse / load.gamma * t / root * 2 * w * (s - r)) @ weight
+    theta = s + (p - s) * w
+    total += (np.cos(theta) ** 2 * early(np.sin(theta) / t) * (p - s)) @ weight
+    if load.kappa > 0:  # before the pressure wave Q is constant
+        total += (early(np.array([[1 / load.kappa]])) * (math.pi / 4 - p / 2 - np.sin(2 * p) / 4))[:, 0]
+    return np.asarray(3 * total).reshape(time.shape)
+
+
+def _graded_rule(levels: int = 14, order: int = 14) -> tuple[Array, Array]:
+    """Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
+    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(levels, -1, -1)])
+    edges = np.concatenate([half, 1 - half[-2::-1]])
+    nodes, gauss = np.polynomial.legendre.leggauss(order)
+    width = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
+
+
+def _breaks(kappa: float, gamma: float) -> Array:
+    """Where g(T) is not smooth; and, for a very fast pressure wave, steps of 8 towards T = 0, where T log T rules."""
+    towards_zero = [x for x in (1 / 512, 1 / 64, 1 / 8) if x > 2 * kappa]
+    return np.array(sorted({0.0, kappa, *towards_zero, 1.0, gamma}))
+
+
+def _clustered(v: Array) -> Array:
+    """[-1, 1] onto [0, 1], quadratic at both ends: half-integer powers there become whole."""
+    return (2 + 3 * v - v**3) / 4
+
+
+def _unclustered(u: Array) -> Array:
+    return np.asarray(2 * np.sin(np.arcsin(2 * u - 1) / 3))

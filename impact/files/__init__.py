@@ -1,0 +1,1 @@
+"""Files that are whole or absent when written, and bounded and checked when read."""

@@ -1,0 +1,36 @@
+"""Tables of numbers as CSV files, and data as JSON has it."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from impact.files.atomic import whole_file
+
+Row = Mapping[str, float]
+
+
+def write_rows(path: str | os.PathLike[str], rows: Sequence[Mapping[str, object]]) -> None:
+    """Rows of equal keys, at least one; numbers to 7 digits. The file is whole or absent."""
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows([{k: f"{v:.7g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows])
+
+
+def read_rows(path: str | os.PathLike[str]) -> list[Row]:
+    """Rows of numbers only."""
+    with Path(path).open(newline="", encoding="utf-8") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def without_nan(value: object) -> object:
+    """Mappings, lists and tuples within each other, every number that is not finite as ``None``: JSON has none."""
+    if isinstance(value, Mapping):
+        return {key: without_nan(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

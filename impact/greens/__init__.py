@@ -1,0 +1,1 @@
+"""Green's functions: what every one answers for itself, and the representations."""

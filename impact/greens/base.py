@@ -1,0 +1,390 @@
+"""What every Green's function offers, whatever it is made of."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from impact.brief import brief, brief_value, some
+
+if TYPE_CHECKING:
+    from impact.greens.modal import ModalGreens
+    from impact.greens.sampled import SampledGreens
+
+Array = NDArray[np.float64]
+
+
+class GreensFunctionError(ValueError):
+    """A Green's function that cannot be used; the message names number, limit and remedy."""
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Estimated error of g after a pulse of the stated band, relative to its largest value.
+
+    ``reduction`` is what the road from M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
+    discretisation error of M, C, K themselves. ``None`` means unknown, not zero.
+
+    It is an error of g, not of what an impact makes of it: where a contact chatters, opening and closing within its
+    blow, an error of 1e-3 has moved forces and impulses of single contacts by 1.6 %. `impact.error_budget` measures
+    the error of an impact.
+    """
+
+    reduction: float | None = None
+    mesh: float | None = None
+
+    @property
+    def total(self) -> float | None:
+        """Sum of the known parts; ``None`` if nothing is known."""
+        known = [e for e in (self.reduction, self.mesh) if e is not None]
+        return sum(known) if known else None
+
+    def __str__(self) -> str:
+        reduction, mesh = ("unknown" if e is None else f"{e:.2g}" for e in (self.reduction, self.mesh))
+        return (
+            f"error of g in its band: reduction {reduction}, mesh {mesh}; "
+            "it bounds no contact that chatters, impact.error_budget does"
+        )
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A uniform rod struck at one end: impedance Z = rho c A [N s/m], transit l/c [s], reflection R at the far end.
+
+    R is of the particle velocity: -1 fixed ... +1 free. ``damping_ratio`` is that of every mode.
+    """
+
+    impedance: float
+    transit: float
+    reflection: float
+    damping_ratio: float = 0.0
+
+
+@dataclass(frozen=True)
+class StepKernel:
+    """A Green's function at a fixed step h, for forces constant over each step.
+
+    ``modal`` is advanced by its exact recursion; ``weights[i, j, m] = S_ij((m+1) h) - S_ij(m h)`` (m/N per step, S the
+    step response) is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
+    """
+
+    modal: ModalGreens | None
+    weights: Array | None
+    engine: str
+
+    __repr__ = brief
+
+    def self_weight(self, dt: float) -> Array:
+        """W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""
+        parts = []
+        if self.modal is not None:
+            parts.append(self.modal.step_matrix(dt))
+        if self.weights is not None:
+            parts.append(self.weights[:, :, 0])
+        return np.asarray(sum(parts))
+
+
+class GreensFunction(ABC):
+    """Displacement of the ports of a linear, passive, time-invariant body after unit impulses on them.
+
+    g_ij(t) [m/(N s)] is the displacement of port i at time t after a unit impulse on port j at time 0;
+    g_ij = g_ji (reciprocity). It is zero for t < 0.
+
+    What the program asks of a body it asks here: a representation answers for itself, and nobody asks for its class.
+    """
+
+    closed_form: ClassVar[bool] = False
+    """Known by its parameters alone: it costs nothing to make again."""
+    lengthened: ClassVar[str] = "compute it for the whole run (seatfem.greens_function(..., duration=))"
+    """What makes `valid_for` longer."""
+    overhang: ClassVar[float] = 1.0
+    """Steps by which a run may last longer: durations are rounded up to whole steps."""
+
+    @property
+    @abstractmethod
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports, in the order of the matrix."""
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """Estimated error; unknown by default, zero for closed forms."""
+        return ErrorEstimate()
+
+    @property
+    def provenance(self) -> Mapping[str, object]:
+        """Where this function came from, in plain JSON values."""
+        return {}
+
+    @property
+    def valid_for(self) -> float:
+        """Until when g is known [s]; ``inf`` where there is no such limit."""
+        return math.inf
+
+    def check_length(self, dt: float, n_steps: int) -> None:
+        """Raises `GreensFunctionError` if ``n_steps`` of ``dt`` [s] last longer than g is known."""
+        lasts, known = n_steps * dt, self.valid_for
+        if lasts - known > self.overhang * dt * (1 - 1e-6) + 1e-9 * known:
+            raise GreensFunctionError(
+                f"the run lasts {lasts:.6g} s but g is known up to {known:.6g} s only: shorten the run "
+                f"to {int(known / dt * (1 + 1e-9))} steps, or {self.lengthened}"
+            )
+
+    @property
+    def highest_rate(self) -> float:
+        """The highest angular frequency in it, which a time step should resolve [rad/s]; 0 where it states none."""
+        return 0.0
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """The same function as a sum of oscillators, where it is one: what modal states and loads refer to."""
+        return None
+
+    @property
+    def rod(self) -> Rod | None:
+        """The uniform rod that it is, if it is one."""
+        return None
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The parts known by samples only."""
+        return ()
+
+    def inverse_mass(self) -> Array:
+        """(p, p) lim g_ij(t)/t for t -> inf: velocity of port i per impulse on port j once it has come to rest within.
+
+        Zero where the body is held [1/kg].
+
+        Raises:
+            GreensFunctionError: a representation that moves without limit and does not say how.
+        """
+        if np.all(np.isfinite(static := self.static_compliance())):
+            return np.zeros_like(static)
+        raise GreensFunctionError(
+            f"{type(self).__name__} yields without limit and does not state its mass: give it inverse_mass()"
+        )
+
+    def mass(self, port: str | int = 0) -> float:
+        """Mass of the rigid translation as felt at a port [kg]; ``inf`` if the body is held, or endless."""
+        i = self.port_index(port)
+        inverse = float(self.inverse_mass()[i, i])
+        return 1.0 / inverse if inverse > 0 else math.inf
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """How many poles `step_kernel` marches by their recursion; ``None`` where it has step weights to convolve."""
+        return None
+
+    def scaled(self, factor: float) -> GreensFunction:
+        """``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        return ScaledGreens(self, factor)
+
+    def forces_only(self) -> GreensFunction:
+        """The same function in the form that marches fastest where no energies are asked for."""
+        return self
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
+        """The same function with another error estimate (and provenance).
+
+        Raises:
+            GreensFunctionError: a closed form, whose error and provenance are not stated but known.
+        """
+        raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are not free to state")
+
+    @abstractmethod
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], shape of ``t`` [s]; a bare compliance (a Dirac pulse at t = 0) is not part of it."""
+
+    @abstractmethod
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) = integral of g_ij from 0 to t, bare compliance included [m/N], shape of ``t`` [s]."""
+
+    @abstractmethod
+    def static_compliance(self) -> Array:
+        """(p, p) displacement per unit constant force [m/N]; ``inf`` where a rigid-body motion is possible."""
+
+    @abstractmethod
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)] = 1/impedance at first contact; ``inf`` where a bare compliance stands."""
+
+    @abstractmethod
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """The representation used by the contact solver for ``n_steps`` steps of ``dt`` [s]."""
+
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> GreensFunction:
+        """The function W' g W of new ports: a load on one is spread over the old ones by its column of ``weights``.
+
+        Args:
+            weights: W (p, q); with columns that sum to 1 the displacements are means.
+            port_names: q names.
+
+        Raises:
+            GreensFunctionError: of a function whose ports cannot be combined.
+        """
+        raise GreensFunctionError(f"the ports of a {type(self).__name__} cannot be combined")
+
+    def port_index(self, port: str | int) -> int:
+        """Index of a port given by name or index; raises `GreensFunctionError` listing what there is."""
+        if isinstance(port, int):
+            if 0 <= port < len(self.ports):
+                return port
+        elif port in self.ports:
+            return self.ports.index(port)
+        raise GreensFunctionError(f"no port {port!r}; this Green's function has the ports {', '.join(self.ports)}")
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        """g_ij convolved with a unit Hann pulse of total ``width`` [s], from its step response [m/(N s)].
+
+        p(s) = (1 - cos(2 pi s / width)) / width on [0, width]. Band: -6 dB at 1/width, zero at 2/width.
+        """
+        t = np.asarray(t, dtype=float)
+        edges = np.linspace(0.0, width, 257)
+        # the integral of p' S over the pulse: one integration by parts moves the derivative off the kernel
+        nodes, gauss = np.polynomial.legendre.leggauss(4)
+        s = ((edges[1:] + edges[:-1])[:, None] + np.diff(edges)[:, None] * nodes).ravel() / 2
+        w = (np.diff(edges)[:, None] * gauss).ravel() / 2
+        slope = 2 * np.pi / width**2 * np.sin(2 * np.pi * s / width)
+        out = np.zeros(t.shape)
+        for node, weight in zip(s, w * slope, strict=True):
+            out += weight * np.where(t > node, self.step_response(np.maximum(t - node, 0.0), i, j), 0.0)
+        return out
+
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """(p, p, nt) `filtered` for every pair of ports."""
+        p = len(self.ports)
+        return np.array([[self.filtered(t, width, i, j) for j in range(p)] for i in range(p)])
+
+    def __str__(self) -> str:
+        return "\n  ".join([f"{type(self).__name__}, {self._ports_in_words()}", *self._in_words(), *self._quality()])
+
+    def _in_words(self) -> tuple[str, ...]:
+        """What the function is made of, a line each."""
+        return ()
+
+    def _ports_in_words(self) -> str:
+        names = self.ports
+        return f"port {names[0]}" if len(names) == 1 else f"{len(names)} ports {some(names)}"
+
+    def _quality(self) -> tuple[str, ...]:
+        """Error, time limit and origin in words."""
+        error = self.error_estimate
+        parts = [f"{n} {'unknown' if e is None else f'{e:.2g}'}" for n, e in vars(error).items()]
+        limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
+        origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
+        return (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
+
+
+@dataclass(frozen=True)
+class ScaledGreens(GreensFunction):
+    """factor times g_ij, of any Green's function; those of this package scale into their own kind by ``scaled``.
+
+    Attributes:
+        part: the function.
+        factor: > 0, so that a passive body stays passive.
+    """
+
+    part: GreensFunction
+    factor: float
+
+    def __post_init__(self) -> None:
+        check_factor(self.factor)
+
+    __repr__ = GreensFunction.__str__
+
+    def _in_words(self) -> tuple[str, ...]:
+        return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports."""
+        return self.part.ports
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """The part's: errors are relative."""
+        return self.part.error_estimate
+
+    @property
+    def provenance(self) -> dict[str, object]:
+        """The factor and the part's provenance."""
+        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
+
+    @property
+    def valid_for(self) -> float:
+        """The part's."""
+        return self.part.valid_for
+
+    @property
+    def highest_rate(self) -> float:
+        """The part's."""
+        return self.part.highest_rate
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """The part's, scaled."""
+        return None if self.part.modal is None else self.part.modal.scaled(self.factor)
+
+    @property
+    def rod(self) -> Rod | None:
+        """The part's, of another section."""
+        rod = self.part.rod
+        return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The part's, scaled."""
+        return tuple(part.scaled(self.factor) for part in self.part.sampled_parts)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) [1/kg]."""
+        return self.factor * self.part.inverse_mass()
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """The part's."""
+        return self.part.marched_poles(dt, n_steps)
+
+    def scaled(self, factor: float) -> ScaledGreens:
+        """The part, by the product of both factors."""
+        return ScaledGreens(self.part, self.factor * factor)
+
+    def forces_only(self) -> ScaledGreens:
+        """The part so, scaled."""
+        return replace(self, part=self.part.forces_only())
+
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
+        """The part so, scaled."""
+        return replace(self, part=self.part.with_error(error, origin))
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self.factor * self.part.impulse_response(t, i, j)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) [m/N]."""
+        return self.factor * self.part.step_response(t, i, j)
+
+    def static_compliance(self) -> Array:
+        """(p, p) [m/N]."""
+        return self.factor * self.part.static_compliance()
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)]."""
+        return self.factor * self.part.initial_value()
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """The part's, with every residue and every weight times the factor."""
+        kernel = self.part.step_kernel(dt, n_steps)
+        modal = None if kernel.modal is None else kernel.modal.scaled(self.factor)
+        weights = None if kernel.weights is None else self.factor * kernel.weights
+        return StepKernel(modal, weights, kernel.engine)
+
+
+def check_factor(factor: float) -> float:
+    """A factor of g that leaves a passive body passive; raises `GreensFunctionError` for any other."""
+    if not (np.isfinite(factor) and factor > 0):
+        raise GreensFunctionError(f"factor = {factor} must be positive and finite: the body must stay passive")
+    return float(factor)

@@ -1,0 +1,280 @@
+"""Modal Green's function: damped oscillators, relaxations and bare compliance; passive by construction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.brief import brief
+from impact.greens import oscillator
+from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.pulse import combine, decay_responses, hann, mode_responses
+from impact.greens.stated import StatedGreens
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the retained modes leave out, in a passive form.
+
+    g_res(t) = sum_r a_r a_r' exp(-rates_r t) + compliance * delta(t)
+
+    Attributes:
+        shapes: (R, p) amplitudes a_r [sqrt(m/(N s))].
+        rates: (R,) decay rates 1/tau >= 0 [1/s]; 0 is a dashpot or a semi-infinite rod.
+        compliance: (p, p) symmetric positive semidefinite bare compliance [m/N].
+    """
+
+    shapes: Array
+    rates: Array
+    compliance: Array
+
+    __repr__ = brief
+
+    @staticmethod
+    def none(n_ports: int = 1) -> Residual:
+        """Nothing left out."""
+        return Residual(np.zeros((0, n_ports)), np.zeros(0), np.zeros((n_ports, n_ports)))
+
+    @staticmethod
+    def spring(compliance: ArrayLike) -> Residual:
+        """Bare residual flexibility (MacNeal): r0 delta(t), ``compliance`` scalar or (p, p) [m/N]."""
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        return Residual(np.zeros((0, len(r0))), np.zeros(0), r0)
+
+    @staticmethod
+    def relaxing(compliance: ArrayLike, rate: float) -> Residual:
+        """The exponential with integral R0 = ``compliance`` (scalar or (p, p)) [m/N] and a given ``rate`` [1/s].
+
+        g_res(t) = R0 rate exp(-rate t): springs R0, each beside a dashpot.
+        """
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        if not (rate > 0 and np.isfinite(rate)):
+            raise GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
+        values, vectors = np.linalg.eigh(r0)
+        kept = values > 1e-14 * max(values[-1], 0.0)
+        shapes = (vectors[:, kept] * np.sqrt(values[kept] * rate)).T.copy()
+        return Residual(shapes, np.full(int(kept.sum()), rate), np.zeros_like(r0))
+
+    @staticmethod
+    def exponential(compliance: ArrayLike, initial_value: ArrayLike) -> Residual:
+        """The exponential with integral R0 = ``compliance`` and initial value G0 = ``initial_value``, (p, p) or scalar.
+
+        g_res(t) = G0^(1/2) exp(-G0^(1/2) R0^-1 G0^(1/2) t) G0^(1/2); null directions of R0 are dropped.
+        """
+        r0 = _symmetric_psd(compliance, "residual compliance")
+        g0 = _symmetric_psd(initial_value, "initial value")
+        if r0.shape != g0.shape:
+            raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
+        scale, vectors = np.linalg.eigh(g0)
+        if scale[0] <= 0:
+            raise GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+        root = vectors * np.sqrt(scale) @ vectors.T
+        inverse_root = vectors / np.sqrt(scale) @ vectors.T
+        taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
+        kept = taus > 1e-14 * max(taus[-1], 0.0)
+        return Residual((root @ modes[:, kept]).T.copy(), 1.0 / taus[kept], np.zeros_like(r0))
+
+    def scaled(self, factor: float) -> Residual:
+        """``factor`` times it."""
+        return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
+
+    def static(self) -> Array:
+        """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            terms = self.shapes[:, :, None] * self.shapes[:, None, :] / self.rates[:, None, None]
+        total: Array = np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
+        return total
+
+    def filtered(self, t: Array, width: float) -> Array:
+        """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]."""
+        decays = combine(self.shapes, decay_responses(self.rates, t, width))
+        return decays + self.compliance[:, :, None] * hann(t, width)
+
+
+@dataclass(frozen=True)
+class ModalGreens(StatedGreens):
+    """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
+
+    Attributes:
+        omega: (M,) angular frequencies w_k >= 0 [rad/s]; 0 is a rigid-body mode (t).
+        zeta: (M,) damping ratios >= 0; 1 and above are allowed.
+        shapes: (M, p) mass-normalised mode shapes at the ports [1/sqrt(kg)].
+        residual: what these modes leave out.
+        port_names: p names.
+        error: estimated error of g.
+        origin: provenance, plain JSON values.
+        valid_for: until when g is known [s].
+    """
+
+    omega: Array
+    zeta: Array
+    shapes: Array
+    residual: Residual
+    port_names: tuple[str, ...] = ("contact",)
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    origin: Mapping[str, object] = field(default_factory=dict)
+    valid_for: float = math.inf
+
+    __repr__ = StatedGreens.__str__
+
+    def __post_init__(self) -> None:
+        rest, m, p = self.residual, self.omega.size, len(self.port_names)
+        r = rest.rates.size
+        relaxations = (rest.shapes.shape, rest.rates.shape, rest.compliance.shape)
+        modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
+        if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
+            raise GreensFunctionError(
+                f"shapes do not match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
+                f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
+            )
+        for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
+            if not np.all(np.isfinite(values)):
+                raise GreensFunctionError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
+        for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
+            if values.size and values.min() < 0:
+                raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
+        check_valid_for(self.valid_for)
+
+    @property
+    def modal(self) -> ModalGreens:
+        """Itself."""
+        return self
+
+    @property
+    def highest_rate(self) -> float:
+        """The highest w_k [rad/s]."""
+        return float(self.omega.max(initial=0.0))
+
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
+        """The same modes and relaxations, seen through ``weights`` (p, q)."""
+        rest = self.residual
+        seen = Residual(rest.shapes @ weights, rest.rates, weights.T @ rest.compliance @ weights)
+        return replace(self, shapes=self.shapes @ weights, residual=seen, port_names=port_names)
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """(M,) undamped natural frequencies [Hz]."""
+        return self.omega / (2 * np.pi)
+
+    def _in_words(self) -> tuple[str, ...]:
+        rigid, elastic = int(np.sum(self.omega == 0)), self.frequencies_hz[self.omega > 0]
+        parts = [f"{rigid} rigid-body modes"] if rigid else []
+        if elastic.size:
+            span = f"{elastic.min():.5g} ... {elastic.max():.5g} Hz"
+            parts.append(f"{elastic.size} modes, {span}, damping ratio {self.zeta.min():.3g} ... {self.zeta.max():.3g}")
+        parts += [f"{self.residual.rates.size} relaxations"] if self.residual.rates.size else []
+        parts += ["bare compliance"] if np.any(self.residual.compliance) else []
+        return ("; ".join(parts) or "rigid and held",)
+
+    @cached_property
+    def _factors(self) -> Array:
+        return np.asarray(np.einsum("ki,kj->ijk", self.shapes, self.shapes))
+
+    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
+        t = np.asarray(t, dtype=float)
+        flat = np.ravel(t)
+        function = oscillator.step_response if integrated else oscillator.impulse_response
+        relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
+        rates = self.residual.rates
+        out = np.zeros(flat.shape)
+        for start in range(0, flat.size, 4096):  # blocks bound the memory to 4096 x M
+            block = np.maximum(flat[start : start + 4096], 0.0)
+            values = function(block[:, None], self.omega, self.zeta) @ self._factors[i, j]
+            decay = -rates * block[:, None]
+            kernel = oscillator.expm1_over(decay) * block[:, None] if integrated else np.exp(decay)
+            out[start : start + 4096] = values + kernel @ relax
+        if integrated:
+            out += self.residual.compliance[i, j]
+        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self._sum(t, i, j, integrated=False)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
+        return self._sum(t, i, j, integrated=True)
+
+    def static_compliance(self) -> Array:
+        """(p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
+        rigid = self.omega == 0
+        elastic = (self._factors[:, :, ~rigid] / self.omega[~rigid] ** 2).sum(axis=-1)
+        free = self._factors[:, :, rigid].sum(axis=-1)
+        rigid_part = np.where(free != 0, np.copysign(np.inf, free), 0.0)
+        return np.asarray(elastic + rigid_part + self.residual.static())
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
+        start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
+        return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        """As `GreensFunction.filtered`, in closed form."""
+        t = np.asarray(t, dtype=float)
+        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
+
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """As `GreensFunction.filtered_matrix`, in closed form."""
+        every = list(range(len(self.port_names)))
+        return self._filtered(np.asarray(t, dtype=float), width, every, every)
+
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+        rest = self.residual.filtered(t, width)[np.ix_(rows, columns)]
+        for start in range(0, t.size, 1024):  # blocks bound the memory
+            block = slice(start, start + 1024)
+            each = mode_responses(self.omega, self.zeta, t[block], width)
+            rest[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
+        return rest
+
+    def step_matrix(self, dt: float) -> Array:
+        """W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N].
+
+        Each mode is evaluated once, phi' S(dt) phi for all pairs of ports.
+        """
+        gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
+        rest = self.residual
+        eased = dt * oscillator.expm1_over(-rest.rates * dt)
+        whole = (self.shapes.T * gains) @ self.shapes + (rest.shapes.T * eased) @ rest.shapes + rest.compliance
+        return np.asarray((whole + whole.T) / 2)
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Itself: the recursion is exact for forces constant over a step."""
+        return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
+
+    def marched_poles(self, dt: float, n_steps: float) -> int:
+        """Oscillators and relaxations."""
+        return len(self.omega) + len(self.residual.rates)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) of the rigid-body modes [1/kg]."""
+        rigid = self.shapes[self.omega == 0]
+        return np.asarray(rigid.T @ rigid)
+
+    def scaled(self, factor: float) -> ModalGreens:
+        """Every shape times the root of ``factor``."""
+        rest = self.residual.scaled(check_factor(factor))
+        return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
+
+
+def check_valid_for(time: float) -> None:
+    """Raises `GreensFunctionError` for a time limit that is none."""
+    if not time > 0:
+        raise GreensFunctionError(f"valid_for = {time} s must be positive (inf: without limit)")
+
+
+def _symmetric_psd(values: ArrayLike, name: str) -> Array:
+    """``values`` as a symmetric (p, p) matrix with round-off negative eigenvalues clipped; error beyond 1e-10."""
+    matrix = np.atleast_2d(np.asarray(values, dtype=float))
+    if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
+        raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
+    matrix = (matrix + matrix.T) / 2
+    eigenvalues, vectors = np.linalg.eigh(matrix)
+    limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
+    if eigenvalues[0] < -limit:
+        raise GreensFunctionError(f"{name} has the negative eigenvalue {eigenvalues[0]:g}: the body would gain energy")
+    return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)

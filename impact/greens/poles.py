@@ -1,0 +1,294 @@
+"""A Green's function as a sum over poles: modes coupled by damping, or a fitted measurement."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from impact.greens import pulse
+from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.modal import ModalGreens, Residual, check_valid_for
+from impact.greens.stated import StatedGreens
+
+ComplexArray = NDArray[np.complex128]
+_BLOCK = 4096  # times, or poles, at once
+
+
+def _nothing() -> Array:
+    return np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class PoleGreens(StatedGreens):
+    """A symmetric sum of simple poles, of rigid bodies and of a bare compliance:
+
+        g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
+                  + sum_n b_ni b_nj t + c_ij delta(t)
+
+    With M u'' + C u' + K u = B f and (s^2 M + s C + K) x = 0, x normalised by x'(2 s M + C) x = 1, r = B'x. Unlike
+    `ModalGreens` it need not be passive: see `impact.pole_passivity.pole_passivity`. It is convolved by step weights;
+    its energy in a ledger is the work done on it.
+
+    Attributes:
+        poles: (K,) s_k with Im > 0 and Re <= 0, one of each conjugate pair [1/s].
+        shapes: (K, p) complex r_k [sqrt(m/(N s))].
+        rates: (R,) of the real poles, >= 0 [1/s].
+        real_shapes: (R, p) a_m [sqrt(m/(N s))].
+        signs: (R,) +1 or -1; an overdamped pair has one of each.
+        rigid: (N, p) rigid-body shapes b_n [1/sqrt(kg)]: the double pole at 0.
+        compliance: (p, p) symmetric positive semidefinite c [m/N].
+        port_names: p names.
+        error: estimated error of g.
+        origin: provenance, plain JSON values.
+        valid_for: until when g is known [s].
+
+    Raises:
+        GreensFunctionError: shapes that do not match, values not finite, a growing pole, Im <= 0, signs other than
+            +-1, a negative real pole at rate 0, an indefinite compliance.
+
+    Source: Tisseur and Meerbergen, SIAM Review 43 (2001) 235 (the quadratic eigenvalue problem).
+    """
+
+    poles: ComplexArray
+    shapes: ComplexArray
+    rates: Array = field(default_factory=_nothing)
+    real_shapes: Array = field(default_factory=_nothing)
+    signs: Array = field(default_factory=_nothing)
+    rigid: Array = field(default_factory=_nothing)
+    compliance: Array = field(default_factory=_nothing)
+    port_names: tuple[str, ...] = ("contact",)
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    origin: Mapping[str, object] = field(default_factory=dict)
+    valid_for: float = math.inf
+
+    __repr__ = StatedGreens.__str__
+
+    def __post_init__(self) -> None:
+        p = len(self.port_names)
+        kinds = {"poles": complex, "shapes": complex}
+        arrays = {
+            name: np.asarray(getattr(self, name), dtype=kinds.get(name, float))
+            for name in ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
+        }
+        empty = {"shapes": (0, p), "rates": (0,), "real_shapes": (0, p), "signs": (0,), "rigid": (0, p)}
+        for name, shape in (empty | {"compliance": (p, p)}).items():
+            if arrays[name].size == 0:
+                arrays[name] = np.zeros(shape, arrays[name].dtype)
+        for name, values in arrays.items():
+            object.__setattr__(self, name, values)
+        _check(self)
+
+    @property
+    def highest_rate(self) -> float:
+        """The largest |s_k| [rad/s]."""
+        return float(np.abs(self.poles).max(initial=0.0))
+
+    def inverse_mass(self) -> Array:
+        """(p, p) of the rigid bodies [1/kg]."""
+        return np.asarray(self.rigid.T @ self.rigid)
+
+    def scaled(self, factor: float) -> PoleGreens:
+        """Every shape times the root of ``factor``."""
+        root = math.sqrt(check_factor(factor))
+        return replace(
+            self,
+            shapes=root * self.shapes,
+            real_shapes=root * self.real_shapes,
+            rigid=root * self.rigid,
+            compliance=factor * self.compliance,
+        )
+
+    def _in_words(self) -> tuple[str, ...]:
+        parts = [f"{len(self.rigid)} rigid bodies"] if len(self.rigid) else []
+        if self.poles.size:
+            f, d = self.frequencies_hz, self.damping_ratios
+            span = f"{f.min():.5g} ... {f.max():.5g} Hz"
+            parts.append(f"{f.size} pole pairs, {span}, damping ratio {d.min():.3g} ... {d.max():.3g}")
+        parts += [f"{self.rates.size} real poles"] if self.rates.size else []
+        parts += ["bare compliance"] if np.any(self.compliance) else []
+        return ("; ".join(parts) or "rigid and held",)
+
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
+        """The same poles, seen through ``weights`` (p, q)."""
+        shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
+        return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """(K,) |s_k|/(2 pi) [Hz]: undamped natural frequencies where the modes are uncoupled."""
+        return np.asarray(np.abs(self.poles) / (2 * np.pi))
+
+    @property
+    def damping_ratios(self) -> Array:
+        """(K,) -Re s_k/|s_k|."""
+        return np.asarray(-self.poles.real / np.abs(self.poles))
+
+    @staticmethod
+    def of(modal: ModalGreens) -> PoleGreens:
+        """The same function by its poles; raises `GreensFunctionError` for a critically damped mode (double pole)."""
+        omega, zeta, phi, rest = modal.omega, modal.zeta, modal.shapes, modal.residual
+        free = omega == 0
+        under, over = ~free & (zeta < 1), ~free & (zeta > 1)
+        if np.any(~(free | under | over)):
+            raise GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
+        wd = np.where(free, 1.0, omega) * np.sqrt(np.abs((1 - zeta) * (1 + zeta)))
+        fast = (zeta * omega + wd)[over]
+        slow = omega[over] ** 2 / fast
+        pair = phi[over] / np.sqrt(2 * wd[over])[:, None]
+        count = len(fast)
+        return PoleGreens(
+            (-zeta * omega + 1j * wd)[under],
+            phi[under] / np.sqrt(2j * wd[under])[:, None],
+            np.concatenate([slow, fast, rest.rates]),
+            np.concatenate([pair, pair, rest.shapes]),
+            np.repeat([1.0, -1.0, 1.0], [count, count, len(rest.rates)]),
+            phi[free],
+            rest.compliance,
+            modal.port_names,
+            modal.error,
+            modal.origin,
+            modal.valid_for,
+        )
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self._sum(t, i, j, integrated=False)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
+        return self._sum(t, i, j, integrated=True)
+
+    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
+        t = np.asarray(t, dtype=float)
+        flat = np.ravel(t)
+        pairs = 2 * self.shapes[:, i] * self.shapes[:, j]
+        decays = self.signs * self.real_shapes[:, i] * self.real_shapes[:, j]
+        free = float(self.rigid[:, i] @ self.rigid[:, j])
+        out = np.zeros(flat.shape)
+        for start in range(0, flat.size, _BLOCK):
+            now = np.maximum(flat[start : start + _BLOCK], 0.0)
+            x, y = np.outer(now, self.poles), np.outer(now, -self.rates)
+            if integrated:
+                value = ((_expm1_over(x) @ pairs).real + _expm1_over(y).real @ decays) * now + free * now**2 / 2
+            else:
+                value = (np.exp(x) @ pairs).real + np.exp(y) @ decays + free * now
+            out[start : start + _BLOCK] = value
+        if integrated:
+            out += self.compliance[i, j]
+        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+
+    def static_compliance(self) -> Array:
+        """(p, p) [m/N]; ``inf`` where a rigid-body motion or a dashpot (rate 0) stands at the port."""
+        free = self.rates == 0
+        rates = np.where(free, 1.0, self.rates)
+        pairs = -2 * np.einsum("ki,kj,k->ij", self.shapes, self.shapes, 1 / self.poles).real
+        real = np.einsum("m,mi,mj->ij", np.where(free, 0.0, self.signs / rates), self.real_shapes, self.real_shapes)
+        endless = [np.einsum("ni,nj->ij", rows, rows) for rows in (self.rigid, self.real_shapes[free])]
+        total = pairs + real + self.compliance
+        for matrix in endless:
+            total = total + np.where(matrix != 0, np.copysign(np.inf, matrix), 0.0)
+        return np.asarray(total)
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
+        pairs = 2 * np.einsum("ki,kj->ij", self.shapes, self.shapes).real
+        real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
+        return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """W_m = S((m + 1) dt) - S(m dt), S(0-) = 0, each to round-off."""
+        count = len(self.poles) + len(self.rates)
+        return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
+
+    def step_weights(self, dt: float, n_steps: int) -> Array:
+        """(p, p, n) W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... [m/N].
+
+        exp(s (a J + b) dt) = exp(s a J dt) exp(s b dt), J = sqrt(n): one product of an (n/J, 2K) and a (2K, J) matrix
+        for each pair of ports; no array larger than that or the result.
+        """
+        p, inner = len(self.port_names), max(1, math.isqrt(n_steps))
+        outer = -(-n_steps // inner)
+        rates = np.concatenate([self.poles, -self.rates.astype(complex)])
+        shapes = np.concatenate([self.shapes, self.real_shapes * np.sqrt(self.signs.astype(complex))[:, None]])
+        twice = np.repeat([2.0, 1.0], [len(self.poles), len(self.rates)])
+        out = np.zeros((p, p, outer * inner))
+        for start in range(0, len(rates), _BLOCK):
+            s, r = rates[start : start + _BLOCK], shapes[start : start + _BLOCK]
+            gain = twice[start : start + _BLOCK] * dt * _expm1_over(s * dt)
+            coarse, fine = (
+                np.exp(np.outer(inner * dt * np.arange(outer), s)),
+                np.exp(np.outer(s, dt * np.arange(inner))),
+            )
+            for i in range(p):
+                for j in range(i + 1):
+                    left = coarse * (gain * r[:, i] * r[:, j])
+                    out[i, j] += (left.real @ fine.real - left.imag @ fine.imag).ravel()
+        out = out[:, :, :n_steps]
+        free = self.rigid.T @ self.rigid
+        out += free[:, :, None] * dt**2 * (np.arange(n_steps) + 0.5)
+        out[:, :, 0] += self.compliance
+        for i in range(p):
+            for j in range(i):
+                out[j, i] = out[i, j]
+        return np.ascontiguousarray(out)
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        """As `GreensFunction.filtered`, in closed form."""
+        t = np.asarray(t, dtype=float)
+        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
+
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """As `GreensFunction.filtered_matrix`, in closed form."""
+        every = list(range(len(self.port_names)))
+        return self._filtered(np.asarray(t, dtype=float), width, every, every)
+
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+        free = np.zeros(len(self.rigid))
+        parts = (
+            (2 * self.shapes, self.shapes, pulse.exponentials(self.poles, t, width)),
+            (self.real_shapes * self.signs[:, None], self.real_shapes, pulse.decay_responses(self.rates, t, width)),
+            (self.rigid, self.rigid, pulse.mode_responses(free, free, t, width)),
+        )
+        sums = [
+            np.einsum("ki,kj,kt->ijt", left[:, rows], right[:, columns], each, optimize=True).real
+            for left, right, each in parts
+        ]
+        return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * pulse.hann(t, width))
+
+
+def _expm1_over(x: ComplexArray | Array) -> ComplexArray:
+    """(exp(x) - 1)/x for complex x, 1 at x = 0."""
+    safe = np.where(x == 0, 1.0, x)
+    return np.asarray(np.where(x == 0, 1.0, np.expm1(safe) / safe), dtype=complex)
+
+
+def _check(g: PoleGreens) -> None:
+    p, k, m = len(g.port_names), g.poles.size, g.rates.size
+    wanted = {"poles": (k,), "shapes": (k, p), "rates": (m,), "real_shapes": (m, p), "signs": (m,)}
+    wanted |= {"rigid": (len(g.rigid), p), "compliance": (p, p)}
+    wrong = [
+        f"{name} {getattr(g, name).shape}, not {shape}"
+        for name, shape in wanted.items()
+        if getattr(g, name).shape != shape
+    ]
+    if wrong:
+        raise GreensFunctionError(f"shapes do not match {p} ports: {'; '.join(wrong)}")
+    for name in wanted:
+        if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
+            raise GreensFunctionError(f"{name} has {bad} values that are not finite")
+    if k and g.poles.imag.min() <= 0:
+        raise GreensFunctionError(
+            f"a pole has Im s = {g.poles.imag.min():g} 1/s: give one of each conjugate pair, that with Im s > 0, and "
+            "real poles as rates"
+        )
+    growth = max(g.poles.real.max(initial=-np.inf), (-g.rates).max(initial=-np.inf))
+    if growth > 0:
+        raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
+    if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
+        raise GreensFunctionError("signs must be +1 or -1, and +1 at rate 0")
+    check_valid_for(g.valid_for)
+    object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)

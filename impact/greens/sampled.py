@@ -1,0 +1,265 @@
+"""A Green's function known at equally spaced times: measured, or computed by a time integrator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.stated import StatedGreens
+
+Tail = Literal["zero", "hold", "rigid", "forbid"]
+Pretrigger = Literal["refuse", "drop"]
+_GRID = 0.01  # of the spacing: times in files are rounded
+
+
+@dataclass(frozen=True)
+class SampledGreens(StatedGreens):
+    """g_ij at t = 0, dt, 2 dt, ..., linear in between; a stated rule beyond the last sample.
+
+    Attributes:
+        values: (p, p, n) or, for one port, (n,) samples [m/(N s)], n >= 2; the first is g(0+).
+        dt: spacing [s].
+        tail: beyond the last sample, g is "zero" (a fixed body that has come to rest), "hold" (keeps the last value: a
+            body that slides away at constant speed), "rigid" (goes on along the last slope: a free body), or
+            "forbid": asking is an error.
+        port_names: p names; default "contact" for one port, "1", "2", ... for several.
+        static: (p, p) static compliance if known from elsewhere [m/N].
+        error: estimated error of g.
+        origin: provenance, plain JSON values.
+
+    Raises:
+        GreensFunctionError: wrong shape, values not finite, g_ij != g_ji, g_ii(0+) < 0, unknown tail rule.
+    """
+
+    values: Array
+    dt: float
+    tail: Tail = "forbid"
+    port_names: tuple[str, ...] = ()
+    static: Array | None = None
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    origin: Mapping[str, object] = field(default_factory=dict)
+
+    __repr__ = StatedGreens.__str__
+    overhang: ClassVar[float] = 0.0
+    lengthened: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
+
+    def __post_init__(self) -> None:
+        values = np.asarray(self.values, dtype=float)
+        values = values.reshape(1, 1, -1) if values.ndim == 1 else values
+        if values.ndim != 3 or values.shape[0] != values.shape[1] or values.shape[2] < 2:
+            raise GreensFunctionError(f"values must be (n,) or (p, p, n) with n >= 2, got {np.shape(self.values)}")
+        p = len(values)
+        names = self.port_names or (("contact",) if p == 1 else tuple(str(k + 1) for k in range(p)))
+        if len(names) != p:
+            raise GreensFunctionError(f"{len(names)} port names for {p} ports")
+        if not (np.isfinite(self.dt) and self.dt > 0):
+            raise GreensFunctionError(f"dt = {self.dt} s must be positive and finite")
+        if self.tail not in get_args(Tail):
+            raise GreensFunctionError(f"tail {self.tail!r} is unknown; choose from {', '.join(get_args(Tail))}")
+        if bad := int(np.sum(~np.isfinite(values))):
+            first_bad = int(np.flatnonzero(np.any(~np.isfinite(values), axis=(0, 1)))[0])
+            raise GreensFunctionError(
+                f"{bad} of {values.size} samples are not finite, the first at {first_bad * self.dt:.6g} s: measure "
+                "again, or fill them in"
+            )
+        skew = float(np.abs(values - values.transpose(1, 0, 2)).max()) / max(float(np.abs(values).max()), 1e-300)
+        if skew > 1e-6:
+            raise GreensFunctionError(f"g_ij and g_ji differ by {skew:.1e} of the maximum: average them (reciprocity)")
+        if (first := values[range(p), range(p), 0].min()) < 0:
+            raise GreensFunctionError(
+                f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull; check the sign and the "
+                "time zero, or set a first sample that is noise to zero"
+            )
+        static = None if self.static is None else np.asarray(self.static, dtype=float).reshape(p, p)
+        for key, value in (("values", values), ("port_names", names), ("static", static)):
+            object.__setattr__(self, key, value)
+
+    @classmethod
+    def from_series(
+        cls,
+        time: ArrayLike,
+        values: ArrayLike,
+        *,
+        tail: Tail = "forbid",
+        pretrigger: Pretrigger = "refuse",
+        port_names: tuple[str, ...] = (),
+        static: Array | None = None,
+        origin: Mapping[str, object] | None = None,
+    ) -> SampledGreens:
+        """Measured: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s]; the blow is at t = 0.
+
+        The times must be equally spaced to 1 % of the spacing, the same for all records, with a sample at t = 0.
+        Samples before it must be zero, or are dropped under ``pretrigger="drop"``; ``origin["pretrigger"]`` then
+        says how many, and their share of the sum of g^2.
+
+        Raises:
+            GreensFunctionError: irregular or unequal times, no sample at t = 0, motion before t = 0 under "refuse";
+                whatever the class itself refuses.
+        """
+        g = np.asarray(values, dtype=float)
+        t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))
+        zero = round(-t[0] / dt)
+        if t[0] > _GRID * dt:
+            raise GreensFunctionError(
+                f"the record starts at {t[0]:.6g} s: g from 0 to there is unknown; give it, or shift the time axis"
+            )
+        if zero >= len(t) - 1 or abs(t[0] + zero * dt) > _GRID * dt:
+            nearest = t[np.argmin(np.abs(t))]
+            raise GreensFunctionError(
+                f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
+            )
+        early, kept = g[..., :zero], g[..., zero:]
+        found = dict(origin or {})
+        if np.any(early != 0):
+            share = float(np.sum(early**2) / np.sum(g**2))
+            if pretrigger != "drop":
+                raise GreensFunctionError(
+                    f"not causal: {zero} samples before t = 0 reach {np.abs(early).max():.3g} m/(N s), {share:.2%} of "
+                    "the sum of squares; a body does not move before the blow: correct the time zero, or give "
+                    'pretrigger="drop"'
+                )
+            found["pretrigger"] = {"samples": zero, "share_of_squares": share}
+        return cls(kept, dt, tail, port_names, static, origin=found)
+
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
+        """The same samples, seen through ``weights`` (p, q)."""
+        values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
+        static = None if self.static is None else weights.T @ self.static @ weights
+        values = (values + values.transpose(1, 0, 2)) / 2  # to round-off
+        return replace(self, values=values, static=static, port_names=port_names)
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return float((self.values.shape[2] - 1) * self.dt)
+
+    @property
+    def valid_for(self) -> float:
+        """The last sample under tail "forbid", else without limit: the tail rule says how g goes on [s]."""
+        return self.end if self.tail == "forbid" else math.inf
+
+    def known_for(self, time: float) -> Self:
+        """Itself: samples are known as far as they go."""
+        return self
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """Itself."""
+        return (self,)
+
+    def inverse_mass(self) -> Array:
+        """(p, p) the last slope under tail "rigid" [1/kg], else 0: what is not said to move away counts as held."""
+        if self.tail != "rigid":
+            return np.zeros(self.values.shape[:2])
+        return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
+
+    def scaled(self, factor: float) -> SampledGreens:
+        """Every sample times ``factor``."""
+        static = None if self.static is None else factor * self.static
+        return replace(self, values=check_factor(factor) * self.values, static=static)
+
+    def _in_words(self) -> tuple[str, ...]:
+        count = self.values.shape[2]
+        return (f"{count} samples {self.dt:.4g} s apart, up to {self.end:.4g} s; tail {self.tail}",)
+
+    @cached_property
+    def _integral(self) -> Array:
+        """(p, p, n) exact integral of the piecewise-linear g up to each sample."""
+        steps = (self.values[:, :, 1:] + self.values[:, :, :-1]) * (self.dt / 2)
+        return np.concatenate([np.zeros((*steps.shape[:2], 1)), np.cumsum(steps, axis=2)], axis=2)
+
+    def _pieces(self, t: ArrayLike, i: int, j: int) -> tuple[Array, Array, Array, Array, Array]:
+        """(t, index of the sample before, time since, value there, slope there); the tail is the last piece."""
+        t = np.asarray(t, dtype=float)
+        last = self.values.shape[2] - 1
+        if self.tail == "forbid" and t.size and t.max() > self.end * (1 + 1e-9):
+            raise GreensFunctionError(
+                f"g is asked for at {t.max():.6g} s but known up to {self.end:.6g} s only: compute or measure a longer "
+                "duration, or state a tail rule (zero, hold, rigid)"
+            )
+        index = np.clip(np.floor(t / self.dt).astype(int), 0, last)
+        g = self.values[i, j]
+        slopes = np.append(np.diff(g) / self.dt, (g[-1] - g[-2]) / self.dt if self.tail == "rigid" else 0.0)
+        start = np.where((index == last) & (self.tail == "zero") & (t > self.end), 0.0, g[index])
+        return t, index, np.maximum(t, 0.0) - index * self.dt, start, slopes[index]
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)]."""
+        t, _, since, start, slope = self._pieces(t, i, j)
+        return np.asarray(np.where(t < 0, 0.0, start + slope * since))
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t), exact for the piecewise-linear g [m/N]."""
+        t, index, since, start, slope = self._pieces(t, i, j)
+        return np.asarray(np.where(t < 0, 0.0, self._integral[i, j][index] + since * (start + slope * since / 2)))
+
+    def static_compliance(self) -> Array:
+        """(p, p) ``static`` if given, else what the tail rule implies [m/N].
+
+        Raises:
+            GreensFunctionError: tail "forbid" and no ``static``: unknown.
+        """
+        if self.static is not None:
+            return self.static
+        if self.tail == "forbid":
+            raise GreensFunctionError(
+                "the static compliance is unknown: give static=, or a tail rule other than forbid"
+            )
+        if self.tail == "zero":
+            return np.asarray(self._integral[:, :, -1])
+        last = self.values[:, :, -1]
+        if self.tail == "rigid":
+            slope = last - self.values[:, :, -2]
+            last = np.where(slope != 0, slope, last)
+        return np.where(last != 0, np.copysign(np.inf, last), self._integral[:, :, -1])
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+), the first sample [m/(N s)]."""
+        return np.asarray(self.values[:, :, 0])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
+        self.check_length(dt, n_steps)
+        t = np.arange(n_steps + 1) * dt
+        p = len(self.port_names)
+        weights = np.array([[np.diff(self.step_response(t, i, j)) for j in range(p)] for i in range(p)])
+        return StepKernel(None, weights, f"convolution of a sampled g, {n_steps} weights")
+
+
+def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
+    """(n,) the one time axis of all records."""
+    if len(shape) not in (1, 3) or time.shape not in (shape, shape[-1:]) or shape[-1] < 2:
+        raise GreensFunctionError(
+            f"time {time.shape} and values {shape} do not match: (n,) each, or values (p, p, n); n >= 2"
+        )
+    if time.ndim == 1:
+        return time
+    away = np.abs(time - time[0, 0])
+    if away.max() > _GRID * np.abs(np.diff(time[0, 0])).min():
+        i, j, k = (int(a) for a in np.unravel_index(int(np.argmax(away)), time.shape))
+        raise GreensFunctionError(
+            f"the records have different times: sample {k} is at {time[i, j, k]:.6g} s for ports {i + 1}, {j + 1} and "
+            f"at {time[0, 0, k]:.6g} s for ports 1, 1; resample them to one grid"
+        )
+    return np.asarray(time[0, 0])
+
+
+def _uniform(time: Array) -> tuple[Array, float]:
+    """The times and their spacing."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    irregular = np.flatnonzero(~(np.abs(steps - usual) <= _GRID * abs(usual)))
+    if irregular.size or not usual > 0:
+        k = int(irregular[0]) if irregular.size else 0
+        raise GreensFunctionError(
+            f"the times are not equally spaced: from sample {k} at {time[k]:.6g} s to the next it is {steps[k]:.4g} s, "
+            f"usually {usual:.4g} s; resample to a uniform grid"
+        )
+    return time, float((time[-1] - time[0]) / (len(time) - 1))

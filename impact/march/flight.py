@@ -1,0 +1,107 @@
+"""Free bodies under loads: their flight is carried together with what the contacts give them.
+
+Marched apart and added up, the fall of a mass under its load and the lift of its contacts both grow like t^2 and
+cancel: after n steps the gap would be off by eps n^2 load h^2/m. So the translations start anew at the end of every
+block, from the sum of both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from impact.bodies.body import Body, ModalState
+from impact.greens.base import Array
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.motion import Discrete, translate
+
+BLOCK = 512  # steps
+
+
+@dataclass(frozen=True)
+class Flight:
+    """The loaded translations (rigid-body modes) of all bodies.
+
+    Attributes:
+        psi: (p, R) what each adds to the gaps, per unit of its modal coordinate; these are the march's last R poles.
+        start: (2, R) modal coordinates and rates at t = 0.
+        drive: (R, n) modal forces of the loads, constant over each step.
+        others: (n + 1, p) gaps without contact and without these.
+    """
+
+    psi: Array
+    start: Array
+    drive: Array
+    others: Array
+
+
+def flies(discrete: Discrete) -> bool:
+    """Whether loads act on a translation of the body."""
+    g = discrete.body.greens.modal if discrete.body.loads else None
+    if g is None:
+        return False
+    rigid = g.omega == 0
+    return any(bool(np.any(load.shape[rigid])) for load in discrete.body.loads)
+
+
+def split(discrete: Discrete) -> tuple[Discrete, ModalGreens, Array, Array]:
+    """The body without its translations; these as a Green's function, their start (2, R) and their drive (R, n)."""
+    body, g = discrete.body, discrete.body.greens.modal
+    assert g is not None
+    rigid = g.omega == 0
+    start = body.modal_start()
+    state = ModalState(start.displacement[~rigid], start.velocity[~rigid])
+    held = replace(g, omega=g.omega[~rigid], zeta=g.zeta[~rigid], shapes=g.shapes[~rigid])
+    loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads) if np.any(~rigid) else ()
+    rest = Body(held, state=state if np.any(~rigid) else None, loads=loads)
+    kernel = held.step_kernel(discrete.dt, discrete.loads.shape[1])
+    amplitudes = discrete.loads if loads else discrete.loads[:0]
+    drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
+    free = replace(
+        g, omega=g.omega[rigid], zeta=g.zeta[rigid], shapes=g.shapes[rigid], residual=Residual.none(len(g.ports))
+    )
+    still = Discrete(rest, kernel, discrete.dt, amplitudes, discrete.rest, np.zeros(len(loads)))
+    return still, free, np.array([start.displacement[rigid], start.velocity[rigid]]), drive
+
+
+class Pilot:
+    """Lays the flight of one block after the other into the free gaps of a march.
+
+    Attributes:
+        base: (2, R) modal coordinates and rates, contacts included, at the start of the present block.
+    """
+
+    def __init__(self, flight: Flight, dt: float, free: Array) -> None:
+        self._flight, self._dt, self._free = flight, dt, free
+        self.base = flight.start.copy()
+        self._end = self._lay(0)
+
+    def resume(self, done: int) -> None:
+        """``base`` was set anew, of the block that step ``done`` lies in."""
+        self._end = self._lay(done - done % BLOCK)
+
+    def turn(self, done: int, state: tuple[Array, Array], last: Array, folded: bool) -> None:
+        """At the end of a block: move what the poles ``state`` hold of it into a new base.
+
+        The march gives the last forces ``last`` (p,) to the poles with the next step only; they are moved too, and
+        the poles left holding their negative.
+        """
+        h, psi, count = self._dt, self._flight.psi, self.base.shape[1]
+        q, p = (part[-count:] for part in state)
+        scale = psi[0] if folded else np.ones(count)  # one contact: the poles hold psi times the coordinate
+        push = last @ psi
+        self.base = self._end + np.array([q / scale + h * h / 2 * push, p / (scale * h) + h * push])
+        q[:], p[:] = -scale * h * h / 2 * push, -scale * h * h * push
+        self._end = self._lay(done)
+
+    def _lay(self, first: int) -> Array:
+        """Add the flight of the block from step ``first`` to the free gaps; returns where it ends, (2, R)."""
+        h, drive = self._dt, self._flight.drive[:, first : first + BLOCK]
+        if drive.shape[1] == 0:
+            return self.base.copy()
+        places, rates = np.empty_like(drive), np.empty_like(drive)
+        for row in range(len(drive)):
+            translate(h, self.base[0, row], self.base[1, row], drive[row], places[row], rates[row])
+        self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
+        return np.array([places[:, -1], rates[:, -1]])

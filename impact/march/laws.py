@@ -1,0 +1,304 @@
+"""Contact laws: force N >= 0 from penetration.
+
+Step rules. With the *passive* rule the force of a step is the law's at the end of the step, N = law(pen_end),
+pen_end = pen_free - W0 N; for a convex potential Psi
+
+    N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start),
+
+so a step can lose energy and never gain it: of first order in the step where the law has a potential. With the
+*conserving* rule the force is the discrete gradient N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), times
+the law's own damping factor 1 + d pen', if it has one; without damping equality holds. It is of second order, but
+where the step does not resolve the contact's own oscillation (Psi'' W0 > 1) the force rings at the step. The *blended*
+rule is N = (1 - s) conserving + s passive with
+
+    s = x^2/(1 + x^2),   x = Psi''(pen_start) W0  (W0 that of all contacts pressing at once),
+
+so that it is conserving where the contact is resolved, passive where it is not, and never gains energy, as s is known
+before the step. Each rule solves one increasing scalar equation per contact for N. They speak of the contact alone:
+bodies lose what their damping takes, and a bare residual compliance c half of c times each force jump squared,
+whatever the rule. The default, *auto*, is blended for a law that is `elastic`, else passive.
+
+Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured in docs/methods.md.
+
+One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
+
+To add a law: a frozen dataclass below with ``code``, ``elastic``, ``parameters`` and ``potential``, and its line in
+`impact.march.loop.law_force` (and, if it is elastic, in `law_potential`, `_elastic_force` and `_stiffness` there).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numba import cfunc, types
+
+from impact.greens.base import Array
+
+SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, USER = 0, 1, 2, 3, 4
+PASSIVE, CONSERVING, BLENDED = 0, 1, 2
+
+Parameters = tuple[float, float, float]
+_SIGNATURE = types.float64(types.float64, types.float64, types.float64)
+
+
+class LawError(ValueError):
+    """A contact law with an impossible parameter, or one that the step rule cannot treat."""
+
+
+class Law(Protocol):
+    """What the solver needs of a law."""
+
+    @property
+    def code(self) -> int:
+        """Branch of `impact.march.loop.law_force`."""
+
+    @property
+    def parameters(self) -> Parameters:
+        """Its numbers."""
+
+    @property
+    def elastic(self) -> bool:
+        """Whether the march knows a potential of it, of which its force is the slope but for damping."""
+
+    def potential(self, penetration: Array) -> Array:
+        """Stored energy Psi [J]; zero for a law that stores none."""
+
+
+@dataclass(frozen=True)
+class Signorini:
+    """Rigid unilateral contact: gap >= 0, N >= 0, N gap = 0. Source: Signorini 1933.
+
+    Passive rule only, N = max(0, pen_free)/W0: the force acts only at gap_end = 0, from a gap_start >= 0, so that its
+    work N (gap_end - gap_start) <= 0. What a blow costs is lost once, in its first step. Needs bodies that yield at
+    once: W0/dt must not vanish with dt.
+    """
+
+    code: ClassVar[int] = SIGNORINI
+    elastic: ClassVar[bool] = False
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(penetration)
+
+
+@dataclass(frozen=True)
+class LinearSpring:
+    """N = k max(0, pen); ``stiffness`` k [N/m].
+
+    Convex potential k pen^2/2. Passive rule: N = k pen_free/(1 + k W0); conserving rule: N = k times the mean
+    penetration of the step while closed.
+    """
+
+    stiffness: float
+    code: ClassVar[int] = SPRING
+    elastic: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        _positive("LinearSpring.stiffness", self.stiffness)
+
+    @property
+    def parameters(self) -> Parameters:
+        """k."""
+        return (self.stiffness, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """k pen^2/2."""
+        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** 2 / 2)
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
+
+    Convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
+    a Green's function that holds it too must lose it first, see `impact.exact.half_space.without_patch`.
+    """
+
+    stiffness: float
+    code: ClassVar[int] = HERTZ
+    elastic: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        _positive("Hertz.stiffness", self.stiffness)
+
+    @property
+    def parameters(self) -> Parameters:
+        """k."""
+        return (self.stiffness, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """(2/5) k pen^(5/2)."""
+        return np.asarray(0.4 * self.stiffness * np.maximum(penetration, 0.0) ** 2.5)
+
+
+@dataclass(frozen=True)
+class HuntCrossley:
+    """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
+
+    Every rule: the elastic part by convexity, the damping part d (pen')^2 >= 0 times it by itself, and where the
+    bracket is negative the force is zero while the potential falls. On a rigid seat (1 + e) d V =
+    ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2.
+    Source: Hunt & Crossley, J. Appl. Mech. 42 (1975) 440.
+
+    Attributes:
+        stiffness: k [N/m^n].
+        damping: d [s/m] >= 0; 3 (1 - e)/(2 V) gives the coefficient of restitution e near 1 at the speed V.
+        exponent: n >= 1.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    exponent: float = 1.5
+    code: ClassVar[int] = HUNT_CROSSLEY
+    elastic: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        _positive("HuntCrossley.stiffness", self.stiffness)
+        if not (self.damping >= 0 and math.isfinite(self.damping)):
+            raise LawError(f"HuntCrossley.damping = {self.damping:g} s/m must be >= 0 and finite")
+        if not (self.exponent >= 1 and math.isfinite(self.exponent)):
+            raise LawError(f"HuntCrossley.exponent = {self.exponent:g} must be >= 1 (a convex potential) and finite")
+
+    @property
+    def parameters(self) -> Parameters:
+        """k, d, n."""
+        return (self.stiffness, self.damping, self.exponent)
+
+    def potential(self, penetration: Array) -> Array:
+        """k pen^(n + 1)/(n + 1)."""
+        n = self.exponent
+        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (n + 1) / (n + 1))
+
+
+@dataclass(frozen=True)
+class CompiledLaw:
+    """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
+
+    It is called for pen > 0 and clipped at zero. Passive rule only, and passive if it does not decrease with pen and
+    its elastic part has a convex potential; the user answers for that, and the energy ledger shows it:
+    ``contact_loss`` must never fall below zero by more than round-off. All its work is booked as lost, as it declares
+    no potential.
+
+    Attributes:
+        compiled: the law as a numba C callback, made by `compiled_law`.
+    """
+
+    compiled: Any
+    code: ClassVar[int] = USER
+    elastic: ClassVar[bool] = False
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """None declared; raises `LawError` if the force of a run was not finite."""
+        if not np.all(np.isfinite(penetration)):
+            raise LawError("the compiled law gave a force that is not finite")
+        return np.zeros_like(penetration)
+
+
+def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
+    """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's complaint if it cannot be."""
+    try:
+        return CompiledLaw(cfunc(_SIGNATURE)(force))
+    except Exception as problem:
+        name = getattr(force, "__name__", repr(force))
+        raise LawError(f"the law {name} cannot be compiled: {str(problem).strip().splitlines()[0]}") from problem
+
+
+class _Callback:
+    """A Python function behind a C function pointer that the compiled march can call.
+
+    C cannot raise: the first exception is kept, and from then on the force is zero until `check` raises it.
+    """
+
+    def __init__(self, force: Callable[[float, float, float], float]) -> None:
+        self.failure: BaseException | None = None
+        self._force = force
+        number = ctypes.c_double
+        self._pointer = ctypes.CFUNCTYPE(number, number, number, number)(self._call)
+
+    def _call(self, pen: float, pen_start: float, dt: float) -> float:
+        if self.failure is not None:
+            return 0.0
+        try:
+            force = float(self._force(pen, pen_start, dt))
+            if not math.isfinite(force):
+                raise ValueError(f"its force is {force} N at the penetration {pen:g} m")
+        except BaseException as failure:  # also an interrupt must not be lost
+            self.failure = failure
+            return 0.0
+        return force
+
+    def check(self) -> None:
+        failure, self.failure = self.failure, None
+        if failure is None:
+            return
+        if not isinstance(failure, Exception):
+            raise failure
+        name = getattr(self._force, "__name__", repr(self._force))
+        raise LawError(f"the law {name} failed: {type(failure).__name__}: {failure}") from failure
+
+    def __wrapper_address__(self) -> int:
+        return ctypes.cast(self._pointer, ctypes.c_void_p).value or 0
+
+    def signature(self) -> Any:
+        return _SIGNATURE
+
+
+types.WrapperAddressProtocol.register(_Callback)
+
+
+@dataclass(frozen=True)
+class PlainLaw:
+    """Any law as an ordinary Python callable ``force(pen, pen_start, dt)`` [m, m, s -> N].
+
+    Called like a `CompiledLaw` and passive under the same conditions, by the same march: the results are equal bit for
+    bit. It may hold state, look into tables or call other programs; it must not assume one call per step (the solver
+    calls it a dozen times while it looks for the force). A short Python function costs about 0.4 us per call, thus 5 us
+    per step in contact, where the compiled law takes 0.5 us.
+
+    Attributes:
+        force: the law. An exception in it, or a force that is not finite, ends as a `LawError` from `impact.collect`
+            (thus from `impact.solve`), or at once from `check` in a loop of one's own.
+    """
+
+    force: Callable[[float, float, float], float]
+    compiled: _Callback = field(init=False, repr=False, compare=False)
+    code: ClassVar[int] = USER
+    elastic: ClassVar[bool] = False
+    parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not callable(self.force):
+            raise LawError(f"PlainLaw.force = {self.force!r} must be a callable force(pen, pen_start, dt)")
+        object.__setattr__(self, "compiled", _Callback(self.force))
+
+    def check(self) -> None:
+        """Raise, once, the first failure since the last check: a `LawError` that names it."""
+        self.compiled.check()
+
+    def potential(self, penetration: Array) -> Array:
+        """None declared; raises the first failure, as `check` does."""
+        self.check()
+        return np.zeros_like(penetration)
+
+
+@cache
+def no_user_law() -> Any:
+    """Stands in where the law is a built-in one; compiled when first needed."""
+    return cfunc(_SIGNATURE, cache=True)(_zero)
+
+
+def _zero(pen: float, pen_start: float, dt: float) -> float:
+    return 0.0
+
+
+def _positive(name: str, value: float) -> None:
+    if not (value > 0 and math.isfinite(value)):
+        raise LawError(f"{name} = {value:g} must be positive and finite")

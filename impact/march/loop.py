@@ -1,0 +1,579 @@
+"""The compiled march: laws, several contacts at one time level, and the loop over steps.
+
+All that the loop calls is in this file: numba's cache is renewed when the caller's own file changes, not when another
+file that it calls into does.
+
+Several contacts: find N >= 0 with N_c = law_c(pen_c - (W N)_c), W symmetric positive definite. Rigid and linear-spring
+contacts form a linear complementarity problem (a spring k adds 1/k to its diagonal), solved exactly by block principal
+pivoting, warm-started from the last step's contacts. Other laws are solved by sweeps of exact scalar solves (nonlinear
+Gauss-Seidel), which descend the strictly convex energy of the step.
+Source: Judice & Pires, Comput. Oper. Res. 21 (1994) 587; Kim & Park, SIAM J. Sci. Comput. 33 (2011) 3261.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from impact.march.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
+
+LANES = 16  # scenes marched side by side
+RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
+FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
+
+
+@njit(cache=True)
+def law_force(code, a, b, c, user, pen, pen_start, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return a * pen
+    if code == HERTZ:
+        return a * pen * math.sqrt(pen)
+    if code == HUNT_CROSSLEY:
+        return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
+    if code == USER:
+        force = user(pen, pen_start, dt)
+        return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
+    return math.inf
+
+
+@njit(cache=True)
+def law_potential(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Psi [J] of the laws that have one."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return 0.5 * a * pen * pen
+    if code == HERTZ:
+        return 0.4 * a * pen * pen * math.sqrt(pen)
+    return a * pen ** (c + 1.0) / (c + 1.0)
+
+
+@njit(cache=True)
+def _elastic_force(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """dPsi/dpen [N]."""
+    return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
+
+
+@njit(cache=True)
+def _stiffness(code, a, b, c, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
+    if code == SPRING:
+        return a
+    exponent = 1.5 if code == HERTZ else c
+    return 0.0 if pen <= 0.0 else exponent * a * pen ** (exponent - 1.0)
+
+
+@njit(cache=True)
+def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The N >= 0 of one step by one of the rules of `impact.march.laws`.
+
+    Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
+    ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
+    """
+    unresolved = _stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
+    if rule != PASSIVE and unresolved < RIGID:
+        share = unresolved**2 / (1.0 + unresolved**2)
+        return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
+    if pen <= 0.0:
+        return 0.0
+    if code == SIGNORINI:
+        return pen / w0
+    if code == SPRING:
+        return a * pen / (1.0 + a * w0)
+    if code == HERTZ:
+        return _hertz_force(a, pen, w0)
+    return _bracketed(code, a, b, c, user, pen, pen_start, w0, dt)
+
+
+@njit(cache=True)
+def _hertz_force(k, pen, w0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 = pen.
+
+    The polynomial is increasing and convex for d > 0, so Newton from above falls monotonically; both d^2 <= pen and
+    w0 k d^3 <= pen bound the root, the smaller bound is the start.
+    """
+    d = math.sqrt(pen)
+    if w0 > 0.0:
+        d = min(d, (pen / (w0 * k)) ** (1.0 / 3.0))
+    for _ in range(60):
+        step = (d * d + w0 * k * d * d * d - pen) / (2.0 * d + 3.0 * w0 * k * d * d)
+        d -= step
+        if step <= 1e-16 * d:
+            break
+    return k * d * d * d
+
+
+@njit(cache=True)
+def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
+    high = law_force(code, a, b, c, user, pen, pen_start, dt)
+    if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
+        return high
+    high = min(high, pen / w0)
+    low = 0.0
+    r_low = -law_force(code, a, b, c, user, pen, pen_start, dt)
+    r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
+    if r_high <= 0.0:
+        return high
+    return _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high)
+
+
+@njit(cache=True)
+def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    top, side = high, 0
+    n = high
+    for count in range(200):
+        n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
+        r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
+        if r == 0.0 or high - low <= 4e-16 * top:
+            break
+        if math.isnan(r):
+            return r
+        if r > 0.0:
+            high, r_high = n, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = n, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return n
+
+
+@njit(cache=True)
+def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `_step_force`.
+
+    F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
+    stiffer than 1/w0.
+    """
+    force = _step_force(code, a, b, c, pen, pen_start, dt, share)
+    if force <= 0.0 or w0 <= 0.0:
+        return force
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
+    if pen_start <= 0.0:
+        low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
+    r_low = low + w0 * _step_force(code, a, b, c, low, pen_start, dt, share) - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
+        force = _step_force(code, a, b, c, p, pen_start, dt, share)
+        r = p + w0 * force - pen
+        if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
+            break
+        if r > 0.0:
+            high, r_high = p, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = p, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return force
+
+
+@njit(cache=True)
+def _step_force(code, a, b, c, p, p0, dt, share):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its damping."""
+    force = _secant(code, a, b, c, p, p0)
+    if share > 0.0:
+        force += share * (_elastic_force(code, a, b, c, p) - force)
+    if code == HUNT_CROSSLEY:
+        force *= max(0.0, 1.0 + b * (p - p0) / dt)
+    return force
+
+
+@njit(cache=True)
+def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
+    if p <= 0.0 and p0 <= 0.0:
+        return 0.0
+    if p > 0.0 and p0 > 0.0:
+        if code == SPRING:
+            return 0.5 * a * (p + p0)
+        if code == HERTZ:
+            x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
+            return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+        middle, apart = 0.5 * (p + p0), (p - p0) / (p + p0)
+        if abs(apart) < 1e-3:
+            square = apart * apart
+            series = 1.0 + c * (c - 1.0) / 6.0 * square * (1.0 + (c - 2.0) * (c - 3.0) / 20.0 * square)
+            return a * middle**c * series
+    return (law_potential(code, a, b, c, p) - law_potential(code, a, b, c, p0)) / (p - p0)
+
+
+@njit(cache=True)
+def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set.
+
+    Whole blocks are exchanged while that lowers the number of violations, up to three times without progress; where
+    that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
+    -1e-13 of the terms that it is the sum of.
+    """
+    p = pen.size
+    active = force > 0.0
+    fewest, tries = p + 1, 3
+    gap, limit = np.empty(p), np.empty(p)
+    while True:
+        index = np.flatnonzero(active)
+        force[:] = 0.0
+        if index.size > 0:
+            force[index] = _spd_solve(w, index, pen)
+        _gaps(w, pen, force, gap, limit)
+        bad = np.where(active, force < 0.0, gap < -limit)
+        count = bad.sum()
+        if count == 0:
+            return
+        tries -= 1
+        if count < fewest:
+            fewest, tries = count, 3
+        if tries < 0:
+            _descend(w, pen, force)
+            return
+        active = active ^ bad
+
+
+@njit(cache=True)
+def _gaps(w, pen, force, gap, limit):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """gap = w force - pen, and what round-off may make of it."""
+    for c in range(pen.size):
+        value, size = -pen[c], abs(pen[c])
+        for d in range(pen.size):
+            if force[d] != 0.0:
+                term = w[c, d] * force[d]
+                value += term
+                size += abs(term)
+        gap[c], limit[c] = value, 1e-13 * size
+
+
+@njit(cache=True)
+def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins, those
+    that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
+    p = pen.size
+    active, barred = np.zeros(p, dtype=np.bool_), np.zeros(p, dtype=np.bool_)
+    gap, limit = np.empty(p), np.empty(p)
+    force[:] = 0.0
+    for _ in range(10 * p):
+        _gaps(w, pen, force, gap, limit)
+        new = -1
+        for c in range(p):
+            if not active[c] and not barred[c] and gap[c] < -limit[c] and (new < 0 or gap[c] < gap[new]):
+                new = c
+        if new < 0:
+            return
+        active[new] = True
+        while True:
+            index = np.flatnonzero(active)
+            if index.size == 0:
+                break
+            aim = _spd_solve(w, index, pen)
+            share, first = 1.0, -1
+            for i in range(index.size):
+                if aim[i] <= 0.0:
+                    now = force[index[i]]
+                    part = now / (now - aim[i]) if now > 0.0 else 0.0
+                    if first < 0 or part < share:
+                        share, first = part, i
+            for i in range(index.size):
+                c = index[i]
+                force[c] = aim[i] if first < 0 else force[c] + share * (aim[i] - force[c])
+                if i == first or force[c] <= 0.0:
+                    force[c], active[c] = 0.0, False
+            if first < 0:
+                break
+        if active[new]:
+            barred[:] = False
+        else:
+            barred[new] = True  # round-off alone had called for it
+
+
+@njit(cache=True)
+def _spd_solve(w, index, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Solve w[index, index] x = pen[index] by Cholesky; a pivot lost to round-off (two ports almost at one place) is
+    held at 1e-14 of its diagonal."""
+    n = index.size
+    low = np.empty((n, n))
+    x = np.empty(n)
+    for i in range(n):
+        for j in range(i + 1):
+            value = w[index[i], index[j]]
+            for k in range(j):
+                value -= low[i, k] * low[j, k]
+            if i == j:
+                low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
+            else:
+                low[i, j] = value / low[j, j]
+    for i in range(n):
+        value = pen[index[i]]
+        for k in range(i):
+            value -= low[i, k] * x[k]
+        x[i] = value / low[i, i]
+    for i in range(n - 1, -1, -1):
+        value = x[i]
+        for k in range(i + 1, n):
+            value -= low[k, i] * x[k]
+        x[i] = value / low[i, i]
+    return x
+
+
+@njit(cache=True)
+def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """All forces of one step, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without the forces.
+
+    Returns whether they were found to 1e-14.
+    """
+    p = pen.size
+    linear = True
+    for c in range(p):
+        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * np.abs(w[c]).sum() >= RIGID)
+        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
+    if linear:
+        shifted = w.copy()
+        for c in range(p):
+            if codes[c] == SPRING:
+                shifted[c, c] += 1.0 / numbers[c, 0]
+        active_set(shifted, pen, force)
+        return True
+    for sweep in range(2000):
+        change, size = 0.0, 0.0
+        for c in range(p):
+            new = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, 0.0)
+            change = max(change, abs(new - force[c]))
+            size = max(size, new)
+            force[c] = new
+        if change <= 1e-14 * size:
+            return True
+        if sweep % 10 == 9:
+            _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, change)
+    return False
+
+
+@njit(cache=True)
+def _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, more):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
+    others, together = pen[c] + more, 0.0
+    for d in range(pen.size):
+        together += abs(w[c, d])
+        if d != c:
+            others -= w[c, d] * force[d]
+    a, b, exponent = numbers[c]
+    return contact_force(codes[c], rules[c], a, b, exponent, user, others, pen_start[c], w[c, c], together, dt)
+
+
+@njit(cache=True)
+def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Newton's method on N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max |difference|.
+
+    The sweeps crawl where stiff contacts act almost at one place.
+    """
+    p = pen.size
+    gain, matrix = np.empty(p), np.eye(p)
+    trial = force.copy()
+    for count in range(16):
+        left = 0.0
+        for c in range(p):
+            now = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, 0.0)
+            gain[c] = now - trial[c]
+            left = max(left, abs(gain[c]))
+            small = 1e-7 * (w[c, c] * now + abs(pen[c])) + 1e-300
+            slope = (_alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, small) - now) / small
+            for d in range(p):
+                matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
+        if count > 0 and left < worst:
+            worst = left
+            force[:] = trial
+        step = np.linalg.solve(matrix, gain)
+        if not np.all(np.isfinite(step)):
+            return
+        trial = np.maximum(trial + step, 0.0)
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """One contact: one step of all poles after the last step's force; returns their sum, the gap's part."""
+    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    u = 0.0
+    for k in range(q.size):
+        qk, pk = q[k], p[k]
+        r = a11[k] * qk + (pk + c1[k] * force)
+        q[k] = r
+        p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * force + FLOOR))
+        u += r
+    return u
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for several contacts: ``opening`` (p,) gains the poles' part."""
+    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    drive[:] = 0.0
+    for c in range(force.size):
+        if force[c] != 0.0:
+            seen, f = psi[c], force[c]
+            for k in range(q.size):
+                drive[k] += seen[k] * f
+    for k in range(q.size):
+        qk, pk, f = q[k], p[k], drive[k]
+        q[k] = a11[k] * qk + (pk + c1[k] * f)
+        p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * f + FLOOR))
+    for c in range(force.size):
+        seen, u = psi[c], 0.0
+        for k in range(q.size):
+            u += seen[k] * q[k]
+        opening[c] += u
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _past(recent, force, rest, first, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """What the forces of steps ``first``..``n``-1 beyond ``rest`` do at the end of step ``n``; ``recent`` holds the
+    weights of one block in reverse order, so that both are read forwards."""
+    stop = recent.size - 1
+    w, f = recent[stop - (n - first) : stop], force[first:n]
+    u = 0.0
+    for m in range(f.size):
+        u += w[m] * (f[m] - rest)
+    return u
+
+
+@njit(cache=True, nogil=True)
+def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
+
+    rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
+    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). rest: force carried since ever.
+    """
+    q, p = state
+    code, rule, a, b, c = law
+    for n in range(start, stop):
+        last = force[n - 1] - rest if n > 0 else 0.0
+        opening = free[n] + _advance(rows, q, p, last)
+        if recent.size > 0:
+            opening += memory[n] + _past(recent, force, rest, n - n % block, n)
+        opening -= w0 * rest
+        f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
+        force[n] = f
+        gap[n + 1] = opening + w0 * f
+
+
+@njit(cache=True, nogil=True)
+def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
+    w0 (p, p). Returns how many steps' forces were not found to 1e-14."""
+    rows, psi = poles
+    unsolved = 0
+    q, v = state
+    codes, rules, numbers = laws
+    contacts = rest.size
+    carried = w0 @ rest
+    opening = np.empty(contacts)
+    last = np.zeros(contacts)
+    drive = np.empty(q.size)
+    warm = np.zeros(contacts)
+    if start > 0:
+        warm[:] = force[:, start - 1]
+    for n in range(start, stop):
+        if n > 0:
+            last[:] = force[:, n - 1] - rest
+        opening[:] = free[n] - carried
+        _advance_many(rows, psi, q, v, drive, last, opening)
+        if recent.size > 0:
+            for c in range(contacts):
+                opening[c] += memory[c, n]
+                for d in range(contacts):
+                    opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
+        if not contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm):
+            unsolved += 1
+        force[:, n] = warm
+        gap[n + 1] = opening + w0 @ warm
+    return unsolved
+
+
+@intrinsic
+def _advance_lanes(typing: Any, rows: Any, state: Any, force: Any, total: Any) -> Any:  # pragma: no cover - compiled
+    """`_advance` for LANES scenes at once, in vector instructions: rows (K, 5), state (K, 2, LANES), force and total
+    (LANES,). Written as LLVM vectors: the loop vectoriser does not find this form, as the arrays might overlap."""
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        arrays = [context.make_array(t)(context, builder, a) for t, a in zip(signature.args, arguments, strict=True)]
+        poles = builder.extract_value(arrays[0].shape, 0)
+        number, lane = poles.type, ir.IntType(32)
+        vector = ir.VectorType(ir.DoubleType(), LANES)
+        empty, first = ir.Constant(vector, ir.Undefined), ir.Constant(ir.VectorType(lane, LANES), [0] * LANES)
+
+        def at(array: Any, index: Any) -> Any:
+            return builder.bitcast(builder.gep(array.data, [index]), vector.as_pointer())
+
+        def load(array: Any, index: Any) -> Any:
+            value = builder.load(at(array, index))
+            value.align = 8
+            return value
+
+        def everywhere(index: Any) -> Any:
+            value = builder.load(builder.gep(arrays[0].data, [index]))
+            return builder.shuffle_vector(builder.insert_element(empty, value, lane(0)), empty, first)
+
+        def fused(x: Any, y: Any, z: Any) -> Any:
+            return builder.fadd(builder.fmul(x, y, flags=("contract",)), z, flags=("contract",))
+
+        f = load(arrays[2], number(0))
+        floor = ir.Constant(vector, [FLOOR] * LANES)
+        u = cgutils.alloca_once_value(builder, ir.Constant(vector, [0.0] * LANES))  # type: ignore[no-untyped-call]
+        with cgutils.for_range(builder, poles) as loop:
+            row = builder.mul(loop.index, number(5))
+            a11, a21, a22, c1, c2 = (everywhere(builder.add(row, number(i))) for i in range(5))
+            here = builder.mul(loop.index, number(2 * LANES))
+            there = builder.add(here, number(LANES))
+            q, p = load(arrays[1], here), load(arrays[1], there)
+            r = fused(a11, q, fused(c1, f, p))
+            builder.store(r, at(arrays[1], here), align=8)
+            builder.store(fused(a21, q, fused(a22, p, fused(c2, f, floor))), at(arrays[1], there), align=8)
+            builder.store(builder.fadd(builder.load(u), r), u)
+        builder.store(builder.load(u), at(arrays[3], number(0)), align=8)
+        return context.get_dummy_value()
+
+    return types.void(rows, state, force, total), build
+
+
+@njit(cache=True, nogil=True)
+def march_lanes(rows, state, free, scales, w0, law, user, dt, force, approach):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """LANES scenes of one contact; state (K + 1, 2, LANES) zero, its last row is scratch; force (n, LANES) is filled.
+
+    free (3, n + 1): gap without contact, per unit of the scales (3, LANES) after the first row, which all share with
+    scales[0] as their initial gap. approach (LANES,): closing speed over the step before the first contact.
+    """
+    code, rule, a, b, c = law
+    last, total = state[-1, 0], state[-1, 1]
+    gap, before = np.empty(LANES), np.empty(LANES)
+    met = np.zeros(LANES, dtype=np.bool_)
+    for i in range(LANES):
+        gap[i] = scales[0, i] + free[0, 0] + free[1, 0] * scales[1, i] + free[2, 0] * scales[2, i]
+    before[:] = gap
+    for n in range(force.shape[0]):
+        _advance_lanes(rows, state, last, total)  # type: ignore[call-arg]
+        base, moved, released = free[0, n + 1], free[1, n + 1], free[2, n + 1]
+        for i in range(LANES):
+            opening = scales[0, i] + base + moved * scales[1, i] + released * scales[2, i] + total[i]
+            f = 0.0
+            if opening < 0.0 or rule != PASSIVE:
+                f = contact_force(code, rule, a, b, c, user, -opening, -gap[i], w0, w0, dt)
+            if f > 0.0 and not met[i]:
+                met[i] = True
+                if n > 0:
+                    approach[i] = (before[i] - gap[i]) / dt
+            before[i] = gap[i]
+            gap[i] = opening + w0 * f
+            last[i] = f
+            force[n, i] = f

@@ -1,0 +1,151 @@
+"""What touches what: contacts between a striker and its targets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from impact.bodies.body import AtRest, Body, as_body
+from impact.brief import brief
+from impact.greens.base import Array, GreensFunction
+from impact.march.laws import Law, Signorini
+
+
+class ContactError(ValueError):
+    """A contact problem that cannot be solved as posed; the message says what to change."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One place where the striker may touch a target.
+
+    Attributes:
+        target: the body touched, or its Green's function if it is at rest; give the same object for several contacts
+            on one body.
+        port, striker_port: which port of each (name or index).
+        gap: opening of the undeformed bodies [m]; negative is an interference.
+        law: contact law.
+        side: +1 for a target below the striker (a seat), -1 for one above it (a stopper):
+            gap(t) = gap + side (u_striker - u_target).
+    """
+
+    target: Body
+    port: str | int = 0
+    gap: float = 0.0
+    law: Law = field(default_factory=Signorini)
+    side: int = 1
+    striker_port: str | int = 0
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "target", as_body(self.target))
+        if not math.isfinite(self.gap):
+            raise ContactError(f"gap = {self.gap} m must be finite")
+        if self.side not in (-1, 1):
+            raise ContactError(f"side = {self.side} must be +1 (seat) or -1 (stopper)")
+        self.target.greens.port_index(self.port)
+
+
+@dataclass(frozen=True, init=False)
+class ContactProblem:
+    """A striker against one target, or against several contacts.
+
+    ``ContactProblem(striker, target, gap=, law=, striker_port=, target_port=)`` is short for
+    ``ContactProblem(striker, contacts=[Contact(target, port=target_port, gap=gap, law=law)])``. With ``preload`` the
+    bodies start in static equilibrium with their loads and with each other (a reed pressed on its seat). A Green's
+    function in place of a body is taken as a body at rest.
+    """
+
+    striker: Body
+    contacts: tuple[Contact, ...]
+    preload: bool
+
+    def __init__(
+        self,
+        striker: Body | GreensFunction,
+        target: Body | GreensFunction | None = None,
+        *,
+        gap: float | None = None,
+        law: Law | None = None,
+        striker_port: str | int | None = None,
+        target_port: str | int | None = None,
+        contacts: list[Contact] | tuple[Contact, ...] = (),
+        preload: bool = False,
+    ) -> None:
+        striker = as_body(striker)
+        if (target is None) == (len(contacts) == 0):
+            raise ContactError("give either a target or a list of contacts")
+        if target is None and any(v is not None for v in (gap, law, striker_port, target_port)):
+            raise ContactError("gap, law and ports belong to each contact of the list: impact.Contact(target, gap=...)")
+        if target is not None:
+            body = as_body(target)
+            contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0),)
+        if len(contacts) > 64:
+            raise ContactError(f"{len(contacts)} contacts: at most 64 are solved together")
+        for contact in contacts:
+            striker.greens.port_index(contact.striker_port)
+        own = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]
+        if any(law is not own[0] for law in own):
+            raise ContactError(
+                "the contacts have different laws of your own: one CompiledLaw or PlainLaw per problem, beside any "
+                "built-in ones; give the same object to all of them"
+            )
+        object.__setattr__(self, "striker", striker)
+        object.__setattr__(self, "contacts", _same_bodies(contacts))
+        object.__setattr__(self, "preload", preload)
+
+    def __str__(self) -> str:
+        number_of = {id(body): number for number, body in enumerate(self.targets)}
+        lines = [
+            f"contact {number}: gap {c.gap:g} m, {c.law}, {'seat' if c.side > 0 else 'stopper'}, port {c.port} of "
+            f"target {number_of[id(c.target)]}, port {c.striker_port} of the striker"
+            for number, c in enumerate(self.contacts[:2])
+        ]
+        more = len(self.contacts) - len(lines)
+        bodies = [f"striker: {self.striker}", *(f"target {n}: {body}" for n, body in enumerate(self.targets[:3]))]
+        told = [*lines, *([f"{more} contacts more"] if more else []), *bodies]
+        start = ", preloaded" if self.preload else ""
+        return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(told)
+
+    __repr__ = __str__
+
+    @property
+    def target(self) -> Body:
+        """The target of the first contact."""
+        return self.contacts[0].target
+
+    @property
+    def targets(self) -> tuple[Body, ...]:
+        """The distinct bodies touched, in order of first appearance."""
+        found: list[Body] = []
+        for contact in self.contacts:
+            if not any(contact.target is body for body in found):
+                found.append(contact.target)
+        return tuple(found)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """Striker first, then the targets."""
+        return (self.striker, *self.targets)
+
+    def directions(self, body: Body) -> Array:
+        """(ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the normal."""
+        out = np.zeros((len(body.greens.ports), len(self.contacts)))
+        for c, contact in enumerate(self.contacts):
+            if body is self.striker:
+                out[body.greens.port_index(contact.striker_port), c] += contact.side
+            if body is contact.target:
+                out[body.greens.port_index(contact.port), c] -= contact.side
+        return out
+
+
+def _same_bodies(contacts: list[Contact] | tuple[Contact, ...]) -> tuple[Contact, ...]:
+    """One body for each Green's function that stands for a body at rest."""
+    met: dict[int, Body] = {}
+    return tuple(
+        replace(c, target=met.setdefault(id(c.target.greens), c.target)) if isinstance(c.target, AtRest) else c
+        for c in contacts
+    )

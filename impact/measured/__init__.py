@@ -1,0 +1,1 @@
+"""Green's functions from measurements: reading, passivity, pole fits."""

@@ -1,0 +1,135 @@
+"""Amplitudes for given poles: least squares on the lines of a measured response, free or passive by construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from impact.greens.base import Array
+from impact.greens.modal import ModalGreens, Residual
+from impact.measured.passive_residues import Residues, signed_terms
+from impact.measured.vector_fitting import Poles, basis
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class FitData:
+    """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
+
+    s: Complex
+    g: Complex
+    weights: Array
+    free: bool
+    port_names: tuple[str, ...]
+
+    @property
+    def extra(self) -> Complex:
+        return np.stack([np.ones_like(self.s), *([1 / self.s**2] if self.free else [])], axis=1)
+
+    @property
+    def scale(self) -> float:
+        return float(np.linalg.norm(self.weights[:, None, None] * self.g))
+
+    def misfit(self, model: Complex) -> float:
+        """Weighted, relative."""
+        return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
+
+
+def free_residues(data: FitData, poles: Poles) -> Residues:
+    """Least squares without regard to passivity, but c and the rigid-body term positive semidefinite."""
+    phi, extra, p = basis(data.s, poles), data.extra, len(data.port_names)
+    beside = np.zeros((extra.shape[1], p, p))
+    both = np.concatenate([phi, extra], axis=1)
+    found = _least_squares(both, data.g, data.weights)
+    beside[:] = [_positive(matrix) for matrix in found[phi.shape[1] :]]
+    if np.any(beside != found[phi.shape[1] :]):
+        found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
+    k = 2 * len(poles.pairs)
+    rigid = beside[1] if data.free else np.zeros((p, p))
+    return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
+
+
+def _least_squares(columns: Complex, g: Complex, weights: Array) -> Array:
+    """(m, p, p) real amplitudes of complex columns."""
+    a = columns * weights[:, None]
+    b = (g * weights[:, None, None]).reshape(len(g), -1)
+    a, b = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
+    scale = np.linalg.norm(a, axis=0)
+    x = np.linalg.lstsq(a / scale, b, rcond=1e-13)[0] / scale[:, None]
+    return np.asarray(x.reshape(-1, *g.shape[1:]))
+
+
+def response_of(residues: Residues, s: Complex) -> Complex:
+    """(n, p, p) what residues answer at the lines ``s``."""
+    r, real = residues.pairs, residues.real
+    amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
+    rest = residues.compliance + residues.rigid / (s**2)[:, None, None]
+    return np.asarray(np.einsum("nk,kij->nij", basis(s, residues.poles), amplitudes) + rest, dtype=complex)
+
+
+def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
+    """Positive amplitudes of oscillators, relaxations, compliance and rigid body.
+
+    ``smallest``: part of a mode's amplitude matrix below which its further ranks are left out.
+    """
+    omega, p = np.abs(poles.pairs), len(data.port_names)
+    zeta = -poles.pairs.real / omega
+    s = data.s[:, None]
+    columns = np.concatenate([1 / (s**2 + 2 * zeta * omega * s + omega**2), 1 / (s + poles.rates), data.extra], axis=1)
+    found = _positive_least_squares(columns, data.g, data.weights)
+    k, r = len(omega), len(poles.rates)
+    modes = [
+        (w, z, shape) for w, z, a in zip(omega, zeta, found, strict=False) for _, shape in signed_terms(a, smallest)
+    ]
+    if data.free:
+        modes = [(0.0, 0.0, shape) for _, shape in signed_terms(found[-1])] + modes
+    decays = [(rate, shape) for rate, a in zip(poles.rates, found[k:], strict=False) for _, shape in signed_terms(a)]
+    residual = Residual(
+        np.array([shape for _, shape in decays]).reshape(-1, p), np.array([rate for rate, _ in decays]), found[k + r]
+    )
+    shapes = np.array([shape for _, _, shape in modes]).reshape(-1, p)
+    w, z = np.array([w for w, _, _ in modes]), np.array([z for _, z, _ in modes])
+    return ModalGreens(w, z, shapes, residual, data.port_names)
+
+
+def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterations: int = 3000) -> Array:
+    """(m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
+
+    Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2
+    (2009) 183.
+    """
+    a = columns * weights[:, None]
+    b = (g * weights[:, None, None]).reshape(len(g), -1)
+    real, goal = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
+    scale = np.linalg.norm(real, axis=0)
+    real = real / scale
+    if goal.shape[1] == 1:
+        return np.asarray(nnls(real, goal[:, 0])[0] / scale)[:, None, None]
+    gram, right = real.T @ real, (real.T @ goal).reshape(-1, *g.shape[1:])
+    step = 1 / float(np.linalg.eigvalsh(gram)[-1])
+    x = y = _positive(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
+    inertia = 1.0
+    for _ in range(iterations):
+        new = _positive(y - step * (np.tensordot(gram, y, axes=1) - right))
+        if np.sum((y - new) * (new - x)) > 0:
+            inertia = 1.0
+        following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
+        y = new + (inertia - 1) / following * (new - x)
+        moved, x, inertia = float(np.abs(new - x).max()), new, following
+        if moved < 1e-10 * float(np.abs(x).max()):
+            break
+    return np.asarray(x / scale[:, None, None])
+
+
+def _positive(matrices: Array) -> Array:
+    """The positive semidefinite part of (..., p, p)."""
+    if matrices.shape[-1] == 1:
+        return np.maximum(matrices, 0.0)
+    values, vectors = np.linalg.eigh(matrices)
+    if np.all(values >= 0):
+        return matrices
+    return np.asarray(np.einsum("...ia,...a,...ja->...ij", vectors, np.maximum(values, 0.0), vectors))

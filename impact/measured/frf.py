@@ -1,0 +1,224 @@
+"""Measured frequency responses: as data, from CSV files and from impulse responses; their causality."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from impact.bodies.time_series import csv_number, csv_rows
+from impact.brief import brief
+from impact.greens.base import Array
+from impact.greens.sampled import SampledGreens
+
+Complex = NDArray[np.complex128]
+Kind = Literal["receptance", "mobility", "accelerance"]
+HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+_SUFFIX = {"receptance": ("{}/N",), "mobility": ("{}/(N s)", "{}/s/N"), "accelerance": ("{}/(N s^2)", "{}/s^2/N")}
+_MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is one over a mass
+_COLUMN = re.compile(r"\s*(\w+)\s+(real|imag|magnitude|phase)\s*\[\s*([^\]]*?)\s*\]\s*")
+_FREQUENCY = re.compile(r"\s*frequency\s*\[\s*(\w+)\s*\]\s*")
+_ANGLES = {"deg": np.pi / 180, "rad": 1.0}
+RECIPROCITY_LIMIT = 0.2
+
+
+class FrequencyResponseError(ValueError):
+    """A frequency response that cannot be used; the message names file, line, number and remedy."""
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """G_ij(s) at s = shift + 2 pi i f: displacement of port i per force on port j, time factor exp(s t).
+
+    Attributes:
+        frequency: (n,) strictly increasing, > 0 [Hz].
+        receptance: (n, p, p) or, for one port, (n,) [m/N]; made symmetric, ``reciprocity`` tells by how much.
+        port_names: p names.
+        shift: decay rate of an exponential window laid over an impulse response [1/s]; 0 for measured FRFs.
+        origin: provenance, plain JSON values.
+
+    Raises:
+        FrequencyResponseError: shapes that do not match, fewer than 8 lines, values not finite, frequencies that do not
+            increase, g_ij and g_ji that differ by more than `RECIPROCITY_LIMIT` (rms).
+    """
+
+    frequency: Array
+    receptance: Complex
+    port_names: tuple[str, ...] = ("contact",)
+    shift: float = 0.0
+    origin: Mapping[str, object] = field(default_factory=dict)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        f: Array = np.asarray(self.frequency, dtype=float)
+        g = np.asarray(self.receptance, dtype=complex)
+        g = g.reshape(-1, 1, 1) if g.ndim == 1 else g
+        p = len(self.port_names)
+        if g.shape != (len(f), p, p) or len(f) < 8:
+            raise FrequencyResponseError(
+                f"{len(f)} frequencies, receptance {g.shape}, {p} ports: 8 or more of (n, p, p)"
+            )
+        if bad := int(np.sum(~np.isfinite(f)) + np.sum(~np.isfinite(g))):
+            raise FrequencyResponseError(
+                f"{bad} values of the frequency response are not finite: leave these lines out"
+            )
+        if f[0] <= 0 or np.any(np.diff(f) <= 0):
+            raise FrequencyResponseError("the frequencies must be positive and increase from line to line")
+        turned = g.transpose(0, 2, 1)
+        skew = float(np.linalg.norm(g - turned)) / max(2 * float(np.linalg.norm(g)), 1e-300)
+        if skew > RECIPROCITY_LIMIT:
+            raise FrequencyResponseError(
+                f"G_ij and G_ji differ by {skew:.0%} (rms): check places, directions and signs of hammer and sensor"
+            )
+        origin = dict(self.origin) | ({"reciprocity_defect": skew} if p > 1 else {})
+        for name, value in (("frequency", f), ("receptance", (g + turned) / 2), ("origin", origin)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def lines(self) -> Complex:
+        """(n,) s [1/s]."""
+        return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
+
+    def within(self, lowest: float, highest: float) -> FrequencyResponse:
+        """The lines from ``lowest`` to ``highest`` [Hz]."""
+        kept = (self.frequency >= lowest) & (self.frequency <= highest)
+        return FrequencyResponse(self.frequency[kept], self.receptance[kept], self.port_names, self.shift, self.origin)
+
+
+def receptance(
+    frequency: ArrayLike,
+    values: ArrayLike,
+    kind: Kind,
+    *,
+    port_names: tuple[str, ...] = ("contact",),
+    origin: Mapping[str, object] | None = None,
+) -> FrequencyResponse:
+    """From mobility [m/(N s)] or accelerance [1/kg]: divided by (i w) or (i w)^2; a line at 0 Hz is left out there."""
+    if kind not in get_args(Kind):
+        raise FrequencyResponseError(f"kind {kind!r} is unknown; choose from {', '.join(get_args(Kind))}")
+    f, h = np.asarray(frequency, dtype=float), np.asarray(values, dtype=complex)
+    kept = f > 0
+    f, h = f[kept], h[kept]
+    divisor = (2j * np.pi * f) ** _ORDER[kind]
+    found = {"kind": "measured", "measured_as": kind} | dict(origin or {})
+    return FrequencyResponse(f, h / divisor.reshape(-1, *[1] * (h.ndim - 1)), port_names, origin=found)
+
+
+def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimiter: str = ",") -> FrequencyResponse:
+    """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
+
+    Frequency in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2), accelerance
+    also in 1/kg; real and imag, or magnitude and phase [deg, rad]. Empty lines and lines that begin with # are skipped.
+
+    Raises:
+        FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
+        TimeSeriesError: no CSV text, or a cell that is not a number.
+    """
+    name = Path(path)
+    if not name.exists():
+        raise FrequencyResponseError(f"{name}: no such file")
+    rows = csv_rows(name, delimiter)
+    kind, parts, factors = _header(name, *(rows[0] if rows else (1, [])))
+    table = np.empty((len(rows) - 1, 3))
+    for row, (line, cells) in zip(table, rows[1:], strict=True):
+        if len(cells) != 3:
+            raise FrequencyResponseError(f"{name}, line {line}: {len(cells)} columns, 3 are needed")
+        row[:] = [csv_number(name, line, c + 1, cells[c]) * factors[c] for c in range(3)]
+    first, second = table[:, 1], table[:, 2]
+    values = first + 1j * second if parts == ("real", "imag") else first * np.exp(1j * second)
+    try:
+        return receptance(table[:, 0], values, kind, port_names=(port_name,), origin={"file": name.name})
+    except FrequencyResponseError as problem:
+        raise FrequencyResponseError(f"{name}: {problem}") from problem
+
+
+def _header(name: Path, line: int, cells: list[str]) -> tuple[Kind, tuple[str, str], list[float]]:
+    match = _FREQUENCY.fullmatch(cells[0]) if len(cells) == 3 else None
+    columns = [_COLUMN.fullmatch(cell) for cell in cells[1:]]
+    if match is not None and match[1] in HERTZ and all(columns):
+        kinds, parts, units = zip(*(column.groups() for column in columns if column), strict=True)
+        scales = _scales(kinds[0])
+        factor = [scales.get(units[0]), scales.get(units[1])]
+        if parts == ("magnitude", "phase"):
+            factor[1] = _ANGLES.get(units[1])
+        if kinds[0] == kinds[1] and parts in (("real", "imag"), ("magnitude", "phase")) and None not in factor:
+            return kinds[0], parts, [HERTZ[match[1]], *(f for f in factor if f is not None)]
+    raise FrequencyResponseError(
+        f"{name}, line {line}: header {','.join(cells)!r} must be like 'frequency [Hz],mobility real [mm/(N s)],"
+        "mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance magnitude [1/kg],accelerance phase [deg]'; "
+        f"quantities: {', '.join(_ORDER)}; lengths: {', '.join(_LENGTHS)}"
+    )
+
+
+def _scales(kind: str) -> dict[str, float]:
+    forms = _SUFFIX.get(kind, ())
+    scales = {form.format(unit): factor for form in forms for unit, factor in _LENGTHS.items()}
+    return scales | (_MASSES if kind == "accelerance" else {})
+
+
+def of_impulse_response(
+    greens: SampledGreens, *, highest: float | None = None, decay: float | None = None
+) -> FrequencyResponse:
+    """Laplace transform of the samples, linear in between, at s = shift + 2 pi i f with exp(-shift T) = ``decay``.
+
+    The shift lets the record end, and the poles found from these lines need no correction. By default what is left at
+    the end (rms of the last tenth over the largest |g|) is brought to 1e-3: no window for a record that has come to
+    rest. Lines 1/T apart up to ``highest`` (default 0.25/dt) [Hz].
+    """
+    dt, n = greens.dt, greens.values.shape[2]
+    if decay is None:
+        left = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
+        decay = float(np.clip(1e-3 / max(left, 1e-300), 1e-4, 1.0))
+    if not 0 < decay <= 1:
+        raise FrequencyResponseError(f"decay = {decay:g} must be in (0, 1]")
+    shift = float(-np.log(decay) / greens.end)
+    f = np.asarray(np.fft.rfftfreq(n, dt), dtype=np.float64)
+    s = shift + 2j * np.pi * f
+    hat = dt * (2 * np.sinh(s * dt / 2) / (s * dt)) ** 2
+    start = 1 / s - (1 - np.exp(-s * dt)) / (s**2 * dt)
+    windowed = greens.values * np.exp(-shift * dt * np.arange(n))
+    first = windowed[:, :, 0].copy()
+    windowed[:, :, 0] = 0.0
+    g = np.fft.rfft(windowed, n, axis=2) * hat + first[:, :, None] * start
+    kept = (f > 0) & (f <= (0.25 / dt if highest is None else highest))
+    return FrequencyResponse(f[kept], g[:, :, kept].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
+
+
+def moves_away(response: FrequencyResponse) -> bool:
+    """Whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
+    f, size = response.frequency, np.linalg.norm(response.receptance, axis=(1, 2))
+    low = f <= max(2 * f[0], f[4])
+    return bool(np.polyfit(np.log(f[low]), np.log(np.maximum(size[low], 1e-300)), 1)[0] < -1.5)
+
+
+def causality_defect(response: FrequencyResponse) -> float | None:
+    """Share of the energy of the velocity response that comes before the blow, 0 ... 1.
+
+    The mobility (of a free body the accelerance, for its velocity stays) under a Hann window to the highest line is
+    transformed to time; t < -2/f_max counts as before, since the window smears the blow over 2/f_max. 0.5 is a response
+    without order in time, near 1 a phase of the wrong sign. A body that still rings after T = 1/df leaks
+    exp(-2 zeta w T) round the circle into it. ``None`` if the lines begin above a tenth of the band.
+    """
+    f, spacing = response.frequency, float(np.median(np.diff(response.frequency)))
+    if f[0] > 0.1 * f[-1]:
+        return None
+    grid = spacing * np.arange(int(f[-1] / spacing) + 2)
+    order = 2 if moves_away(response) else 1
+    spectrum = np.zeros((len(grid), *response.receptance.shape[1:]), dtype=complex)
+    for i, j in np.ndindex(*spectrum.shape[1:]):
+        values = response.receptance[:, i, j] * (2j * np.pi * f) ** order
+        spectrum[:, i, j] = np.interp(grid, f, values, left=0.0, right=0.0)
+    spectrum *= np.cos(np.pi / 2 * np.minimum(grid / f[-1], 1.0))[:, None, None] ** 2
+    size = 2 * (len(grid) - 1)
+    energy = np.sum(np.fft.irfft(spectrum, size, axis=0) ** 2, axis=(1, 2))
+    time = np.fft.fftfreq(size) / spacing
+    return float(energy[time < -2 / f[-1]].sum() / max(energy.sum(), 1e-300))

@@ -1,0 +1,191 @@
+"""Whether a body can give back more work than it received, and how to mend measured responses that seem to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
+
+TOLERANCE = 1e-9  # of the largest eigenvalue
+_LANCZOS = 80
+
+
+@dataclass(frozen=True)
+class PassivityReport:
+    """What the most dangerous force of ``steps`` steps would gain from a body.
+
+    Attributes:
+        smallest: smallest eigenvalue of the work form [m/N]: work per (unit force)^2 and step; < 0 is a gain.
+        frequency: of the harmonic force that gets the least work done [Hz].
+        tolerance: the verdict is passive where ``smallest`` >= -``tolerance`` [m/N].
+        largest: largest eigenvalue met [m/N], the scale of ``tolerance``.
+        dt: step [s].
+        steps: number of steps.
+    """
+
+    smallest: float
+    frequency: float
+    tolerance: float
+    largest: float
+    dt: float
+    steps: int
+
+    @property
+    def passive(self) -> bool:
+        """The verdict."""
+        return self.smallest >= -self.tolerance
+
+    @property
+    def gain_per_cycle(self) -> float:
+        """Most that a force as strong as a harmonic one of amplitude 1 N draws in a cycle [J]; 0 if passive."""
+        per_step = 0.5 * max(-self.smallest, 0.0)
+        return 0.0 if self.passive else per_step * min(1 / (max(self.frequency, 1e-300) * self.dt), self.steps)
+
+    def __str__(self) -> str:
+        over = f"over {self.steps} steps of {self.dt:.4g} s"
+        if self.passive:
+            return f"passive {over}: least work {self.smallest:.3g} m/N (limit {-self.tolerance:.3g})"
+        return (
+            f"not passive {over}: a force of amplitude 1 N near {self.frequency:.4g} Hz gains {self.gain_per_cycle:.3g}"
+            f" J per cycle (least work {self.smallest:.3g} m/N, limit {-self.tolerance:.3g})"
+        )
+
+
+def passivity(
+    greens: GreensFunction | ArrayLike, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE
+) -> PassivityReport:
+    """Can a force of ``n`` steps of ``dt`` [s], constant over each, draw work from the body?
+
+    The force N_k of step k does the work N_k (u_{k+1} - u_k), u_{k+1} = sum_m W_m N_{k-m}. With z the delay by a step,
+    (1 - z) W(z) takes the force to the displacement's increments, so the whole work is the quadratic form of
+
+        T = (L + L^T)/2,   L the lower triangular Toeplitz matrix of D_m = W_m - W_{m-1},   symbol Re[(1 - z) W(z)].
+
+    No force of n steps gains energy if and only if T is positive semidefinite; for every n, if and only if the symbol
+    is so on |z| = 1 (matrix-valued for several ports): the positive real lemma, for discrete work. A record cut
+    off after n steps has a symbol with ripples below zero even if the body is passive, so T itself decides: passive
+    at once where the symbol is >= 0, else by the smaller of two upper bounds of its smallest eigenvalue: the Fejer mean
+
+        sum_m (1 - m/n) D_m cos(m theta) = (work of the force exp(i m theta), m < n) / n,
+
+    on a grid of 4 n frequencies, and a Lanczos iteration started at its minimum. Both are the work of forces that
+    exist: a passive body is never refused.
+
+    Args:
+        greens: the body, or its step weights (n,) or (p, p, n) [m/N].
+        dt: step of the run [s].
+        n: number of steps; default for weights and sampled bodies: all there are, else required.
+        tolerance: relative to the largest eigenvalue; the round-off of summed weights is allowed for in addition.
+
+    Raises:
+        GreensFunctionError: n missing or < 1, weights of a wrong shape or not finite.
+
+    Source: Anderson and Vongpanitlerd, Network Analysis and Synthesis, ch. 2; Grenander and Szego, Toeplitz Forms.
+    """
+    increments = work_increments(greens, dt, n)
+    n = increments.shape[2]
+    symbol = work_spectrum(increments)
+    eigenvalues = _eigenvalues(symbol)
+    fejer = work_spectrum(increments * (1 - np.arange(n) / n))
+    mean = _eigenvalues(fejer)
+    largest = float(max(mean.max(), increments[:, :, 0].trace(), 1e-300))
+    worst = int(np.argmin(mean[:, 0]))
+    least = float(min(mean[worst, 0], largest))
+    if eigenvalues.min() < -tolerance * largest:  # else proven passive for any number of steps
+        harmonic = np.linalg.eigh(fejer[worst])[1][:, 0]
+        start = np.cos(np.pi * worst / (len(mean) - 1) * np.arange(n)) * harmonic[:, None]
+        least = min(least, _smallest_ritz_value(symbol, start))
+    frequency = worst / (len(mean) - 1) / (2 * dt)
+    allowed = tolerance * largest + _round_off(increments)
+    return PassivityReport(least, frequency, allowed, largest, dt, n)
+
+
+def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE) -> None:
+    """Refuse a body from which a contact of ``n`` steps of ``dt`` could draw energy.
+
+    Raises:
+        GreensFunctionError: not passive; the message says how much is gained, where, and what mends it.
+    """
+    report = passivity(greens, dt, n, tolerance=tolerance)
+    if not report.passive:
+        raise GreensFunctionError(
+            f"the Green's function is {report}; check its sign, its time zero and its noise, or mend it with "
+            "impact.repair(greens, dt)"
+        )
+
+
+def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None = None) -> Array:
+    """D_m = W_m - W_{m-1} (p, p, n) [m/N]: increment of the displacement m steps after a unit force of one step."""
+    if isinstance(greens, GreensFunction):
+        if n is None:
+            end = getattr(greens, "end", None)
+            if end is None:
+                raise GreensFunctionError("n is missing: over how many steps shall the body be passive?")
+            n = max(math.floor(float(end) / dt * (1 + 1e-9)), 1)
+        t = dt * np.arange(1, n + 1)
+        p = range(len(greens.ports))
+        weights = np.diff(np.array([[greens.step_response(t, i, j) for j in p] for i in p]), axis=2, prepend=0.0)
+    else:
+        weights = np.asarray(greens, dtype=float)
+        weights = weights.reshape(1, 1, -1) if weights.ndim == 1 else weights
+        if weights.ndim != 3 or weights.shape[0] != weights.shape[1] or not np.all(np.isfinite(weights)):
+            raise GreensFunctionError(f"step weights must be finite, (n,) or (p, p, n), got {weights.shape}")
+        weights = weights[:, :, :n]
+    if weights.shape[2] < 1 or (n is not None and n != weights.shape[2]):
+        raise GreensFunctionError(f"n = {n} steps are asked for, {weights.shape[2]} step weights are known")
+    return np.asarray(np.diff(weights, axis=2, prepend=0.0))
+
+
+def work_spectrum(increments: Array, size: int | None = None) -> Array:
+    """Re sum_m D_m exp(-i m theta), (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times as fine as 2 pi/n."""
+    size = size or grid_size(increments.shape[2])
+    transformed = np.fft.rfft(increments, size, axis=2).real
+    both = (transformed + transformed.transpose(1, 0, 2)) / 2
+    return np.ascontiguousarray(both.transpose(2, 0, 1))
+
+
+def grid_size(n: int) -> int:
+    """Points of the full circle: a power of two, at least 4 n."""
+    return int(4 << max(n - 1, 1).bit_length())
+
+
+def _round_off(increments: Array) -> float:
+    """Size of the form left by the round-off of step responses: each D_m is a second difference of them."""
+    response = np.abs(increments.cumsum(axis=2).cumsum(axis=2)).max()
+    return float(4 * np.finfo(float).eps * response * math.sqrt(increments.shape[2]))
+
+
+def _eigenvalues(symbol: Array) -> Array:
+    """(k, p) ascending."""
+    return symbol[:, :, 0] if symbol.shape[1] == 1 else np.asarray(np.linalg.eigvalsh(symbol))
+
+
+def _smallest_ritz_value(symbol: Array, start: Array) -> float:
+    """Smallest eigenvalue of the block Toeplitz form by Lanczos from ``start`` (p, n): an upper bound, soon sharp."""
+    size, n = 2 * (len(symbol) - 1), start.shape[1]
+
+    def apply(x: Array) -> Array:
+        out = np.einsum("kij,jk->ik", symbol, np.fft.rfft(x, size, axis=1))
+        return np.asarray(np.fft.irfft(out, size, axis=1)[:, :n])
+
+    noise = np.random.default_rng(0).standard_normal(start.shape)
+    vector = start / np.linalg.norm(start) + 1e-3 * noise / np.linalg.norm(noise)
+    vector /= np.linalg.norm(vector)
+    before, beta = np.zeros_like(vector), 0.0
+    diagonal: list[float] = []
+    beside: list[float] = []
+    for _ in range(min(_LANCZOS, start.size)):
+        image = apply(vector) - beta * before
+        diagonal.append(float(np.sum(image * vector)))
+        image -= diagonal[-1] * vector
+        beta = float(np.linalg.norm(image))
+        if beta <= 1e-13 * abs(symbol).max():
+            break
+        beside.append(beta)
+        before, vector = vector, image / beta
+    off = np.diag(beside[: len(diagonal) - 1], 1)
+    return float(np.linalg.eigvalsh(np.diag(diagonal) + off + off.T)[0])

@@ -1,0 +1,141 @@
+"""Measured Green's functions: read from files, and what to know of a run with them."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+
+from impact.advice import Advice
+from impact.bodies.time_series import SECONDS, csv_number, csv_rows
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.greens.sampled import Pretrigger, SampledGreens, Tail
+from impact.measured.passivity import passivity
+
+UNRESOLVED_LIMIT = 0.01  # share of the response above the run's Nyquist frequency
+REST_LIMIT = 0.05  # of the largest value: what a record may end with under the tail rule 'zero'
+_CHECKED_STEPS = 8192
+_UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
+_HEADER = re.compile(r"\s*(\w+)\s*\[\s*([^\]]*?)\s*\]\s*")
+
+
+def read_impulse_response(
+    path: str | os.PathLike[str],
+    *,
+    tail: Tail = "forbid",
+    pretrigger: Pretrigger = "refuse",
+    port_name: str = "contact",
+    static: Array | None = None,
+    delimiter: str = ",",
+) -> SampledGreens:
+    """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
+
+    Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
+    lines that begin with # are skipped. The rest as `SampledGreens.from_series`; several ports: read each, stack
+    the values and give them to it.
+
+    Raises:
+        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, a line
+            without two columns; the message names the file.
+        TimeSeriesError: no CSV text, or a cell that is not a number; the message names file, line and column.
+    """
+    name = Path(path)
+    if not name.exists():
+        raise GreensFunctionError(f"{name}: no such file")
+    rows = csv_rows(name, delimiter)
+    factors = _factors(name, rows[0] if rows else (1, []))
+    for line, cells in rows[1:]:
+        if len(cells) != 2:
+            raise GreensFunctionError(
+                f"{name}, line {line}: {len(cells)} columns, 2 are needed (separator {delimiter!r})"
+            )
+    samples = np.array([[csv_number(name, line, c + 1, cells[c]) for c in (0, 1)] for line, cells in rows[1:]])
+    time, values = samples.reshape(-1, 2).T * np.array(factors)[:, None]
+    try:
+        return SampledGreens.from_series(
+            time,
+            values,
+            tail=tail,
+            pretrigger=pretrigger,
+            port_names=(port_name,),
+            static=static,
+            origin={"kind": "measured", "file": name.name},
+        )
+    except GreensFunctionError as problem:
+        raise GreensFunctionError(f"{name}: {problem}") from problem
+
+
+def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
+    """What a run of ``n`` steps of ``dt`` [s] should know of a sampled body (or of the sampled parts of a sum).
+
+    Share of the sum of |g^(f)|^2 of the samples above 1/(2 dt), with its limit; and whether the step weights are
+    passive, over the first 8192 steps at most; whether a record that the tail rule sets to zero has come to rest.
+    """
+    return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
+
+
+def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> tuple[Advice, ...]:
+    found = []
+    share = _above(greens, 0.5 / dt)
+    if share > UNRESOLVED_LIMIT:
+        found.append(
+            Advice(
+                f"share of the sampled {body}'s response above half the step rate",
+                share,
+                UNRESOLVED_LIMIT,
+                f"the samples reach {0.5 / greens.dt:.3g} Hz, steps of {dt:.3g} s only {0.5 / dt:.3g} Hz",
+                f"use dt <= {greens.dt:.3g} s",
+            )
+        )
+    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and (level := _last(greens)) > REST_LIMIT:
+        found.append(
+            Advice(
+                f"last tenth of the sampled {body}'s record over its largest value",
+                level,
+                REST_LIMIT,
+                f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
+                "measure or compute longer, until it has come to rest",
+            )
+        )
+    report = passivity(greens, dt, min(n, _CHECKED_STEPS))
+    if not report.passive:
+        found.append(
+            Advice(
+                f"least work of the sampled {body} over the largest",
+                report.smallest / report.largest,
+                -report.tolerance / report.largest,
+                f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
+                "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
+            )
+        )
+    return tuple(found)
+
+
+def _last(greens: SampledGreens) -> float:
+    size = np.abs(greens.values).max(axis=(0, 1))
+    return float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
+
+
+def _above(greens: SampledGreens, frequency: float) -> float:
+    power = np.sum(np.abs(np.fft.rfft(greens.values, axis=2)) ** 2, axis=(0, 1))
+    above = np.fft.rfftfreq(greens.values.shape[2], greens.dt) > frequency * (1 + 1e-9)
+    return float(power[above].sum() / max(power.sum(), 1e-300))
+
+
+def _factors(name: Path, header: tuple[int, list[str]]) -> tuple[float, float]:
+    line, cells = header
+    wanted = (("time", SECONDS), ("impulse_response", _UNITS))
+    matches = [_HEADER.fullmatch(cell) for cell in cells]
+    found = [
+        units[match[2]]
+        for match, (word, units) in zip(matches, wanted, strict=False)
+        if match is not None and match[1].lower() == word and match[2] in units
+    ]
+    if len(found) != 2 or len(cells) != 2:
+        raise GreensFunctionError(
+            f"{name}, line {line}: header {','.join(cells)!r} must be like 'time [us],impulse_response [um/(N s)]'; "
+            f"time in {', '.join(SECONDS)}; impulse_response in {', '.join(_UNITS)}"
+        )
+    return found[0], found[1]

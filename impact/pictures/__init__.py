@@ -1,0 +1,1 @@
+"""Figures of impacts and of Green's functions."""

@@ -1,0 +1,130 @@
+"""Common ground of all figures: one style, one way to a file, readable units."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.files.atomic import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 180
+# Okabe & Ito (2008), told apart with every common colour blindness
+BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F"
+
+_STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "lines.linewidth": 1.3,
+    "lines.solid_joinstyle": "round",
+    "legend.fontsize": 8.0,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "legend.borderpad": 0.3,
+    "figure.titlesize": 10.5,
+    "figure.titleweight": "bold",
+    "agg.path.chunksize": 20000,
+    "svg.fonttype": "none",
+}
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+class PictureError(RuntimeError):
+    """A picture that cannot be made; the message names what is missing and the command that mends it."""
+
+
+def gap_of(draw: Callable[[Path], None], path: Path) -> str:
+    """Draw ``path``; in words what kept it from being drawn, "" if nothing did.
+
+    A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
+    """
+    try:
+        draw(path)
+    except PictureError as gap:
+        return str(gap)
+    except Exception as problem:
+        return f"{path.name}: {type(problem).__name__}: {str(problem) or 'no reason given'}"
+    return ""
+
+
+@contextmanager
+def sheet(path: str | os.PathLike[str], width: float, height: float) -> Iterator[Figure]:
+    """A matplotlib figure of ``width`` x ``height`` [inch] in the common style, written whole when the block ends well.
+
+    The suffix of ``path`` decides the format (.png, .pdf, .svg). No global state: neither pyplot nor rcParams.
+
+    Raises:
+        PictureError: matplotlib is missing, or cannot write this format.
+    """
+    try:
+        import matplotlib
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as missing:
+        raise PictureError(
+            f'{Path(path).name} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
+        ) from missing
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        formats = FigureCanvasAgg(figure).get_supported_filetypes()
+        if Path(path).suffix[1:].lower() not in formats:
+            raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")
+        yield figure
+        with whole_file(path) as temporary:
+            figure.savefig(temporary, dpi=DPI)
+
+
+def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and unit that bring the largest finite |value| into 0.99..990: ``(1e6, "µm")`` for 3e-5 m."""
+    data = np.abs(np.asarray(values, dtype=float))
+    largest = float(np.max(data[np.isfinite(data)], initial=0.0))
+    if largest == 0.0:
+        return 1.0, unit
+    exponent = min(max(3 * math.floor(math.log10(largest * 1.01) / 3), -12), 9)
+    return 10.0**-exponent, _PREFIXES[exponent] + unit
+
+
+def text(value: float, unit: str, digits: int = 3) -> str:
+    """A number with its prefixed unit: ``"28.4 N"``, ``"809 µN s"``; powers of ten beyond the prefixes."""
+    if not math.isfinite(value):
+        return "–"
+    factor, prefixed = scaled(value, unit)
+    number = value * factor
+    if number == 0.0:
+        return f"0 {unit}"
+    if not 1e-3 <= abs(number) < 1e6:
+        return f"{number:.{digits - 1}e} {prefixed}"
+    decimals = max(digits - 1 - math.floor(math.log10(abs(number) * (1 + 1e-9))), 0)
+    return f"{number:.{decimals}f} {prefixed}"
+
+
+def zero_line(axes: Axes) -> None:
+    """A thin line at zero behind the curves."""
+    axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1.5)

@@ -1,0 +1,262 @@
+"""Figures of an impact: force, motion, energy, Green's function."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impact import measures
+from impact.after.result import ImpactResult
+from impact.greens.base import Array
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, text, zero_line
+from impact.pictures.greens_plots import plot_greens
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
+
+NAMES = ("elastic seat", "spring of equal static stiffness")
+_COLOURS = (BLUE, ORANGE)
+_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
+
+
+def plot_force(
+    result: ImpactResult,
+    baseline: ImpactResult | None,
+    path: str | os.PathLike[str],
+    *,
+    filter_width: float = 1e-6,
+    title: str = "Contact force",
+    names: tuple[str, str] = NAMES,
+) -> None:
+    """Contact force against time: the whole run, the first contact group, its highest pulse, a table of the numbers.
+
+    Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
+    a spring, or ``None``.
+
+    Raises:
+        PictureError: matplotlib is missing.
+        MeasureError: ``filter_width`` is not resolved by the steps.
+    """
+    runs = _runs(result, baseline)
+    filtered = [measures.filtered_force(run, filter_width) for run in runs]
+    factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
+    group = _first_window(runs)
+    with sheet(path, 7.2, 6.6) as figure:
+        figure.suptitle(title)
+        grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
+        whole, zoom, pulse = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
+        for axes, window, heading in (
+            (whole, (0.0, float(result.time[-1])), "Whole run"),
+            (zoom, group, "First contact"),
+            (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
+        ):
+            _forces(axes, runs, filtered, window, names)
+            axes.set_ylabel(f"force [{unit}]")
+            axes.set_title(heading)
+            axes.yaxis.set_major_formatter(lambda value, _: f"{factor * value:g}")
+        pulse.set_ylabel("")
+        _mark(whole, group, float(result.time[-1]))
+        note = f"thin: each step, thick: mean over {1e6 * filter_width:g} µs"
+        zoom.set_title(note, loc="right", color=GREY, fontsize=8)
+        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        _table(figure.add_subplot(grid[2, :]), runs, filtered, names)
+
+
+def plot_motion(
+    result: ImpactResult,
+    baseline: ImpactResult | None,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "Motion of the contact points",
+    names: tuple[str, str] = NAMES,
+) -> None:
+    """Displacements of striker and target against time, and both with the gap during the first contact.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    runs = _runs(result, baseline)
+    end = float(result.time[-1])
+    with sheet(path, 7.2, 7.2) as figure:
+        figure.suptitle(title)
+        grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.0, 1.2])
+        reed, seat = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
+        close, gap = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
+        _curves(reed, runs, [run.striker_displacement for run in runs], (0.0, end), names)
+        _curves(seat, runs, [run.target_displacement for run in runs], (0.0, end), names)
+        reed.set_title("Striker, contact point")
+        seat.set_title("Seat, contact point")
+        reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
+        first, last = _first_window(runs, 0.01)  # little of the approach: it would dwarf the openings
+        for axes in (reed, seat):
+            _mark(axes, (first, last), end)
+        _curves(gap, runs, [run.gap for run in runs], (first, last), names)
+        gap.set_ylabel(gap.get_ylabel().replace("displacement", "gap"))
+        gap.set_title("Gap, first contact")
+        _both_bodies(close, result, first, last)
+        close.set_title(f"Both bodies, first contact ({names[0]})")
+
+
+def plot_energy(result: ImpactResult, path: str | os.PathLike[str], *, title: str = "Energy") -> None:
+    """The ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is left over.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    energy = result.energy
+    received = ["work on " if name in energy.by_work else "" for name in ("striker", "target")]
+    terms = {
+        f"{received[0]}striker": (energy.striker, BLUE),
+        f"{received[1]}seat": (energy.target, GREEN),
+        "contact law": (energy.contact, PURPLE),
+        "damping": (energy.dissipated - energy.contact_loss, SKY),
+        "lost in the contact": (energy.contact_loss, ORANGE),
+    }
+    terms = {name: (values, colour) for name, (values, colour) in terms.items() if np.any(values != 0.0)}
+    rest = np.abs(energy.input - energy.stored - energy.dissipated)
+    largest = float(np.max(energy.input))
+    factor, unit = scaled(largest, "J")
+    rate, time_unit = scaled(float(result.time[-1]), "s")
+    every = max(len(result.time) // 6000, 1)
+    time = rate * result.time[::every]
+    with sheet(path, 7.2, 6.2) as figure:
+        figure.suptitle(title)
+        stack, log = figure.subplots(2, 1, sharex=True)
+        stack.stackplot(
+            time,
+            [factor * np.maximum(values[::every], 0.0) for values, _ in terms.values()],
+            colors=[colour for _, colour in terms.values()],
+            labels=list(terms),
+            linewidth=0,
+            alpha=0.85,
+        )
+        stack.plot(time, factor * energy.input[::every], color="black", linewidth=1.0, label="brought in")
+        stack.set(ylabel=f"energy [{unit}]", ylim=(0.0, 1.08 * factor * largest))
+        stack.set_title("Stacked terms")
+        stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        for name, (values, colour) in terms.items():
+            log.plot(time, _visible(values[::every]), color=colour, linewidth=0.9, label=name)
+        log.plot(time, _visible(rest[::every]), color=GREY, linewidth=0.7, label="left over")
+        lowest = min(1e-9 * largest, max(0.1 * float(rest.max()), 1e-18 * largest))
+        log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
+        log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
+        log.set_title(f"Each term; left over at most {energy.residual:.1e} of the largest energy stored")
+        log.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def _runs(result: ImpactResult, baseline: ImpactResult | None) -> list[ImpactResult]:
+    return [result] if baseline is None else [result, baseline]
+
+
+def _within(run: ImpactResult, first: float, last: float) -> slice:
+    """The recorded times in first..last, one more on either side."""
+    a, b = np.searchsorted(run.time, [first, last])
+    return slice(max(int(a) - 1, 0), int(b) + 2)
+
+
+def _first_window(runs: list[ImpactResult], margin: float = 0.05) -> tuple[float, float]:
+    """Time window [s]: first contact group of every run and ``margin`` of it on either side; whole run if none."""
+    groups = [groups[0] for run in runs if len(groups := measures.contact_groups(run))]
+    if not groups:
+        return 0.0, float(runs[0].time[-1])
+    begin, end = min(g[0] for g in groups), max(g[1] for g in groups)
+    extra = margin * (end - begin) + 2 * runs[0].dt
+    return max(float(begin - extra), 0.0), min(float(end + extra), float(runs[0].time[-1]))
+
+
+def _pulse_window(
+    result: ImpactResult, filtered: Array, group: tuple[float, float], width: float
+) -> tuple[float, float]:
+    """Time window [s] of 16 filter widths around the highest filtered force of the group."""
+    seen = _within(result, *group)
+    peak = float(result.time[seen][int(np.argmax(filtered[seen]))])
+    return max(peak - 5 * width, 0.0), min(peak + 11 * width, float(result.time[-1]))
+
+
+def _mark(axes: Axes, window: tuple[float, float], end: float) -> None:
+    """Shade the window that another panel enlarges."""
+    rate = scaled(end, "s")[0]
+    axes.axvspan(rate * window[0], rate * window[1], color=GREY, alpha=0.18, linewidth=0)
+
+
+def _forces(
+    axes: Axes,
+    runs: list[ImpactResult],
+    filtered: list[Array],
+    window: tuple[float, float],
+    names: tuple[str, str],
+) -> None:
+    rate, time_unit = scaled(window[1], "s")
+    for k, run in enumerate(runs):
+        seen = _within(run, *window)
+        time, order = rate * run.time[seen], 3 + 0.1 * k
+        axes.plot(time, run.force[seen], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
+        axes.plot(time, filtered[k][seen], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: tuple[str, str]) -> None:
+    axes.axis("off")
+    heads = ["", "first contact", "duration", "peak, mean", "peak, step", "impulse, all", "contacts (raw)"]
+    rows = []
+    for run, mean, name in zip(runs, filtered, names, strict=False):
+        groups = measures.contact_groups(run)
+        first = [text(groups[0, 0], "s"), text(groups[0, 1] - groups[0, 0], "s")] if len(groups) else ["none", "–"]
+        peaks = [text(float(mean.max()), "N"), text(measures.peak_force(run), "N")]
+        rows.append(
+            [
+                name,
+                *first,
+                *peaks,
+                text(measures.impulse(run), "N s"),
+                f"{len(groups)} ({len(measures.contact_intervals(run))})",
+            ]
+        )
+    widths = [0.29, 0.12, 0.11, 0.11, 0.11, 0.12, 0.14]
+    table = axes.table(rows, colLabels=heads, colWidths=widths, loc="center", edges="horizontal", cellLoc="right")
+    table.auto_set_font_size(False)
+    table.set_fontsize(8.0)
+    for (row, column), cell in table.get_celld().items():
+        cell.set_edgecolor("#BBBBBB")
+        cell.set_linewidth(0.6)
+        cell.set_height(1.0 / (len(rows) + 1))
+        if row == 0:
+            cell.set_text_props(color=GREY)
+        elif column == 0:
+            cell.set_text_props(color=_COLOURS[row - 1], ha="left")
+
+
+def _curves(
+    axes: Axes, runs: list[ImpactResult], values: list[Array], window: tuple[float, float], names: tuple[str, str]
+) -> None:
+    seen = [_within(run, *window) for run in runs]
+    factor, unit = scaled(np.concatenate([v[s] for v, s in zip(values, seen, strict=True)]), "m")
+    rate, time_unit = scaled(window[1], "s")
+    for k, (run, value) in enumerate(zip(runs, values, strict=True)):
+        time = rate * run.time[seen[k]]
+        axes.plot(time, factor * value[seen[k]], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k])
+    zero_line(axes)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"displacement [{unit}]")
+
+
+def _both_bodies(axes: Axes, result: ImpactResult, first: float, last: float) -> None:
+    """Striker and target in one panel: they coincide while they touch."""
+    seen = _within(result, first, last)
+    rate, time_unit = scaled(last, "s")
+    factor, unit = scaled([result.striker_displacement[seen], result.target_displacement[seen]], "m")
+    time = rate * result.time[seen]
+    axes.plot(time, factor * result.striker_displacement[seen], color=GREEN, label="striker")
+    axes.plot(time, factor * result.target_displacement[seen], color=BLUE, linestyle=(0, (4, 1.5)), label="seat")
+    zero_line(axes)
+    axes.legend(loc="best")
+    axes.set(xlim=(rate * first, rate * last), xlabel=f"time [{time_unit}]", ylabel=f"displacement [{unit}]")
+
+
+def _visible(values: Array) -> Array:
+    """Values a logarithmic axis can show."""
+    return np.where(values > 0, values, np.nan)

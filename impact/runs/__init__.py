@@ -1,0 +1,1 @@
+"""Whole runs: one, many side by side, and those behind an error budget."""

@@ -1,0 +1,260 @@
+"""Many scenes of the same two bodies at once: side by side in vector registers, groups of them on all cores."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from impact.after.measures import MERGE
+from impact.brief import brief
+from impact.greens.base import Array
+from impact.march import loop as march
+from impact.march.history import aligned
+from impact.march.laws import PlainLaw, no_user_law
+from impact.march.loop import LANES
+from impact.march.motion import Discrete
+from impact.march.problem import ContactError, ContactProblem
+from impact.march.stepper import Prepared, prepare
+from impact.progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class ImpactBatch:
+    """Measures of S scenes, each (S,), defined as in `impact.measures`; ``nan`` where there is no contact.
+
+    Attributes:
+        peak_force: [N].
+        filtered_peak_force: of the moving average over the width asked for [N]; ``None`` if none was.
+        impulse: [N s].
+        first_contact: start of the first contact [s].
+        contact_duration: of the first group, openings below 30 us closed [s].
+        contact_count: number of groups.
+        impact_velocity: closing speed before the first contact [m/s].
+        rebound_velocity: opening speed of the centres of mass at the end; ``nan`` for a held striker [m/s].
+        in_contact: whether the record ends in contact.
+        time: (n + 1,) [s].
+        force: (S, n + 1) [N], or ``None``.
+    """
+
+    peak_force: Array
+    filtered_peak_force: Array | None
+    impulse: Array
+    first_contact: Array
+    contact_duration: Array
+    contact_count: NDArray[np.int64]
+    impact_velocity: Array
+    rebound_velocity: Array
+    in_contact: NDArray[np.bool_]
+    time: Array
+    force: Array | None
+
+    __repr__ = brief
+
+
+def solve_many(
+    problem: ContactProblem,
+    *,
+    dt: float,
+    duration: float,
+    gaps: ArrayLike | None = None,
+    velocities: ArrayLike | None = None,
+    release_scales: ArrayLike | None = None,
+    record: Literal["measures", "force"] = "measures",
+    filter_width: float | None = None,
+    rule: str = "auto",
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> ImpactBatch:
+    """Solve ``problem`` for many gaps [m], striker velocities [m/s] and scales of the striker's initial state.
+
+    Equal to `impact.solve` scene by scene up to round-off. Each argument is a number or (S,); what is not given is
+    the problem's own. ``workers`` threads (default: all cores).
+
+    Raises:
+        ContactError: several contacts, a preload, a body without poles, arrays of unequal length or not finite,
+            velocities for a held striker, release scales without an initial state, a filter below two steps.
+    """
+    if filter_width is not None and not filter_width >= 2 * dt * (1 - 1e-9):
+        raise ContactError(f"filter_width = {filter_width:g} s is below two steps of {dt:g} s; use dt <= half of it")
+    scales = _scales(problem, gaps, velocities, release_scales)
+    prepared = _prepared(problem, dt, duration, rule)
+    free = _free_motions(problem, prepared)
+    count, n = scales.shape[1], prepared.steps
+    found = np.empty((8, count))
+    force = np.zeros((count, n + 1)) if record == "force" else None
+    rows = np.ascontiguousarray(prepared.poles.folded().T)
+    contact = problem.contacts[0]
+    law = (contact.law.code, int(prepared.rules[0]), *contact.law.parameters)
+    reach = _reach(problem)
+    user = getattr(contact.law, "compiled", None) or no_user_law()
+
+    def run(scenes: NDArray[np.int64]) -> int:
+        lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
+        history, out = np.empty((n, LANES)), np.empty((8, LANES))
+        s = np.ascontiguousarray(scales[:, lanes])
+        out[6] = contact.side * (contact.target.velocity_of(contact.port) - reach * s[1])
+        state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
+        march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
+        _measure(history, dt, MERGE, filter_width or 0.0, out)
+        found[:, scenes] = out[:, : len(scenes)]
+        if force is not None:
+            force[scenes, 1:] = history[:, : len(scenes)].T
+        return len(scenes)
+
+    done = 0
+    for size in _in_threads(run, np.arange(count), workers or _cores()):
+        done += size
+        progress("stepping", done / count)
+    return _batch(problem, scales[1], found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+
+
+def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
+    """The bodies at this step, the striker at rest."""
+    if len(problem.contacts) != 1 or problem.preload:
+        raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
+    still = replace(problem.striker, velocity=0.0, state=None)
+    return prepare(ContactProblem(still, contacts=problem.contacts), dt, duration, rule, engine="poles")
+
+
+def _scales(
+    problem: ContactProblem, gaps: ArrayLike | None, velocities: ArrayLike | None, release_scales: ArrayLike | None
+) -> Array:
+    """(3, S) gaps, velocities and release scales."""
+    if velocities is not None and math.isinf(problem.striker.mass):
+        raise ContactError("velocities are of a striker free to translate; this one is held: use release_scales")
+    if release_scales is not None and problem.striker.state is None:
+        raise ContactError("release_scales multiply the striker's initial state; give it one: Body(state=...)")
+    given = {
+        "gaps": problem.contacts[0].gap if gaps is None else gaps,
+        "velocities": problem.striker.velocity if velocities is None else velocities,
+        "release_scales": 1.0 if release_scales is None else release_scales,
+    }
+    arrays = {name: np.asarray(values, dtype=float) for name, values in given.items()}
+    if any(a.ndim > 1 for a in arrays.values()) or len({a.size for a in arrays.values() if a.ndim}) > 1:
+        sizes = ", ".join(f"{name} {a.shape}" for name, a in arrays.items())
+        raise ContactError(f"gaps, velocities and release_scales must be numbers or (S,) of one length; got {sizes}")
+    for name, values in arrays.items():
+        if not np.all(np.isfinite(values)):
+            raise ContactError(f"{name} has {np.sum(~np.isfinite(values))} values that are not finite")
+    return np.stack(np.broadcast_arrays(*map(np.atleast_1d, arrays.values())))
+
+
+def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
+    """(3, n + 1) gap without contact: what all scenes share, per unit of velocity, per unit of release."""
+    striker, n = problem.striker, prepared.steps
+    out = np.zeros((3, n + 1))
+    out[0] = prepared.free[:, 0] - problem.contacts[0].gap
+    unit = {}
+    if not math.isinf(striker.mass):
+        unit[1] = replace(striker, velocity=1.0, state=None, loads=())
+    if striker.state is not None:
+        unit[2] = replace(striker, velocity=0.0, loads=())
+    for row, body in unit.items():
+        motion = Discrete.of(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
+        out[row] = problem.directions(striker)[:, 0] @ motion.displacement
+    return out
+
+
+def _reach(problem: ContactProblem) -> float:
+    """Velocity of the striker's contact port per velocity of its translation."""
+    striker = problem.striker
+    moves = not math.isinf(striker.mass)
+    unit = replace(striker, velocity=1.0, state=None, loads=()) if moves else striker
+    return unit.velocity_of(problem.contacts[0].striker_port) if moves else 0.0
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _in_threads(run: Callable[[NDArray[np.int64]], int], scenes: NDArray[np.int64], workers: int) -> Iterator[int]:
+    """``run`` on groups of scenes as threads become free: the compiled march holds no interpreter lock."""
+    groups = [scenes[first : first + LANES] for first in range(0, len(scenes), LANES)]
+    with ThreadPoolExecutor(workers) as pool:
+        for task in as_completed([pool.submit(run, group) for group in groups]):
+            yield task.result()
+
+
+def _batch(
+    problem: ContactProblem, velocities: Array, found: Array, time: Array, force: Array | None, width: float | None
+) -> ImpactBatch:
+    peak, filtered, impulse, first, duration, count, approach, ends = found
+    striker, target, side = problem.striker, problem.contacts[0].target, problem.contacts[0].side
+    if isinstance(problem.contacts[0].law, PlainLaw):
+        problem.contacts[0].law.check()
+    rebound = np.full(len(peak), np.nan)
+    contact = problem.contacts[0]
+    if not math.isinf(striker.mass):
+        inverse = sum(1 / b.greens.mass(p) for b, p in ((striker, contact.striker_port), (target, contact.port)))
+        closing = target.velocity_of(contact.port) - _reach(problem) * velocities
+        rebound = impulse * inverse - side * closing
+    never = count == 0
+    return ImpactBatch(
+        peak_force=peak,
+        filtered_peak_force=None if width is None else filtered,
+        impulse=impulse,
+        first_contact=first,
+        contact_duration=duration,
+        contact_count=count.astype(np.int64),
+        impact_velocity=np.where(never, np.nan, approach),
+        rebound_velocity=np.where(never, np.nan, rebound),
+        in_contact=ends > 0,
+        time=time,
+        force=force,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _measure(force, dt, merge, width, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Rows of ``out`` (8, S) from force (n, S): peak, filtered peak, impulse, first contact, duration of the first
+    group, groups, (left alone), in contact at the end."""
+    steps, scenes = force.shape
+    last, end = np.full(scenes, -1), np.full(scenes, -1)
+    for row in (0, 1, 2, 5):
+        out[row] = 0.0
+    out[3:5] = np.nan
+    out[7] = force[steps - 1]
+    for n in range(steps):
+        for s in range(scenes):
+            f = force[n, s]
+            if f > 0.0:
+                out[0, s] = max(out[0, s], f)
+                out[2, s] += f * dt
+                if last[s] < 0:
+                    out[3, s] = dt * n
+                if last[s] < 0 or dt * n - dt * last[s] >= merge:
+                    out[5, s] += 1.0
+                if out[5, s] == 1.0:
+                    end[s] = n + 1
+                last[s] = n + 1
+    for s in range(scenes):
+        if end[s] > 0:
+            out[4, s] = dt * end[s] - out[3, s]
+    if width > 0.0:
+        _filtered_peak(force, dt, width, out[1])
+
+
+@njit(cache=True, nogil=True)
+def _filtered_peak(force, dt, width, peak):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Largest (I(t + width) - I(t))/width where t or t + width is a recorded time, I linear between them."""
+    steps, scenes = force.shape
+    total = np.zeros((steps + 1, scenes))
+    for n in range(steps):
+        total[n + 1] = total[n] + force[n] * dt
+    whole = int(width / dt)
+    part = width / dt - whole
+    for n in range(steps + 1):
+        a, b = min(n + whole, steps), min(n + whole + 1, steps)
+        c, d = max(n - whole, 0), max(n - whole - 1, 0)
+        for s in range(scenes):
+            begins = total[a, s] + part * (total[b, s] - total[a, s]) - total[n, s]
+            ends = total[n, s] - total[c, s] - part * (total[d, s] - total[c, s])
+            peak[s] = max(peak[s], begins / width, ends / width)

@@ -1,0 +1,147 @@
+"""Solve a contact problem: collect what the stepper does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from impact.advice import Advice
+from impact.after.advice import contact_advice, digits_advice, direction_advice, overlap_advice, unsolved_advice
+from impact.after.energy import EnergyLedger, ledger
+from impact.after.result import ImpactResult
+from impact.greens.base import Array
+from impact.march.engines import Engine
+from impact.march.motion import Discrete, Motion
+from impact.march.problem import ContactError, ContactProblem
+from impact.march.stepper import ContactStepper, Prepared, prepare
+from impact.measured.reading import sampling_advice
+from impact.progress import Progress, silent
+
+RESOLUTION_LIMIT = 0.5  # w_max h: above it the step's own damping is felt in the highest retained mode
+
+
+def solve(
+    problem: ContactProblem,
+    *,
+    dt: float,
+    duration: float,
+    rule: str = "auto",
+    engine: Engine = "auto",
+    block: int | None = None,
+    progress: Progress = silent,
+) -> ImpactResult:
+    """March the contact problem over ``duration`` [s] with the step ``dt`` [s].
+
+    ``rule`` is the step rule of `march.laws`: "auto" takes "blended" for laws with a potential, of second order while
+    the contact is resolved, else "passive", of first order where the force jumps or the bodies part. Both never gain
+    energy; "conserving" loses none in an elastic contact, and rings where the step does not resolve it.
+
+    ``engine`` remembers the past: "poles" (exact recursion of modal bodies), "fft" (step weights of all bodies, in
+    blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a measured cost model;
+    ``result.engine`` says which. ``block`` is the number of steps that the FFT leaves to the direct sum.
+
+    Raises:
+        ContactError: a step or duration that is not positive; two bodies without any immediate response
+            (no residual flexibility and no g(0+)) under a rigid law, whose force would grow like 1/dt; a rule that
+            the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
+    """
+    prepared = prepare(problem, dt, duration, rule, engine, block)
+    stepper = ContactStepper(prepared)
+    chunk = max(512, -(-prepared.steps // 50))
+    while stepper.done < prepared.steps:
+        stepper.advance(chunk)
+        progress("stepping", stepper.done / prepared.steps)
+    return collect(stepper)
+
+
+def collect(stepper: ContactStepper) -> ImpactResult:
+    """The result of the steps marched so far; `ContactError` where numbers have left the range of floats."""
+    s, n = stepper.prepared, stepper.done
+    force = stepper.force[:n]
+    striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
+    bodies = (striker, *s.bodies[1:])
+    motions = tuple(b.motion(s.problem.directions(b.body) @ force.T) for b in bodies)
+    gap = np.array([c.gap for c in s.problem.contacts])
+    for body, motion in zip(bodies, motions, strict=True):
+        gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
+    deflection = max(_deflection(s, *pair) for pair in zip(bodies, motions, strict=True))
+    energy = ledger(s.problem, motions, force, gap)
+    single = len(s.rest) == 1
+    whole = np.concatenate([s.rest[None], force])
+    first = s.problem.contacts[0]
+    _refuse_overflow(s.dt, whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated)
+    return ImpactResult(
+        time=np.asarray(s.dt * np.arange(n + 1), dtype=np.float64),
+        force=whole[:, 0] if single else whole,
+        gap=gap[:, 0] if single else gap,
+        striker_displacement=_at_contacts(s, motions, single, of_striker=True),
+        target_displacement=_at_contacts(s, motions, single, of_striker=False),
+        energy=energy,
+        dt=s.dt,
+        striker_mass=s.problem.striker.greens.mass(first.striker_port),
+        target_mass=first.target.greens.mass(first.port),
+        striker_velocity=s.problem.striker.velocity_of(first.striker_port),
+        target_velocity=first.target.velocity_of(first.port),
+        engine=s.plan.words,
+        advice=(
+            *unsolved_advice(stepper.unsolved, n),
+            *_advice(s, energy),
+            *overlap_advice(s.problem, force, gap, s.dt),
+            *digits_advice(deflection, force, gap, s.own),
+            *contact_advice(force, s.dt),
+            *direction_advice(s.problem, whole),
+        ),
+    )
+
+
+def _deflection(s: Prepared, discrete: Discrete, motion: Motion) -> float:
+    """Largest displacement of a body at t = 0, or of what adds up to it: its contact forces at rest alone [m]."""
+    moved = float(np.abs(motion.displacement[:, 0]).max())
+    if not np.any(s.rest):
+        return moved
+    return max(moved, float(np.abs(discrete.body.greens.static_compliance() @ discrete.rest).max()))
+
+
+def _refuse_overflow(dt: float, *histories: Array) -> None:
+    """Each (n + 1,) or (n + 1, p)."""
+    for history in histories:
+        bad = ~np.isfinite(history)
+        if np.any(bad):
+            first = int(np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0])
+            raise ContactError(
+                f"forces, motions or energies leave the range of numbers at {first * dt:.3g} s: some mass, stiffness, "
+                "shape or velocity is beyond all measure; check their units"
+            )
+
+
+def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_striker: bool) -> Array:
+    """(n + 1,) or (n + 1, p) displacements of the striker or of the targets at the contacts."""
+    columns = []
+    for contact in s.problem.contacts:
+        body = s.problem.striker if of_striker else contact.target
+        number = next(i for i, b in enumerate(s.bodies) if b.body is body)
+        port = contact.striker_port if of_striker else contact.port
+        columns.append(motions[number].displacement[body.greens.port_index(port)])
+    return columns[0] if single else np.stack(columns, axis=1)
+
+
+def _advice(s: Prepared, energy: EnergyLedger) -> tuple[Advice, ...]:
+    found: list[Advice] = []
+    for number, body in enumerate(s.bodies):
+        g = body.body.greens
+        name = "striker" if number == 0 else "target"
+        found.extend(sampling_advice(g, s.dt, s.steps, body=name))
+        highest = 0.0 if g.modal is None else g.highest_rate
+        if highest * s.dt > RESOLUTION_LIMIT:
+            lost = float(energy.contact_loss[-1] / max(energy.input[-1], np.finfo(float).tiny))
+            found.append(
+                Advice(
+                    f"highest {name} frequency times step",
+                    highest * s.dt,
+                    RESOLUTION_LIMIT,
+                    f"the step damps the highest modes; contact and step together took {lost:.1%} of the energy",
+                    f"use dt <= {RESOLUTION_LIMIT / highest:.2g} s, or fewer modes",
+                )
+            )
+    return tuple(found)

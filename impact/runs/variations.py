@@ -1,0 +1,175 @@
+"""The runs behind an error budget: the same impact with one part of the model made coarser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.bodies.body import Body, Load, ModalState
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.problem import ContactProblem
+from impact.runs.budget import Budget, Values, changes, larger, times, total
+
+FINE: Final = 16  # steps per filter width from which on coarser steps tell enough
+NARROWER: Final = 1.6  # ratio of bandwidths behind the share of the modes left out
+
+Run = Callable[[ContactProblem, float], Values]
+"""The measures of a problem, marched with a step [s]."""
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A problem with one part made coarser, and the share of what it changes that is left in the run.
+
+    ``against``: what it is compared with, in place of the problem that was run.
+    """
+
+    problem: ContactProblem
+    weight: float = 1.0
+    against: ContactProblem | None = None
+
+
+Terms = Sequence[Sequence[Variation]]
+"""What a source leaves: terms add up; of the variations within one the largest counts."""
+
+
+def budget_of(
+    run: Run,
+    problem: ContactProblem,
+    values: Values,
+    dt: float,
+    sources: Mapping[str, Terms | None],
+    *,
+    filter_width: float | None = None,
+    finer: Values | None = None,
+) -> Budget:
+    """What the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt`` [s].
+
+    The step's share is `left_by_step`, or ``finer`` where that is more. A contact's duration is known to a step at
+    best. The sources are compared at the doubled step, if it resolves the filter.
+
+    Args:
+        run: marches a problem for the same measures.
+        problem, values, dt: what was run.
+        sources: variations by source; none for one that cannot err, ``None`` for one of which nothing is known.
+        filter_width: of the filtered peak [s]; ``None``: no measure has one.
+        finer: what shorter steps are known to change.
+    """
+    step = 2 * dt if _may_double(dt, filter_width) else dt
+    base, found = run(problem, step), dict[int, Values]()
+
+    def varied(other: ContactProblem) -> Values:
+        if id(other) not in found:
+            found[id(other)] = run(other, step)
+        return found[id(other)]
+
+    def change(variation: Variation) -> Values:
+        known = base if variation.against is None else varied(variation.against)
+        return times(variation.weight, changes(known, varied(variation.problem)))
+
+    def between(other: float) -> Values:
+        return changes(values, base if other == step else run(problem, other))
+
+    of_step = left_by_step(dt, filter_width, between)
+    of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
+    for name in of_step:
+        if name.startswith("contact_duration") and values[name] > 0:
+            of_step[name] = max(of_step[name], dt)
+    parts: dict[str, Values] = {}
+    for source, terms in sources.items():
+        if terms is None:
+            continue
+        parts[source] = dict.fromkeys(base, 0.0)
+        for term in terms:
+            largest: Values = dict.fromkeys(base, 0.0)
+            for variation in term:
+                largest = larger(largest, change(variation))
+            parts[source] = total(parts[source], largest)
+    return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
+
+
+def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
+    """What a step of ``dt`` leaves; ``between``: the changes from it to another step [s].
+
+    A step twice as long changes as much as is left, the march being of first order where the force jumps, and one four
+    times as long three times as much. The larger counts: either may be small by accident. Where these hardly resolve
+    the filter, half the step, which changes half of what is left, takes the place of the latter.
+    """
+    if filter_width is None or FINE * dt <= filter_width:
+        other = times(1 / 3, between(4 * dt))
+    else:
+        other = times(2.0, between(dt / 2))
+    return larger(between(2 * dt), other) if _may_double(dt, filter_width) else other
+
+
+def _may_double(dt: float, filter_width: float | None) -> bool:
+    """Whether a step twice as long resolves the filter."""
+    return filter_width is None or 4 * dt <= filter_width
+
+
+def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
+    """The problem with one of its bodies in place of another."""
+    contacts = [replace(contact, target=new) if contact.target is old else contact for contact in problem.contacts]
+    striker = new if problem.striker is old else problem.striker
+    return ContactProblem(striker, contacts=contacts, preload=problem.preload)
+
+
+def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
+    """What a relative error of a body's g changes: g larger by it; ``None`` where it is unknown."""
+    if error is None:
+        return None
+    return ((Variation(with_body(problem, body, enlarged(body, 1 + error))),),) if error else ()
+
+
+def enlarged(body: Body, factor: float) -> Body:
+    """The body with ``factor`` times its g, but for the mass of a modal one; it moves without contact as before."""
+    g = body.greens.modal
+    if g is None:
+        return replace(body, greens=body.greens.scaled(factor))
+    root, rest = np.where(g.omega > 0, np.sqrt(factor), 1.0), g.residual
+    residual = Residual(np.sqrt(factor) * rest.shapes, rest.rates, factor * rest.compliance)
+    state = None if body.state is None else ModalState(body.state.displacement / root, body.state.velocity / root)
+    loads = tuple(Load(load.shape / root, load.amplitude) for load in body.loads)
+    return replace(
+        body, greens=replace(g, shapes=root[:, None] * g.shapes, residual=residual), state=state, loads=loads
+    )
+
+
+def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
+    """The body without its highest modes, down to ``ratio`` below the last; ``None`` where it has none."""
+    g = body.greens.modal
+    if g is None or not np.any(g.omega):
+        return None
+    highest = float(g.omega.max()) / (2 * np.pi) / ratio
+    kept, state = _below(g, highest), body.state
+    if state is not None:
+        state = ModalState(state.displacement[kept], state.velocity[kept])
+    loads = tuple(Load(load.shape[kept], load.amplitude) for load in body.loads)
+    return replace(body, greens=narrowed(g, highest), state=state, loads=loads)
+
+
+def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
+    """``greens`` with the modes above ``bandwidth`` [Hz] moved into the residual: the same statics, the same g(0+)."""
+    kept = _below(greens, bandwidth)
+    dropped = greens.shapes[~kept] / greens.omega[~kept, None]
+    flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
+    if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
+        rest = _beside(greens.residual, Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth))
+    elif np.all(np.isfinite(start)) and np.linalg.eigvalsh(start).min() > 0:
+        rest = Residual.exponential(flexible, start)
+    else:
+        rest = Residual.spring(flexible)
+    return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
+
+
+def _beside(one: Residual, other: Residual) -> Residual:
+    shapes, rates = np.concatenate([one.shapes, other.shapes]), np.concatenate([one.rates, other.rates])
+    return Residual(shapes, rates, one.compliance + other.compliance)
+
+
+def _below(greens: ModalGreens, bandwidth: float) -> NDArray[np.bool_]:
+    return np.asarray(greens.omega <= 2 * np.pi * bandwidth)

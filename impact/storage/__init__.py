@@ -1,0 +1,1 @@
+"""Green's functions, results and stopped marches on file (HDF5)."""

@@ -1,0 +1,323 @@
+"""Green's functions and results on disk (HDF5), with provenance and a schema number."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.advice import Advice
+from impact.after.energy import EnergyLedger
+from impact.after.result import ImpactResult
+from impact.exact.closed_form import DelayRod, PowerLaw
+from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
+from impact.exact.half_space import half_space_patch
+from impact.files.atomic import write_whole
+from impact.files.hdf5_structure import check_structure
+from impact.files.input_files import MB, check_file
+from impact.files.seal import can_be_opened, seal_holds, seal_of
+from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.poles import PoleGreens
+from impact.greens.sampled import SampledGreens
+from impact.greens.sums import SumGreens
+
+SCHEMA = 1
+BLOCK = 1 << 20  # bytes by which a file grows in memory
+DEEPEST = 8  # sums of sums in one file
+_CLOSED: dict[str, Callable[..., GreensFunction]] = {
+    "delay_rod": DelayRod,
+    "damped_fixed_rod": DampedFixedRod,
+    "damped_free_rod": DampedFreeRod,
+    "power_law": PowerLaw,
+    "half_space_patch": half_space_patch,
+}
+_POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
+_SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
+_LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
+_BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
+"""What reading damaged bytes raises; RuntimeError: HDF5's own."""
+_NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
+_NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
+_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # of a seat's provenance
+FILE_LIMIT = 8192 * MB
+MOST_PACKED = {"result": 100.0}  # bytes per byte of the file: histories are packed, Green's functions are not
+_DEFLATE = 1032  # the most that compression saves, bytes per byte
+
+
+class StorageError(ValueError):
+    """A file that cannot be read or written; the message names file, key and remedy."""
+
+
+class OtherKeyError(StorageError):
+    """A sound file, of something else than what is asked for."""
+
+
+class _Damage(ValueError):
+    """What is wrong with a key, for `_opened` to put file and remedy around."""
+
+
+def save_greens(greens: GreensFunction, path: str | os.PathLike[str], *, key: str = "") -> None:
+    """Write a Green's function with its provenance; the file is whole or absent.
+
+    ``key``: of what it was computed from, for `load_greens` to ask for.
+    """
+    with written(path, "greens") as file:
+        file.attrs["key"] = key
+        _write_greens(file, greens)
+
+
+def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunction:
+    """Read a Green's function written by `save_greens`; with a ``key``, only that very function, its seal intact.
+
+    Raises:
+        StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema; with a ``key``
+            also one without a seal, or `OtherKeyError` one that was kept under another.
+    """
+    with opened(path, "greens", sealed=bool(key)) as file:
+        if key and (found := str(file.attrs.get("key", ""))) != key:
+            raise OtherKeyError(f"{path}: belongs to the key {found or 'of nothing'!r}, not to {key!r}")
+        return _read_greens(file, path)
+
+
+def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> GreensFunction:
+    """The function of a file, or of a group in it: a part of a sum or of a multiple."""
+    kind = str(file.attrs["kind"])
+    if kind in ("sum", "scaled"):
+        if depth >= DEEPEST:
+            raise _Damage(f"sums of sums, more than {DEEPEST} deep")
+        parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
+        return SumGreens(parts) if kind == "sum" else ScaledGreens(parts[0], float(file.attrs["factor"]))
+    origin = json.loads(str(file.attrs["provenance"]))
+    if not isinstance(origin, dict):
+        raise _Damage("provenance is no table")
+    error = ErrorEstimate(*(_known(file.attrs[f"error_{n}"]) for n in ("reduction", "mesh")))
+    valid = float(file.attrs.get("valid_for", np.inf))  # files before this attribute state no limit
+    if kind == "modal":
+        residual = Residual(*(finite_array(file, f"residual/{n}") for n in ("shapes", "rates", "compliance")))
+        omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
+        return ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
+    if kind == "sampled":
+        return SampledGreens(
+            finite_array(file, "values"),
+            float(file.attrs["dt"]),
+            tail=str(file.attrs["tail"]),  # type: ignore[arg-type]
+            port_names=_names(file),
+            static=finite_array(file, "static") if "static" in file else None,
+            error=error,
+            origin=origin,
+        )
+    if kind == "poles":
+        poles, pairs = _complex_array(file, "poles"), _complex_array(file, "shapes")
+        rates, real, signs, rigid, spring = (finite_array(file, name) for name in _POLES)
+        return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin, valid)
+    if kind in _CLOSED:
+        return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
+    known = ", ".join(("modal", "sampled", "poles", *_CLOSED, "sum", "scaled"))
+    raise StorageError(f"{path}: unknown kind of Green's function {kind!r}; known: {known}")
+
+
+def save_results(
+    path: str | os.PathLike[str], results: Mapping[str, ImpactResult], about: Mapping[str, object]
+) -> None:
+    """Write results by name (one HDF5 group each) and what they are about (JSON); the file is whole or absent."""
+    with written(path, "result") as file:
+        file.attrs["about"] = json.dumps(dict(about), default=str)
+        for name, result in results.items():
+            group = file.create_group(name)
+            for key in _SERIES:
+                group.create_dataset(key, data=getattr(result, key), compression="gzip", shuffle=True)
+            for key in _LEDGER:
+                group.create_dataset(
+                    f"energy/{key}", data=getattr(result.energy, key), compression="gzip", shuffle=True
+                )
+            for key in _NUMBERS:
+                group.attrs[key] = getattr(result, key)
+            group.attrs["engine"] = result.engine
+            group.attrs["by_work"] = json.dumps(result.energy.by_work)
+            group.attrs["advice"] = json.dumps([vars(a) for a in result.advice])
+
+
+def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
+    """Read what `save_results` wrote; raises `StorageError` as `load_greens` does."""
+    out = {}
+    with opened(path, "result") as file:
+        for name, group in file.items():
+            ledger = {key: finite_array(group, f"energy/{key}") for key in _LEDGER}
+            values: dict[str, Any] = {key: finite_array(group, key) for key in _SERIES}
+            _check_histories(name, values, ledger)
+            values |= {key: float(group.attrs[key]) for key in _NUMBERS}
+            out[name] = ImpactResult(
+                **values,
+                energy=EnergyLedger(**ledger, by_work=tuple(json.loads(str(group.attrs["by_work"])))),
+                engine=str(group.attrs["engine"]),
+                advice=tuple(Advice(**a) for a in json.loads(str(group.attrs["advice"]))),
+            )
+    return out
+
+
+def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
+    """Time and energies (n + 1,), the others alike or (n + 1, p) all, p contacts."""
+    time, contacts = values["time"].shape, {key: values[key].shape for key in _SERIES[1:]}
+    lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
+    if len(time) != 1 or lengths != {time}:
+        raise _Damage(f"the histories of {name} differ in length")
+    if len(set(contacts.values())) > 1 or (contacts["force"][1:] and len(contacts["force"]) != 2):
+        raise _Damage(f"the histories of {name} differ in their number of contacts")
+
+
+def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
+    """Into a file, or into a group of it."""
+    if isinstance(greens, SumGreens | ScaledGreens):
+        if depth >= DEEPEST:
+            raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
+        parts = (greens.part,) if isinstance(greens, ScaledGreens) else greens.parts
+        file.attrs["kind"] = "scaled" if isinstance(greens, ScaledGreens) else "sum"
+        if isinstance(greens, ScaledGreens):
+            file.attrs["factor"] = greens.factor
+        group = file.create_group("parts")
+        for number, part in enumerate(parts):
+            _write_greens(group.create_group(str(number)), part, depth + 1)
+        return
+    file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
+    file.attrs["valid_for"] = greens.valid_for
+    for name in ("reduction", "mesh"):
+        value = getattr(greens.error_estimate, name)
+        file.attrs[f"error_{name}"] = np.nan if value is None else value
+    _write_body(file, greens)
+
+
+def _write_body(file: Any, greens: GreensFunction) -> None:
+    if isinstance(greens, ModalGreens):
+        file.attrs["kind"] = "modal"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        for name in ("omega", "zeta", "shapes"):
+            file[name] = getattr(greens, name)
+        for name in ("shapes", "rates", "compliance"):
+            file[f"residual/{name}"] = getattr(greens.residual, name)
+    elif isinstance(greens, SampledGreens):
+        file.attrs["kind"] = "sampled"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        file.attrs["dt"] = greens.dt
+        file.attrs["tail"] = greens.tail
+        file["values"] = greens.values
+        if greens.static is not None:
+            file["static"] = greens.static
+    elif isinstance(greens, PoleGreens):
+        file.attrs["kind"] = "poles"
+        file.attrs["ports"] = json.dumps(greens.ports)
+        for name in ("poles", "shapes"):
+            file[f"{name}/real"], file[f"{name}/imag"] = getattr(greens, name).real, getattr(greens, name).imag
+        for name in _POLES:
+            file[name] = getattr(greens, name)
+    elif str(greens.provenance.get("kind")) in _CLOSED:
+        file.attrs["kind"] = str(greens.provenance["kind"])
+    else:
+        raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form")
+
+
+@contextmanager
+def written(path: str | os.PathLike[str], content: str) -> Iterator[Any]:
+    """An HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
+    # HDF5 makes the file in memory: on a full disk it could not close it, and would crash
+    try:
+        with h5py.File(uuid4().hex, "w", driver="core", backing_store=False, block_size=BLOCK) as file:
+            file.attrs["content"] = content
+            file.attrs["schema"] = SCHEMA
+            yield file
+            file.flush()
+            image = file.id.get_file_image()
+    except (MemoryError, OSError, RuntimeError) as problem:  # HDF5's words where memory runs out
+        raise MemoryError(f"{path}: no memory to put the file together ({problem})") from problem
+    write_whole(path, seal_of(image), image)
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) -> Iterator[Any]:
+    """The open file, checked; anything that goes wrong while reading becomes a `StorageError`.
+
+    ``sealed``: refuse a file without a seal, too.
+    """
+    name = Path(path)
+    if not name.exists():
+        raise StorageError(f"{name}: no such file")
+    check_file(name, FILE_LIMIT, StorageError)
+    intact = seal_holds(name)
+    if sealed and not intact:
+        what = "carries no seal of its content" if intact is None else "changed since it was written"
+        raise StorageError(f"{name}: {what}; compute it again")
+    if not intact and not can_be_opened(name):
+        raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
+    try:
+        check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
+        with h5py.File(name, "r") as file:
+            found, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
+            if found != content or schema < 0:
+                raise StorageError(f"{name}: holds {found or 'something else'!r}, a {content!r} file is needed")
+            if schema > SCHEMA:
+                raise StorageError(
+                    f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
+                )
+            _check_numbers(file)
+            yield file
+        if intact is False:
+            raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
+    except StorageError:
+        raise
+    except (_Damage, GreensFunctionError) as problem:
+        raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
+    except _BROKEN as problem:
+        raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
+
+
+def _check_numbers(file: Any) -> None:
+    """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
+    groups = [("", file)]
+    file.visititems(lambda name, found: groups.append((name, found)) if isinstance(found, h5py.Group) else None)
+    for name, group in groups:
+        stated = {key: group.attrs[key] for key in _NUMBER_ATTRIBUTES if key in group.attrs}
+        origin = json.loads(str(group.attrs.get("provenance", "{}")))
+        if isinstance(origin, dict):
+            stated |= {f"provenance {key}": origin[key] for key in _NUMBERS_OF_ORIGIN if key in origin}
+            if group.attrs.get("kind") in _CLOSED:
+                stated |= {f"provenance {key}": value for key, value in origin.items() if key != "kind"}
+        for key, value in stated.items():
+            if isinstance(value, bool) or np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+                raise _Damage(f"{f'{name}/'.lstrip('/')}{key} is {value!r}: must be a number")
+
+
+def finite_array(group: Any, key: str) -> Array:
+    """A dataset of finite numbers; one that claims more of them than the file has room for is damage, not a need."""
+    if key not in group:
+        raise _Damage(f"{key} is missing")
+    found = group[key]
+    if found.nbytes > _DEFLATE * found.id.get_storage_size():
+        raise _Damage(f"{key} claims {found.nbytes / 1e9:.3g} GB, more than the file can hold")
+    if found.dtype.kind not in "fiu":
+        raise _Damage(f"{key} holds {found.dtype}, no real numbers")
+    values = np.asarray(found[...], dtype=float)
+    if bad := int(np.sum(~np.isfinite(values))):
+        raise _Damage(f"{key} has {bad} values that are not finite")
+    return values
+
+
+def _complex_array(group: Any, key: str) -> NDArray[np.complex128]:
+    return np.asarray(finite_array(group, f"{key}/real") + 1j * finite_array(group, f"{key}/imag"), dtype=complex)
+
+
+def _names(file: Any) -> tuple[str, ...]:
+    return tuple(json.loads(str(file.attrs["ports"])))
+
+
+def _known(value: float) -> float | None:
+    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
+        raise _Damage(f"a stated error is {value!r}, no number")
+    return None if np.isnan(value) else float(value)

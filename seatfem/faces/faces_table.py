@@ -1,0 +1,74 @@
+"""The faces of a part as a table, on the terminal and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+
+from rich.table import Table
+from rich.text import Text
+
+from seatfem.structures.inspection.cad import FoundFace
+from seatfem.structures.inspection.parts import Part
+
+COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius", "colour", "name", "groups")
+UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "")
+
+
+def faces_table(part: Part) -> Table:
+    """One row a face; columns that hold nothing are left out."""
+    rows = [_cells(face) for face in part.faces]
+    shown = [column for column in range(len(COLUMNS)) if any(row[column] for row in rows)]
+    table = Table(*(_heading(COLUMNS[column], UNITS[column]) for column in shown))
+    for row in rows:
+        table.add_row(*(Text(row[column]) for column in shown))
+    return table
+
+
+def faces_csv(part: Part) -> str:
+    """The same as comma-separated values, all columns."""
+    page = io.StringIO()
+    writer = csv.writer(page, lineterminator="\n")
+    writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in zip(COLUMNS, UNITS, strict=True)])
+    writer.writerows(_cells(face) for face in part.faces)
+    return page.getvalue()
+
+
+def _heading(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit else name
+
+
+def _cells(face: FoundFace) -> tuple[str, ...]:
+    return (
+        " = ".join(map(str, face.numbers)),
+        _surface(face),
+        f"{1e6 * face.area:.5g}",
+        _triple([1e3 * c for c in face.centre], 1e-4),
+        _direction(face),
+        _radius(face),
+        "" if face.colour is None else ", ".join(map(str, face.colour[:3])),
+        face.name,
+        ", ".join(face.groups),
+    )
+
+
+def _surface(face: FoundFace) -> str:
+    half_angle = 0.0 if face.axis is None else face.axis[2]
+    return f"cone of {math.degrees(half_angle):.4g} deg" if half_angle > 0 else face.kind.lower()
+
+
+def _direction(face: FoundFace) -> str:
+    if face.normal is not None:
+        return f"n {_triple(face.normal, 1e-6)}"
+    return "" if face.axis is None else f"a {_triple(face.axis[1], 1e-6)}"
+
+
+def _radius(face: FoundFace) -> str:
+    return "" if face.radii is None else " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii))
+
+
+def _triple(values: Sequence[float], zero: float) -> str:
+    """Round-off counts as zero."""
+    return ", ".join(f"{value:.4g}" if abs(value) > zero else "0" for value in values)

@@ -1,0 +1,64 @@
+"""A plan, for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rich.table import Table
+
+from seatfem.study.planning.plan import Cost, Plan
+from seatfem.study.planning.rounds_ahead import rounds_ahead
+
+
+def choices_table(plan: Plan) -> Table:
+    """Key, value, whether the file says so, reason."""
+    table = Table("key", "value", "", "reason")
+    for choice in plan.choices:
+        table.add_row(choice.key, choice.value, "given" if choice.given else "chosen", choice.reason)
+    return table
+
+
+def costs_table(plan: Plan) -> Table:
+    """Time, memory and error of the plan, and of what would be cheaper or more accurate."""
+    table = Table("", "time", "memory", *plan.error)
+    for what, cost, error in (
+        ("this plan", plan.cost, plan.error),
+        *((other.what, other.cost, other.error) for other in plan.alternatives),
+    ):
+        table.add_row(what, _seconds(cost), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values()))
+    return table
+
+
+def rounds_line(plan: Plan) -> str:
+    """How many rounds of refinement are expected, what they take, and the price of one more."""
+    ahead = rounds_ahead(plan)
+    more = (
+        ""
+        if ahead.further is None
+        else (f"; one more, should the measured error ask for it, about {ahead.further:.2g} s")
+    )
+    return f"{ahead.number} expected, {ahead.seconds:.2g} s in all{more}"
+
+
+def shares_line(plan: Plan) -> str:
+    """Where the error of each measure comes from, the largest first."""
+    lines = []
+    for measure in plan.error:
+        parts = {source: share.get(measure, 0.0) for source, share in plan.shares.items()}
+        largest = sorted(parts.items(), key=lambda item: -item[1])
+        lines.append(f"{measure}: " + ", ".join(f"{source} {_percent(value)}" for source, value in largest))
+    return "; ".join(lines)
+
+
+def stages_line(parts: Mapping[str, float]) -> str:
+    """Predicted seconds by stage, the longest first."""
+    longest = sorted(parts.items(), key=lambda item: -item[1])
+    return ", ".join(f"{stage} {seconds:.2g} s" for stage, seconds in longest if seconds >= 0.05)
+
+
+def _seconds(cost: Cost) -> str:
+    return f"{cost.seconds:.2g} s"
+
+
+def _percent(value: float) -> str:
+    return f"{100 * value:.2g} %"

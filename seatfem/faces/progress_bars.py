@@ -1,0 +1,74 @@
+"""Shows how far long work is: one bar per stage on a terminal, plain lines elsewhere, nothing when quiet."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
+
+from impact.progress import Progress, silent
+from seatfem.faces.terminal import Console
+
+Show = Callable[[str, float, float], None]
+"""Called with the stage, the fraction done (0..1) and the seconds that the stage has taken."""
+
+
+@contextmanager
+def progress_bars(console: Console, *, quiet: bool = False) -> Iterator[Progress]:
+    """Give a progress listener for the duration of the block. Write to a console on stderr: results go to stdout."""
+    if quiet:
+        yield silent
+    elif not console.is_terminal:
+        yield StageClock(_lines(console))
+    else:
+        stage = TextColumn("{task.description:<16}", markup=False)
+        columns = (stage, BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+        with Bars(*columns, console=console) as bars:
+            yield StageClock(_bars(bars))
+
+
+@dataclass
+class StageClock:
+    """A progress listener that tells how long each stage has taken.
+
+    A stage runs from its first report to its report of 1; one that starts again goes on counting.
+    """
+
+    show: Show
+    now: Callable[[], float] = time.perf_counter
+    _spent: dict[str, float] = field(default_factory=dict)
+    _began: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, stage: str, done: float) -> None:
+        now = self.now()
+        if stage not in self._began:
+            if done >= 1.0 and stage in self._spent:
+                return  # told twice that it is done
+            self._began[stage] = now - self._spent.get(stage, 0.0)
+        self._spent[stage] = now - self._began[stage]
+        if done >= 1.0:
+            del self._began[stage]
+        self.show(stage, min(max(done, 0.0), 1.0), self._spent[stage])
+
+
+def _lines(console: Console) -> Show:
+    def show(stage: str, done: float, seconds: float) -> None:
+        if done >= 1.0:
+            console.print(f"{stage}: {seconds:.1f} s", highlight=False, markup=False)
+
+    return show
+
+
+def _bars(bars: Bars) -> Show:
+    tasks: dict[str, TaskID] = {}
+
+    def show(stage: str, done: float, seconds: float) -> None:
+        if stage not in tasks:
+            tasks[stage] = bars.add_task(stage, total=1.0)
+        bars.update(tasks[stage], completed=done)
+
+    return show

@@ -1,0 +1,124 @@
+"""The table of a run: the seat's value with its error bar, the spring's, their difference, the target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from impact.pictures.drawing import scaled
+from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
+from seatfem.study.impacts.budget import KEYS
+
+ROWS: Final = (
+    ("peak, {width} mean", "filtered_peak_force_N", "N"),
+    ("impulse", "impulse_Ns", "N s"),
+    ("first contact", "first_contact_s", "s"),
+    ("contact duration", "contact_duration_s", "s"),
+    ("contacts", "contact_count", ""),
+    ("restitution", "restitution", ""),
+    ("seat displacement", "max_seat_displacement_m", "m"),
+    ("reed stress, struck", "peak_reed_stress_after_contact_Pa", "Pa"),
+    ("reed stress, before", "initial_reed_stress_Pa", "Pa"),
+    ("reed stress, largest", "peak_reed_stress_Pa", "Pa"),
+)
+BY_STEP: Final = (
+    ("peak", "peak_force_N", "N"),
+    ("contacts", "contact_count_raw", ""),
+)
+INSTEAD: Final = {"peak_reed_stress_Pa": "peak_reed_stress_after_contact_Pa"}
+"""Rows that another one makes needless."""
+DIGITS: Final = 6  # of a value, however small its bar
+
+
+def result_table(summary: Mapping[str, object]) -> Table:
+    """Measures of a run beside those of the spring baseline (the summary's keys with the prefix spring_).
+
+    What depends on the step stands last, and says so. Bars stand where the summary has them; where the plan took a
+    spring for the seat, they speak of the measures asked for alone.
+    """
+    target = as_number(summary.get("accuracy_target"))
+    aim = "bar" if target is None else f"bar, target\n{100 * target:.3g} %"
+    heads = ("", "seat", "spring\nbaseline", "spring\n- seat", "in\nbars", aim)
+    table = Table(*heads, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.caption_justify = "left"
+    table.columns[0].no_wrap = True
+    for column in table.columns[1:5]:
+        column.justify = "right"
+    for label, key, unit in ROWS:
+        if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
+            words = label.format(width=duration(summary.get("filter_width_s")))
+            table.add_row(words, *_cells(summary, key, unit))
+    table.add_section()
+    step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
+    table.add_row(f"raw{step}", style="dim")
+    for label, key, unit in BY_STEP:
+        if key in summary:
+            table.add_row(f" {label}", *_cells(summary, key, unit), style="dim")
+    if (left := as_number(summary.get("energy_residual"))) is not None:
+        table.add_row("energy left over", f"{left:.1e}", style="dim")
+    if unknown := summary.get("error_unknown"):
+        table.caption = f"error bars leave out what is unknown: {unknown}"
+    return table
+
+
+def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...]:
+    """Value and bar, the spring's value, their difference in per cent and bars, and what became of the target."""
+    seat, spring = summary.get(key), summary.get(f"spring_{key}")
+    ours, baseline, bar = as_number(seat), as_number(spring), _bar(summary, key)
+    values = [value for value in (ours, baseline) if value is not None]
+    factor, prefixed = scaled(values[:1], unit) if unit else (1.0, "")
+    after = f" {plain(prefixed)}" if unit else ""
+    mark = ", raw" if key in OF_EACH_STEP and baseline is not None else ""
+    found = None if bar is None else difference(summary, key)
+    return (
+        _with_bar(ours, bar, factor) + (after if ours is not None else ""),
+        "-" if baseline is None else _number(factor * baseline, _places(ours, bar, factor)) + after + mark,
+        "" if found is None else f"{100 * found.relative:+.2g} %",
+        "" if found is None else count(found.bars),
+        _target(summary, key, ours, bar),
+    )
+
+
+def _bar(summary: Mapping[str, object], key: str) -> float | None:
+    if summary.get("plan_seat_level") == "spring" and key not in _asked(summary):
+        return None
+    return as_number(summary.get(f"error_bar_{key}"))
+
+
+def _asked(summary: Mapping[str, object]) -> list[str]:
+    names = str(summary.get("accuracy_measures", "")).split(", ")
+    return [key for name, key in KEYS.items() if name in names]
+
+
+def _target(summary: Mapping[str, object], key: str, value: float | None, bar: float | None) -> str:
+    target = as_number(summary.get("accuracy_target"))
+    if target is None or bar is None or value is None or key not in _asked(summary):
+        return ""
+    share = bar / abs(value) if value else (math.inf if bar else 0.0)
+    return f"{100 * share:.2g} %, {'met' if share <= target else 'missed'}"
+
+
+def _with_bar(value: float | None, bar: float | None, factor: float) -> str:
+    if value is None:
+        return "-"
+    known = _places(value, bar, factor)
+    if bar is None or not math.isfinite(bar):
+        return _number(factor * value, known)
+    fine = bar == 0 or (known is not None and factor * bar < 10.0**-known)
+    return f"{_number(factor * value, known)} ± {f'{factor * bar:.2g}' if fine else _number(factor * bar, known)}"
+
+
+def _places(value: float | None, bar: float | None, factor: float) -> int | None:
+    """Decimals that the bar leaves known, and one more; at most `DIGITS` in all. ``None``: no bar tells."""
+    if value is None or not bar or not math.isfinite(bar):
+        return None
+    known = 1 - math.floor(math.log10(factor * bar))
+    return min(max(known, 0), max(DIGITS - 1 - math.floor(math.log10(abs(factor * value) or 1.0)), 0))
+
+
+def _number(value: float, places: int | None) -> str:
+    return f"{value:.4g}" if places is None else f"{value:.{places}f}"

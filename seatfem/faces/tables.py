@@ -1,0 +1,60 @@
+"""Tables of the verification and of the installation. Their terminal takes no markup: messages have brackets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+from rich.text import Text
+
+from impact.pictures.drawing import text
+from seatfem.machine.doctor import Check
+
+if TYPE_CHECKING:
+    from seatfem.structures.seats.natural_modes import Mode
+    from seatfem.verification.case import Row
+
+
+def time_line(seconds: Mapping[str, float]) -> str:
+    """Where the time went, the longest stage first, in one line."""
+    longest_first = sorted(seconds.items(), key=lambda item: -item[1])
+    return ", ".join(f"{stage} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
+
+
+def modes_table(modes: Sequence[Mode]) -> Table:
+    """Number, frequency, nodal diameters of a body of revolution, and the port's share of each mode."""
+    revolved = any(mode.diameters is not None for mode in modes)
+    table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the port's compliance")
+    for number, mode in enumerate(modes, start=1):
+        around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
+        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else f"{100 * mode.share:.3g} %"
+        table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
+    return table
+
+
+def verification_table_view(rows: Sequence[Row]) -> Table:
+    """Case, exact value, ours, error, verdict. Errors are relative."""
+    table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
+    for row in rows:
+        verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
+        numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
+        table.add_row(row.case, row.quantity, *numbers, verdict)
+    return table
+
+
+def doctor_table(checks: Sequence[Check]) -> Table:
+    """What is there, and how to mend what is not."""
+    table = Table("", "", "state", "remedy")
+    for check in checks:
+        state = Text("ok") if check.ok else Text(*(("missing", "red") if check.required else ("gap", "yellow")))
+        table.add_row(check.name, state, check.detail, "" if check.ok else check.remedy)
+    return table
+
+
+def rates_table(measured: Mapping[str, float], default: Mapping[str, float]) -> Table:
+    """Seconds for a unit of each kind of work on this computer, and over the default ones."""
+    table = Table("work", "here (s)", "over default")
+    for name, seconds in measured.items():
+        table.add_row(name.replace("_", " "), f"{seconds:.2g}", f"{seconds / default[name]:.2g}")
+    return table

@@ -1,0 +1,132 @@
+"""What a run means, in one sentence: whether a spring would have served in place of the seat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from impact.pictures.drawing import scaled
+from seatfem.study.impacts.budget import KEYS
+
+OF_EACH_STEP: Final = ("max_seat_displacement_m",)
+"""Measures in which the spring follows the force of every single step, so that its value depends on the step."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The spring baseline against the seat, in one measure.
+
+    Attributes:
+        key: of the measure in summary.json.
+        relative: spring/seat - 1.
+        bars: |spring - seat| over the seat's error bar; ``inf`` for a bar of zero, 0 where there is no difference.
+    """
+
+    key: str
+    relative: float
+    bars: float
+
+
+def difference(summary: Mapping[str, object], key: str) -> Difference | None:
+    """Of one measure; ``None`` where it has no error bar, or seat or spring have no value to compare."""
+    seat, spring, bar = (as_number(summary.get(name)) for name in (key, f"spring_{key}", f"error_bar_{key}"))
+    if seat is None or spring is None or bar is None or seat == 0.0 or key in OF_EACH_STEP:
+        return None
+    off = abs(spring - seat)
+    return Difference(key, spring / seat - 1, off / bar if bar > 0 else (math.inf if off > 0 else 0.0))
+
+
+def verdict(summary: Mapping[str, object]) -> str:
+    """One sentence for people, from the numbers of summary.json.
+
+    The measures that the accuracy was asked for are compared, or, where a spring has none of them, filtered peak and
+    impulse. A difference counts if it is larger than the error bar of the seat's value.
+    """
+    if summary.get("first_contact_s") is None:
+        return "No contact within run.duration: nothing to compare."
+    if summary.get("seat_kind") == "spring":
+        return "The seat is a spring: it is its own baseline."
+    if summary.get("plan_seat_level") == "spring":
+        return _by_plan(summary)
+    found = [d for key in _asked(summary) if (d := difference(summary, key)) is not None]
+    found = found or [d for name in ("filtered_peak", "impulse") if (d := difference(summary, KEYS[name])) is not None]
+    if not found:
+        return ""
+    told = sorted((d for d in found if d.bars > 1), key=lambda d: -abs(d.relative))
+    if not told:
+        return _alike(summary, found)
+    first, *others = (
+        f"{100 * abs(d.relative):.2g} % {'high' if d.relative > 0 else 'low'} in the {name_of(d.key, summary)} here, "
+        f"{count(d.bars)} error bars"
+        for d in told
+    )
+    more = "".join(f"; and {words}" for words in others).replace(" here,", ",")
+    return f"A constant stiffness would be {first}{more}."
+
+
+def name_of(key: str, summary: Mapping[str, object]) -> str:
+    """A measure in words."""
+    names = {
+        "filtered_peak_force_N": f"peak force (mean over {duration(summary.get('filter_width_s'))})",
+        "impulse_Ns": "impulse",
+        "contact_duration_s": "contact duration",
+        "max_seat_displacement_m": "seat displacement",
+        "peak_reed_stress_Pa": "reed stress",
+        "peak_reed_stress_after_contact_Pa": "reed stress after the first touch",
+    }
+    return names.get(key, key)
+
+
+def duration(value: object) -> str:
+    """Seconds with their unit, in plain letters."""
+    number = as_number(value)
+    if number is None:
+        return "?"
+    factor, unit = scaled(number, "s")
+    return f"{factor * number:.3g} {plain(unit)}"
+
+
+def plain(unit: str) -> str:
+    """A unit in letters that every terminal has."""
+    return unit.replace("µ", "u")
+
+
+def as_number(value: object) -> float | None:
+    """A finite number, or nothing."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return float(value)
+
+
+def _asked(summary: Mapping[str, object]) -> tuple[str, ...]:
+    names = str(summary.get("accuracy_measures", "")).split(", ")
+    return tuple(KEYS[name] for name in names if name in KEYS)
+
+
+def _by_plan(summary: Mapping[str, object]) -> str:
+    names = " and ".join(name_of(key, summary) for key in _asked(summary)) or "the measures"
+    if "seat.model" in str(summary.get("plan_given", "")).split(", "):
+        return "seat.model = 'spring': the seat is its static stiffness alone, the spring baseline itself."
+    return (
+        f"The plan took the seat for its static stiffness, a spring: what the seat's waves would change in {names} is "
+        "counted in the error bars. Seat and spring are alike for that reason; seat.model states another model."
+    )
+
+
+def _alike(summary: Mapping[str, object], found: list[Difference]) -> str:
+    largest = max(found, key=lambda d: abs(d.relative))
+    bar, value = (as_number(summary.get(prefix + largest.key)) for prefix in ("error_bar_", ""))
+    assert bar is not None
+    assert value is not None
+    names = " and ".join(name_of(d.key, summary) for d in found)
+    against = f"{100 * abs(largest.relative):.2g} % against {100 * bar / abs(value):.2g} %"
+    if summary.get("accuracy_met") is False:
+        return f"Whether a spring would serve cannot be told: the difference is below a wide error bar ({against})."
+    return f"Here a spring serves: the difference in {names} is below the error bar ({against} at most)."
+
+
+def count(bars: float) -> str:
+    """So many error bars."""
+    return "> 1000" if bars > 1000 else f"{bars:.2g}" if bars < 100 else f"{bars:.0f}"

@@ -1,0 +1,113 @@
+"""The kinds of values a scene key may hold: strings with units become SI floats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from annotated_types import Ge, Gt, Lt
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
+
+from impact.files.input_files import MB, check_file
+from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
+
+FILE_LIMIT = 8192 * MB
+
+
+class KeyProblem(ValueError):
+    """A check across several keys failed; `key` (dotted, relative to the table) is the one to change."""
+
+    def __init__(self, key: str, message: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class Table(BaseModel):
+    """A table of the scene: every key is known, and nothing changes after reading."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
+
+
+def default(written: object, description: str, example: object = None) -> Any:
+    """A field's default, and an example, as a user would write them in the file; the default is read like any value."""
+    return Field(written, description=description, examples=None if example is None else [example])
+
+
+@dataclass(frozen=True)
+class ReadQuantity:
+    """Reads a string with a unit. Refuses bare numbers, which nobody can know the meaning of, and insane ones.
+
+    The ranges keep every product of a few values far from overflow.
+    """
+
+    dimension: str
+
+    def __call__(self, value: object) -> float:
+        if isinstance(value, str):
+            return self._sane(parse_quantity(value, self.dimension), value)
+        raise UnitError(f"{value!r} has no unit; write a string, e.g. {DIMENSIONS[self.dimension].example!r}")
+
+    def _sane(self, value: float, written: str) -> float:
+        wanted = DIMENSIONS[self.dimension]
+        least, most = wanted.sane
+        if value == 0.0 or least <= abs(value) <= most:
+            return value
+        raise UnitError(f"{written!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+
+
+def read_number(value: object) -> float:
+    """Reads 0.1 or "10 %"."""
+    if isinstance(value, str):
+        return parse_fraction(value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
+
+
+def _towards_the_seat(value: float) -> float:
+    """Velocities are along the normal that points from the seat to the striker: towards the seat they are negative."""
+    if value < 0.0:
+        return value
+    if value == 0.0:
+        raise ValueError("a mass at rest never touches the seat; towards it velocities are negative, as in '-2 m/s'")
+    raise ValueError(f"the mass would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
+
+
+def _existing_file(value: Path, info: ValidationInfo) -> Path:
+    """Relative paths start at the folder of the scene file (the validation context's "folder")."""
+    folder = (info.context or {}).get("folder", Path())
+    path: Path = folder / value
+    try:
+        check_file(path, FILE_LIMIT, ValueError)
+    except FileNotFoundError:
+        raise ValueError(f"no such file: {path}") from None
+    return path.resolve()
+
+
+Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
+Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
+Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
+Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
+Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
+Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
+Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
+Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), AfterValidator(_towards_the_seat)]
+Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
+Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
+Stiffness = Annotated[float, BeforeValidator(ReadQuantity("stiffness")), Gt(0)]
+Frequency = Annotated[float, BeforeValidator(ReadQuantity("frequency")), Gt(0)]
+Bedding = Annotated[float, BeforeValidator(ReadQuantity("bedding")), Ge(0)]
+AreaDamping = Annotated[float, BeforeValidator(ReadQuantity("area damping")), Ge(0)]
+Angle = Annotated[float, BeforeValidator(ReadQuantity("angle"))]
+HertzStiffness = Annotated[float, BeforeValidator(ReadQuantity("Hertz stiffness")), Gt(0)]
+Slowness = Annotated[float, BeforeValidator(ReadQuantity("slowness")), Ge(0)]
+Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
+
+DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
+LossFactor = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
+Fraction = Annotated[float, BeforeValidator(read_number), Gt(0), Lt(1)]
+Tolerance = Annotated[float, BeforeValidator(read_number), Ge(1e-6), Lt(1)]
+PoissonRatio = Annotated[float, BeforeValidator(read_number), Gt(-1), Lt(0.5)]
+
+ExistingFile = Annotated[Path, AfterValidator(_existing_file)]

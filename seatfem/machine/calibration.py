@@ -1,0 +1,210 @@
+"""Measure this computer's rates: small pieces of every kind of work, in less than a minute.
+
+Of each, the smaller of wall and processor time counts: other programs lengthen the one, several threads the other.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import Final, TypeVar
+
+import numpy as np
+
+import impact
+from impact.after.result import ImpactResult
+from impact.after.stresses import peak_bending_stress
+from impact.greens.modal import ModalGreens, Residual
+from impact.pictures.drawing import PictureError
+from impact.pictures.plots import plot_force
+from impact.progress import Progress, silent
+from impact.storage.hdf5 import save_results
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.rates import Machine
+from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.plots import plot_modes
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.damping import damping_of
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.krylov import krylov_greens
+from seatfem.structures.reduction.modes import Modes
+from seatfem.structures.shapes import Block
+
+STEEL: Final = Material(young=2e11, poisson=0.3, density=7850.0)
+BODY: Final = Block(20e-3, 20e-3, 8e-3, 5e-3, 5e-3)
+COARSE, FINE = MeshSpec(size=8e-3), MeshSpec(size=1.7e-3)
+STEPS: Final = 100_000
+STEP: Final = 1e-8  # s
+POLES: Final = 500
+BEYOND_IMPORTS: Final = 1.3  # the program's start over its imports
+FRAMES: Final = 3
+SAVED: Final = 22
+_IMPORTS: Final = "import seatfem.faces.cli, seatfem.study.runs.pipeline, seatfem.study.scene, matplotlib.figure"
+REED: Final = impact.Cantilever(2e11, 7850.0, 25.4e-3, 10e-3, 0.3e-3)
+
+Rates = Mapping[str, float]
+Made = TypeVar("Made")
+
+
+def calibrate(progress: Progress = silent) -> Machine:
+    """The rates of this computer. What cannot be drawn keeps its default.
+
+    Raises:
+        MeshingError: gmsh does not run.
+    """
+    default = Machine()
+    rates: dict[str, float] = {}
+
+    def add(stage: str, found: Rates) -> None:
+        rates.update(found)
+        progress("measuring this computer", len(rates) / len(default.rates()))
+        progress(stage, 1.0)
+
+    add("program start", _start(default))
+    meshes, found = _meshing()
+    add("meshing", found)
+    models, found = _assembly(meshes)
+    add("assembly", found)
+    add("reduction", _reduction(models, default))
+    result, found = _contact()
+    add("contact", found)
+    with private_folder("calibration") as folder:
+        add("files", _files(result, folder))
+        add("pictures", _pictures(result, meshes, models, folder, default))
+    return replace(default, **rates, origin="rates measured on this computer just now")
+
+
+def _time(work: Callable[[], object], repeats: int = 2) -> float:
+    """The shortest of a few runs [s]."""
+    return min(_once(work)[1] for _ in range(repeats))
+
+
+def _once(work: Callable[[], Made]) -> tuple[Made, float]:
+    """What it made, and its time [s]."""
+    wall, processor = perf_counter(), _processor()
+    made = work()
+    return made, min(perf_counter() - wall, _processor() - processor)
+
+
+def _processor() -> float:
+    """Processor time [s] of this process and of those that it waited for."""
+    return process_time() + sum(os.times()[2:4])
+
+
+def _start(default: Machine) -> Rates:
+    start = BEYOND_IMPORTS * _time(lambda: subprocess.run([sys.executable, "-c", _IMPORTS], check=True))
+    return {"start": start, "compiled": default.compiled * start / default.start}
+
+
+def _meshing() -> tuple[tuple[SeatMesh, SeatMesh], Rates]:
+    few, short = _once(lambda: make_mesh(BODY, COARSE))
+    many, long = _once(lambda: make_mesh(BODY, FINE))
+    element = max(long - short, 0.1 * long) / (many.quality.elements - few.quality.elements)
+    start = max(short - few.quality.elements * element, 0.1 * short)
+    return (few, many), {"meshing_start": start, "element": element}
+
+
+def _assembly(meshes: tuple[SeatMesh, SeatMesh]) -> tuple[tuple[SecondOrderModel, SecondOrderModel], Rates]:
+    few, many = (assemble(mesh, STEEL, ports={"contact": "contact"}) for mesh in meshes)
+    seconds = _time(lambda: assemble(meshes[1], STEEL, ports={"contact": "contact"}))
+    return (few, many), {"entry": seconds / many.K.nnz}
+
+
+def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machine) -> Rates:
+    few, many = models
+    n, start = many.size, _time(lambda: factorize(few.K))
+    factor = max(_time(lambda: factorize(many.K)) - start, 0.1 * start)
+    factored, load = factorize(many.K), np.ones(n)
+    solve = _time(lambda: factored.solve(load), 5)
+    band, ratio = 5e5, 0.02
+    damping = damping_of(many, ratio)
+
+    def reduced() -> tuple[ModalGreens, Modes]:
+        return krylov_greens(many, damping, bandwidth=band, duration=1e-4, tolerance=0.01)
+
+    greens, _ = reduced()  # the first loads compiled code
+    whole = _time(reduced)
+    vectors = int(str(greens.origin["vectors"]))
+    rest = whole - start - factor - vectors * solve
+    usual = vectors * (default.product * many.K.nnz + default.check + default.inner * n * vectors)
+    slower = max(rest / usual, 0.1)
+    return {
+        "factor_start": start,
+        "factor": factor / n**1.47,
+        "solve": solve / n ** (4 / 3),
+        "product": slower * default.product,
+        "inner": slower * default.inner,
+        "check": slower * default.check,
+    }
+
+
+def _contact() -> tuple[ImpactResult, Rates]:
+    reed = impact.cantilever_reed(
+        young=REED.young,
+        density=REED.density,
+        length=REED.length,
+        width=REED.width,
+        thickness=REED.thickness,
+        damping_ratio=0.03,
+        n_modes=40,
+        tip_deflection=1e-3,
+    )
+    omega = np.linspace(1e5, 1e7, POLES)
+    many = ModalGreens(omega, np.full(POLES, 0.1), np.full((POLES, 1), 1.0), Residual.spring(1e-8 * np.eye(1)), ("c",))
+
+    def run(seat: impact.GreensFunction) -> ImpactResult:
+        problem = impact.ContactProblem(reed, impact.Body(seat), gap=0.0, law=impact.Signorini())
+        return impact.solve(problem, dt=STEP, duration=STEP * STEPS)
+
+    spring = impact.spring(stiffness=3e7)
+    result = run(spring)
+    run(many)
+    short, long = _time(lambda: run(spring), 3), _time(lambda: run(many))
+    pole = max(long - short, 0.1 * long) / STEPS / POLES
+    peak_bending_stress(result.force, STEP, reed, REED)
+    stress = _time(lambda: peak_bending_stress(result.force, STEP, reed, REED))
+    step = max(short / STEPS - 40 * pole, 0.1 * short / STEPS)
+    return result, {"pole": pole, "step": step, "stress": stress / STEPS / 40}
+
+
+def _files(result: ImpactResult, folder: Path) -> Rates:
+    seconds = _time(lambda: save_results(folder / "result.h5", {"wave": result, "spring": result}, {}))
+    return {"value": seconds / SAVED / STEPS}
+
+
+def _pictures(
+    result: ImpactResult,
+    meshes: tuple[SeatMesh, SeatMesh],
+    models: tuple[SecondOrderModel, SecondOrderModel],
+    folder: Path,
+    default: Machine,
+) -> Rates:
+    """Of curves and of bodies, drawn as a run draws them; the defaults where this computer cannot."""
+    try:
+        plot_force(result, result, folder / "force.png", filter_width=1e-6)
+        sheet = _time(lambda: plot_force(result, result, folder / "force.png", filter_width=1e-6))
+        _draw(models[0], folder)
+        few, many = (_time(lambda model=model: _draw(model, folder)) for model in models)  # type: ignore[misc]
+    except PictureError:
+        return {name: getattr(default, name) for name in ("sheet", "view", "face")}
+    small, large = (int(mesh.mesh.boundary_facets().size) for mesh in meshes)
+    face = max((many - few) / FRAMES, 0.02 * many / FRAMES) / (large - small)
+    view = max((few - sheet) / FRAMES - face * small, 0.1 * few / FRAMES)
+    return {"sheet": sheet, "view": view, "face": face}
+
+
+def _draw(model: SecondOrderModel, folder: Path) -> None:
+    grid = CellGrid.of_model(model)
+    waves = grid.points.T / grid.size
+    shapes = [np.asarray(np.cos((k + 1) * waves)) for k in range(FRAMES)]
+    plot_modes(grid, shapes, [1e3 * (k + 1) for k in range(FRAMES)], folder / "modes.png")

@@ -1,0 +1,158 @@
+"""What is installed, what is missing, and the exact command that mends it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Final
+
+from seatfem.machine.libraries import (
+    GMSH_LIBRARIES,
+    PICTURE_PACKAGES,
+    apt_command,
+    missing_packages,
+    picture_library_gap,
+    select_offscreen_window,
+)
+
+__all__ = ["LIBRARIES", "PROBE_TIMEOUT", "UNIVERSAL_FILES", "Check", "doctor_report", "picture_library_gap"]
+
+LIBRARIES: Final = (
+    "numpy",
+    "scipy",
+    "numba",
+    "h5py",
+    "gmsh",
+    "scikit-fem",
+    "pymetis",
+    "pydantic",
+    "meshio",
+    "netCDF4",
+    "pint",
+    "cyclopts",
+    "rich",
+    "psutil",
+)
+"""Distributions that are always needed."""
+
+UNIVERSAL_FILES: Final = ("pyuff",)
+"""Distributions that only universal files (UFF 55, 58) need."""
+
+PROBE_TIMEOUT: Final = 60.0
+_THREAD_VARIABLES: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+_GMSH_PROBE: Final = "import gmsh; gmsh.initialize(readConfigFiles=False); print(gmsh.__version__); gmsh.finalize()"
+_PARDISO_PROBE: Final = (
+    "import numpy, scipy.sparse, pypardiso; "
+    "x = pypardiso.spsolve(scipy.sparse.csr_matrix(2 * numpy.eye(3)), numpy.ones(3)); "
+    "assert abs(x - 0.5).max() < 1e-15; print(pypardiso.__version__)"
+)
+_PICTURE_PROBE: Final = (
+    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(64, 64)); p.add_mesh(pyvista.Sphere()); "
+    "image = p.screenshot(return_img=True); assert image.std() > 1; print(type(p.render_window).__name__)"
+)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing looked at. A gap in something that is not `required` costs comfort or speed only."""
+
+    name: str
+    ok: bool
+    detail: str
+    remedy: str = ""
+    required: bool = True
+
+
+def doctor_report() -> tuple[Check, ...]:
+    """Look at the interpreter, the libraries, the processors, gmsh, PARDISO and off-screen rendering.
+
+    gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
+    """
+    probes: tuple[Callable[[], Check], ...] = (_gmsh, _pardiso, _pictures)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        tried = [pool.submit(probe) for probe in probes]
+        quick = (
+            _python(),
+            *(_library(name) for name in LIBRARIES),
+            *(_optional(name, "pictures") for name in PICTURE_PACKAGES),
+            *(_optional(name, "uff") for name in UNIVERSAL_FILES),
+            _threads(),
+        )
+        return (*quick, *(future.result() for future in tried))
+
+
+def _python() -> Check:
+    return Check(
+        "python", sys.version_info >= (3, 11), f"{platform.python_version()}, {sys.executable}", "Python >= 3.11"
+    )
+
+
+def _library(name: str) -> Check:
+    version = _version(name)
+    return Check(name, version is not None, version or "not installed", f"pip install {name}")
+
+
+def _optional(name: str, extra: str) -> Check:
+    version = _version(name)
+    return Check(name, version is not None, version or "not installed", f"pip install 'seatfem[{extra}]'", False)
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _threads() -> Check:
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    limits = [f"{name}={os.environ[name]}" for name in _THREAD_VARIABLES if name in os.environ]
+    return Check("processors", True, f"{usable} usable; {', '.join(limits) or 'thread counts not limited'}")
+
+
+def _gmsh() -> Check:
+    if missing := missing_packages(GMSH_LIBRARIES):
+        return Check("meshing", False, "system libraries are missing", apt_command(missing))
+    ok, detail = _try(_GMSH_PROBE)
+    return Check("meshing", ok, f"gmsh {detail}", "pip install --force-reinstall gmsh")
+
+
+def _pardiso() -> Check:
+    if _version("pypardiso") is None:
+        detail = "PARDISO not installed; METIS + SuperLU take its place, several times slower"
+        return Check("factorization", False, detail, "pip install pypardiso (x86-64 only)", required=False)
+    ok, detail = _try(_PARDISO_PROBE)
+    return Check(
+        "factorization", ok, f"PARDISO, pypardiso {detail}", "pip install --force-reinstall pypardiso", required=False
+    )
+
+
+def _pictures() -> Check:
+    if gap := picture_library_gap():
+        detail, _, remedy = gap.partition("; ")
+        return Check("off-screen rendering", False, detail, remedy.partition(": ")[2], required=False)
+    select_offscreen_window()
+    ok, detail = _try(_PICTURE_PROBE)
+    return Check("off-screen rendering", ok, detail, "apt-get install libegl1 libgl1-mesa-dri", required=False)
+
+
+def _try(code: str) -> tuple[bool, str]:
+    """Run code in another interpreter: (success, its output or what went wrong)."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False, f"no answer within {PROBE_TIMEOUT:g} s"
+    if done.returncode == 0:
+        return True, (done.stdout.strip().splitlines() or [""])[-1]
+    if done.returncode < 0:
+        return False, f"crashed (signal {-done.returncode})"
+    return False, (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]

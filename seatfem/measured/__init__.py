@@ -1,1 +1,0 @@
-"""Green's functions from measured frequency responses."""

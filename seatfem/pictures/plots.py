@@ -1,0 +1,277 @@
+"""Pictures of the seat: its mesh, its modes still and moving, and files for ParaView."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.files.atomic import whole_file
+from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet, text
+from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid
+from seatfem.pictures.rendering import ABOVE, BELOW, Image, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
+from seatfem.structures.model import Array
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from matplotlib.figure import Figure
+
+COLOURS = "viridis"
+AMPLITUDE = 0.08
+"""Largest drawn displacement over the size of the body."""
+
+_LIGHT = {"ambient": 0.42, "diffuse": 0.62, "specular": 0.1}
+_EDGES = {"show_edges": True, "edge_color": "#3F454C", "line_width": 1.0}
+_BODY, _INSIDE = "#E4E7EA", "#F2DFA0"
+
+
+def plot_modes(
+    grid: CellGrid,
+    shapes: Sequence[Array],
+    frequencies_hz: Sequence[float] | Array,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "Modes of the seat",
+    cut: bool = False,
+    columns: int | None = None,
+    names: Sequence[str] | None = None,
+) -> None:
+    """The modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
+
+    Args:
+        shapes: (3, n) nodal displacements of each mode, any scale.
+        frequencies_hz: of each mode [Hz].
+        cut: take the half towards the viewer away, for hollow bodies.
+        columns: pictures in a row; ``None`` chooses by their shape.
+        names: what stands before each frequency [1, 2, ...].
+
+    Raises:
+        PictureError: no modes, or what drawing needs is missing.
+    """
+    _check(grid, shapes, frequencies_hz)
+    pyvista = load_pyvista()
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    body = _Body(pyvista, grid, shapes, cut)
+    plotter = new_plotter(pyvista, (840, 700))
+    images = []
+    for k in range(len(shapes)):
+        plotter.clear_actors()
+        body.draw(plotter, k, 1.0)
+        aim(plotter, body.outline.points, AMPLITUDE * grid.size)
+        images.append(shoot(plotter))
+    plotter.close()
+    images = crop(images)
+    height, width = images[0].shape[:2]
+    rows = math.ceil(len(images) / (columns or math.ceil(math.sqrt(1.5 * len(images) * height / width))))
+    columns = columns or math.ceil(len(images) / rows)
+    numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
+    headings = [f"{k}:  {text(float(f), 'Hz', 4)}" for k, f in zip(numbers, frequencies_hz, strict=True)]
+    with _album(images, headings, path, title, columns) as figure:
+        colours = figure.colorbar(
+            ScalarMappable(Normalize(0.0, 1.0), COLOURS),
+            ax=figure.axes,
+            orientation="horizontal",
+            aspect=50,
+            shrink=0.6,
+            pad=0.02,
+        )
+        colours.set_label("magnitude of displacement, largest = 1", fontsize=8)
+
+
+def animate_mode(
+    grid: CellGrid,
+    shape: Array,
+    frequency_hz: float,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "",
+    cut: bool = False,
+    frames: int = 24,
+) -> None:
+    """One mode as an endless GIF of one period in ``frames`` (even) pictures.
+
+    Raises:
+        PictureError: what drawing needs is missing.
+    """
+    _check(grid, [shape], [frequency_hz])
+    pyvista = load_pyvista()
+    import imageio.v3 as imageio
+
+    body = _Body(pyvista, grid, [shape], cut)
+    plotter = new_plotter(pyvista, (560, 480))
+    half = []
+    for k in range(frames // 2 + 1):  # the way back passes the same pictures
+        plotter.clear_actors()
+        body.draw(plotter, 0, math.cos(2 * math.pi * k / frames))
+        plotter.add_text(f"{title}  {text(frequency_hz, 'Hz')}".strip(), position=(12, 448), font_size=9, color="black")
+        aim(plotter, body.outline.points, AMPLITUDE * grid.size)
+        half.append(shoot(plotter))
+    plotter.close()
+    with whole_file(path) as temporary:
+        imageio.imwrite(temporary, [*half, *half[-2:0:-1]], extension=".gif", duration=1500 / frames, loop=0)
+
+
+def write_vtu(
+    grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
+) -> None:
+    """The modes as vector fields on the mesh itself, curved cells included, for ParaView (Warp By Vector).
+
+    Raises:
+        PictureError: pyvista is missing.
+    """
+    _check(grid, shapes, frequencies_hz)
+    pyvista = import_pyvista()
+    data = _unstructured(pyvista, grid.points, grid.cells)
+    for k, (shape, frequency) in enumerate(zip(shapes, frequencies_hz, strict=True), start=1):
+        data.point_data[f"mode {k:02d}, {float(frequency):.6g} Hz"] = np.ascontiguousarray(np.asarray(shape).T)
+    with whole_file(path) as temporary:
+        data.save(temporary)
+
+
+def plot_mesh(
+    mesh: Any,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "Mesh of the seat",
+    contact: str = "contact",
+    fixed: str = "fixed",
+) -> None:
+    """The mesh from above, cut open, from below, and close to the contact patch; patch and fixed faces in colour.
+
+    ``mesh``: a scikit-fem mesh of tetrahedra or hexahedra with named boundaries, or what carries one as ``.mesh``.
+
+    Raises:
+        PictureError: what drawing needs is missing.
+    """
+    mesh = getattr(mesh, "mesh", mesh)
+    pyvista = load_pyvista()
+    from matplotlib.patches import Patch
+
+    vertices = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
+    colours = {"surface": _BODY, fixed: SKY, contact: ORANGE}
+    behind = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
+    images = []
+    plotter = new_plotter(pyvista, (700, 580))
+    everything = np.ones_like(behind)
+    views = [("from above", ABOVE, everything, vertices), ("cut open", ABOVE, behind, vertices)]
+    views.append(("from below", BELOW, everything, vertices))
+    patch = np.asarray(mesh.boundaries.get(contact, np.zeros(0)), dtype=np.int64)
+    if patch.size:
+        near, half = vertices[np.unique(mesh.facets[:, patch])], vertices[:, 2].min() + vertices[:, 2].max()
+        views.append(("contact patch", ABOVE if 2 * near[:, 2].mean() >= half else BELOW, everything, near))
+    for _, view, kept, seen in views:
+        plotter.clear_actors()
+        for name, facets in _visible_facets(mesh, kept, (contact, fixed)).items():
+            if facets.size:
+                faces = pyvista.PolyData.from_regular_faces(vertices, np.ascontiguousarray(mesh.facets[:, facets].T))
+                plotter.add_mesh(faces, color=colours.get(name, _INSIDE), **_EDGES, **_LIGHT)
+        aim(plotter, seen, 0.0 if seen is vertices else 0.1 * float(np.ptp(seen, axis=0).max()), view)
+        images.append(shoot(plotter))
+    plotter.close()
+    cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
+    with _album(crop(images), [heading for heading, *_ in views], path, title, 2) as figure:
+        figure.legend(
+            handles=[
+                Patch(color=colours[name], label=label) for name, label in ((contact, "contact"), (fixed, "fixed"))
+            ],
+            loc="outside lower center",
+            ncols=2,
+            title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes",
+            title_fontsize=8,
+        )
+
+
+def _visible_facets(mesh: Any, kept: NDArray[np.bool_], groups: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
+    """Facets around the ``kept`` elements: each named group, the rest of the "surface", and the "inside" laid open."""
+    first, second = mesh.f2t
+    outer = second < 0
+    shown = np.where(outer, kept[first], kept[first] != kept[second])
+    found = {"inside": np.flatnonzero(shown & ~outer)}
+    rest = shown & outer
+    for name in groups:
+        facets = np.asarray(mesh.boundaries.get(name, np.zeros(0)), dtype=np.int64)
+        found[name] = facets[shown[facets]]
+        rest[facets] = False
+    return {**found, "surface": np.flatnonzero(rest)}
+
+
+class _Body:
+    """What is drawn of a grid: surface (perhaps cut) with the shapes on it, and the undeformed edges."""
+
+    def __init__(self, pyvista: ModuleType, grid: CellGrid, shapes: Sequence[Array], cut: bool) -> None:
+        volume = _unstructured(pyvista, grid.points, grid.linear_cells)
+        for k, shape in enumerate(shapes):
+            field = np.asarray(shape, dtype=float).T
+            largest = float(np.linalg.norm(field, axis=1).max())
+            volume.point_data[f"u{k}"] = field / (largest or 1.0)
+        if cut:
+            low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
+            volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
+        self.surface = volume.extract_surface(algorithm=None)
+        self.outline = self.surface.extract_feature_edges(
+            feature_angle=35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False
+        )
+        self.surface = self.surface.compute_normals(  # sharp edges split once, for all shapes
+            cell_normals=False, feature_angle=35, split_vertices=True, consistent_normals=False
+        )
+        self.amplitude = AMPLITUDE * grid.size
+
+    def draw(self, plotter: Any, k: int, phase: float) -> None:
+        """Mode ``k`` at ``phase`` (-1..1) of its largest displacement."""
+        field = self.surface.point_data[f"u{k}"]
+        moved = self.surface.copy()
+        moved.clear_data()
+        moved.points = self.surface.points + phase * self.amplitude * field
+        moved.compute_normals(cell_normals=False, split_vertices=False, consistent_normals=False, inplace=True)
+        moved.point_data["displacement"] = np.linalg.norm(field, axis=1)
+        plotter.add_mesh(
+            moved,
+            scalars="displacement",
+            cmap=COLOURS,
+            clim=(0.0, 1.0),
+            show_scalar_bar=False,
+            smooth_shading=True,
+            **_LIGHT,
+        )
+        plotter.add_mesh(self.outline, color="#6A6A6A", line_width=1.5)
+
+
+def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64]) -> Any:
+    counted = np.column_stack([np.full(len(cells), cells.shape[1]), cells]).ravel()
+    kinds = np.full(len(cells), VTK_TYPES[cells.shape[1]], dtype=np.uint8)
+    return pyvista.UnstructuredGrid(counted, kinds, points)
+
+
+def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array) -> None:
+    if len(shapes) == 0 or len(shapes) != len(frequencies_hz):
+        raise PictureError(f"{len(shapes)} shapes and {len(frequencies_hz)} frequencies: give as many, at least one")
+    for k, shape in enumerate(shapes):
+        if np.shape(shape) != (3, len(grid.points)) or not np.all(np.isfinite(shape)):
+            raise PictureError(f"shape {k} is {np.shape(shape)}, must be finite and (3, {len(grid.points)})")
+
+
+@contextmanager
+def _album(
+    images: Sequence[Image], headings: Sequence[str], path: str | os.PathLike[str], title: str, columns: int
+) -> Iterator[Figure]:
+    """A sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""
+    rows = math.ceil(len(images) / columns)
+    height, width = images[0].shape[:2]
+    cell = min(7.0 / columns, min(7.5 / rows, 4.2) * width / height)
+    with sheet(path, max(cell * columns + 0.2, 4.0), 0.8 + rows * (cell * height / width + 0.28)) as figure:
+        figure.suptitle(title)
+        places = figure.subplots(rows, columns, squeeze=False).ravel()
+        for place in places:
+            place.axis("off")
+        for place, image, heading in zip(places, images, headings, strict=False):
+            place.imshow(image, interpolation="lanczos")
+            place.set_title(heading, loc="center")
+        yield figure

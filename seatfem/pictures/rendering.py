@@ -1,0 +1,139 @@
+"""Off-screen rendering with pyvista, guarded against what would crash VTK."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.pictures.drawing import PictureError
+from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+Image = NDArray[np.uint8]
+
+ABOVE, BELOW = (0.45, -1.0, 0.62), (0.45, -1.0, -0.62)
+"""Directions from the body to the camera."""
+
+
+_PROBE = """
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
+window = vtkRenderWindow()
+window.SetOffScreenRendering(1)
+window.SetSize(16, 16)
+window.Render()
+raise SystemExit(0 if window.SupportsOpenGL() else 1)
+"""
+
+
+def load_pyvista() -> ModuleType:
+    """pyvista, once it is sure that VTK can draw off-screen.
+
+    Raises:
+        PictureError: a package, system library or driver is missing; the message holds the command that installs it.
+    """
+    if gap := picture_library_gap():
+        raise PictureError(gap)
+    select_offscreen_window()
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # without a try at X and its warning
+    if not can_draw():
+        raise PictureError(
+            "no pictures: VTK cannot draw off-screen, an OpenGL driver is missing; "
+            "install it: apt-get install libegl1 libgl1-mesa-dri"
+        )
+    return import_pyvista()
+
+
+@cache
+def can_draw() -> bool:
+    """Whether VTK draws here: tried once, in a process of its own (0.6 s), since libEGL without a driver crashes it."""
+    try:
+        tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, timeout=60, check=False)
+    except subprocess.TimeoutExpired:
+        return False
+    return tried.returncode == 0
+
+
+def import_pyvista() -> ModuleType:
+    """pyvista for files only, without a try at drawing.
+
+    Raises:
+        PictureError: it is missing or broken.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of third-party modules at import
+            import pyvista
+    except ImportError as missing:
+        raise PictureError(
+            f'pyvista cannot be imported ({missing}); install it with: pip install "seatfem[pictures]"'
+        ) from missing
+    return pyvista
+
+
+def new_plotter(pyvista: ModuleType, size: tuple[int, int]) -> Any:
+    """An off-screen plotter on white with antialiasing, in the theme of this package alone."""
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), theme=pyvista.themes.DocumentTheme())
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.show(auto_close=False)
+    plotter.suppress_rendering = True  # every actor and every turn of the camera would render, in software
+    return plotter
+
+
+def aim(plotter: Any, points: NDArray[np.float64], margin: float, view: tuple[float, float, float] = ABOVE) -> None:
+    """Parallel camera that sees all ``points`` (n, 3) and ``margin`` [m] around them, z upwards."""
+    towards = np.asarray(view) / np.linalg.norm(view)
+    right = np.cross((0.0, 0.0, 1.0), towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    low, high = points.min(axis=0), points.max(axis=0)
+    spans = [(float((points @ axis).min()) - margin, float((points @ axis).max()) + margin) for axis in (right, up)]
+    middle = (low + high) / 2
+    focus = middle + sum(
+        (0.5 * (a + b) - float(middle @ axis)) * axis for (a, b), axis in zip(spans, (right, up), strict=True)
+    )
+    distance = 3 * float(np.linalg.norm(high - low) + margin)
+    width, height = plotter.window_size
+    half = max((spans[1][1] - spans[1][0]) / 2, (spans[0][1] - spans[0][0]) / 2 * height / width)
+    plotter.enable_parallel_projection()
+    plotter.camera.focal_point = focus
+    plotter.camera.position = focus + distance * towards
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    plotter.camera.parallel_scale = half
+    plotter.reset_camera_clipping_range()
+
+
+def shoot(plotter: Any) -> Image:
+    """The image now in the plotter, (height, width, 3).
+
+    Raises:
+        PictureError: nothing was drawn.
+    """
+    plotter.suppress_rendering = False
+    plotter.render()
+    image = np.array(plotter.image[..., :3], dtype=np.uint8)
+    plotter.suppress_rendering = True
+    if float(np.std(image)) == 0.0:
+        raise PictureError("VTK drew an empty picture: its OpenGL does not work here; try: seatfem doctor")
+    return image
+
+
+def crop(images: list[Image], border: int = 6) -> list[Image]:
+    """Images of equal size without the white margin that all have in common."""
+    inked = np.any([np.any(image < 250, axis=2) for image in images], axis=0)
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    window = (
+        slice(max(int(rows[0]) - border, 0), int(rows[-1]) + border + 1),
+        slice(max(int(columns[0]) - border, 0), int(columns[-1]) + border + 1),
+    )
+    return [image[window] for image in images]

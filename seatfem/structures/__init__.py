@@ -1,0 +1,1 @@
+"""Elastic bodies: from geometry, mesh, matrices or measurement to the Green's function of their ports."""

@@ -1,0 +1,162 @@
+"""Elements, nodes and unknowns of a seat's mesh, predicted without gmsh.
+
+The numbers of elements and of faces on the surface follow from integrals over the size field; all others from them by
+Euler's formula. The factors were fitted to meshes of all families (benchmarks/predicted.py compares).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from seatfem.structures.counts.bodies import Body, Drawn, plan_of, section_of, solid_of
+from seatfem.structures.counts.memory_need import Counts
+from seatfem.structures.counts.part_body import body_of
+from seatfem.structures.mesh.layers import graded
+from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
+from seatfem.structures.seats.levels import Level
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Stopper, ValvePlate
+from seatfem.structures.shapes.profile import profile_of
+
+TETRAHEDRA: Final = (2.26, 4.77)  # elements over int dV/h^3 and over int dA/h^2
+FACES: Final = 2.69  # on the surface, over int dA/h^2
+VERTICES: Final = (0.145, 0.347)  # over elements and faces on the surface
+TRIANGLES: Final = (2.23, 1.06)  # over int dA/h^2 and int ds/h
+QUADRILATERALS: Final = (3.5, 3.23)  # the same, h being twice the size asked for
+TRIANGLE_SIDES, QUADRILATERAL_SIDES = 1.2, 2.9  # on the outline, over int ds/h
+HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
+SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """A mesh in numbers.
+
+    Attributes:
+        elements, nodes: of the mesh.
+        surface: faces on its surface (sides on the outline of a section).
+        counts: unknowns and matrix entries, fixed faces included.
+    """
+
+    elements: float
+    nodes: float
+    surface: float
+    counts: Counts
+
+
+def body_in_numbers(geometry: Geometry, sectors: int = 1) -> Body:
+    """Samples of the solid, or of one of its equal sectors."""
+    return body_of(geometry) if isinstance(geometry, CadPart) else solid_of(geometry, sectors)
+
+
+def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
+    """The mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
+    if isinstance(geometry, CadPart):
+        return _tetrahedra(body_of(geometry), spec)
+    if level in ("axisymmetric", "harmonics"):
+        return _section(geometry, spec, 3 if level == "harmonics" else 2)
+    if spec.shape == "hex":
+        return _hexahedra(geometry, spec, sectors)
+    return _tetrahedra(solid_of(geometry, sectors), spec)
+
+
+def _tetrahedra(body: Body, spec: MeshSpec) -> Sizes:
+    volume, surface = body.inner.count(spec, 3), body.outer.count(spec, 2)
+    return _of_tetrahedra(TETRAHEDRA[0] * volume + TETRAHEDRA[1] * surface, FACES * surface, spec.order)
+
+
+def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
+    vertices = VERTICES[0] * elements + VERTICES[1] * surface
+    faces = 2 * elements + surface / 2
+    edges = vertices + faces - elements
+    nodes = vertices if order == 1 else vertices + edges
+    couples = vertices + 2 * edges if order == 1 else vertices + 7 * edges + 12 * faces + 6 * elements
+    compactness = min(1.0, 12 * (elements / 6) ** (2 / 3) / surface)
+    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * couples, compactness))
+
+
+def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
+    """Elements, vertices and sides on the outline of a plane mesh."""
+    if spec.shape == "hex":
+        inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
+        elements, sides = QUADRILATERALS[0] * inner + QUADRILATERALS[1] * outer, QUADRILATERAL_SIDES * outer
+        return elements, elements + sides / 2 + 1, sides
+    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
+    elements, sides = TRIANGLES[0] * inner + TRIANGLES[1] * outer, TRIANGLE_SIDES * outer
+    return elements, elements / 2 + sides / 2 + 1, sides
+
+
+def _as_meshed(spec: MeshSpec) -> MeshSpec:
+    """The size that gmsh is given before it quarters."""
+    if spec.shape == "tet":
+        return spec
+    return replace(spec, size=HALVED * spec.size, contact_size=HALVED * spec.patch_size)
+
+
+def _plane_nodes(elements: float, vertices: float, spec: MeshSpec) -> float:
+    if spec.order == 1:
+        return vertices
+    edges = vertices + elements - 1
+    return vertices + edges + (elements if spec.shape == "hex" else 0.0)
+
+
+def _section(geometry: Drawn, spec: MeshSpec, directions: int) -> Sizes:
+    meshed = _as_meshed(spec)
+    elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
+    nodes = _plane_nodes(elements, vertices, spec)
+    entries = directions**2 * SECTION_ENTRIES[spec.shape] * nodes
+    return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
+
+
+def _hexahedra(geometry: Drawn, spec: MeshSpec, sectors: int) -> Sizes:
+    meshed = _as_meshed(spec)
+    if isinstance(geometry, Bar | Block):
+        return _swept(*_grid(geometry, spec, sectors), _layers(geometry, spec), spec, closed=False)
+    if isinstance(geometry, AnnularSeat | ConicalSeat):
+        profile = geometry.profile
+        around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
+        plane = _plane(section_of(profile), meshed)
+        return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
+    assert isinstance(geometry, ValvePlate | Stopper)
+    return _swept(*_plane(plan_of(geometry, sectors), meshed), _layers(geometry, spec), spec, closed=False)
+
+
+def _layers(geometry: Bar | Block | ValvePlate | Stopper, spec: MeshSpec) -> int:
+    return spec.layers or len(graded(geometry.plan.height, spec.patch_size, spec.size, spec.grading)) - 1
+
+
+def _grid(geometry: Bar | Block, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
+    """Elements, vertices and sides of the grid under a rectangular solid; exact."""
+    if isinstance(geometry, Bar):
+        sides = (geometry.width / 2, geometry.height / 2)
+        patch = sides
+    else:
+        sides, patch = (geometry.width / 2, geometry.depth / 2), (geometry.patch_width / 2, geometry.patch_depth / 2)
+    x, y = (_cells(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
+    x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
+    return x * y, (x + 1) * (y + 1), 2 * (x + y)
+
+
+def _cells(side: float, edge: float, spec: MeshSpec) -> int:
+    inner = max(1, math.ceil(edge / spec.patch_size - 1e-9))
+    if edge == side:
+        return inner
+    return inner + len(graded(side - edge, spec.patch_size, spec.size, spec.grading)) - 1
+
+
+def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshSpec, *, closed: bool) -> Sizes:
+    """Hexahedra above a plane mesh of ``plane`` quadrilaterals."""
+    levels = layers if closed else layers + 1
+    elements, points = plane * layers, vertices * levels
+    edges = (vertices + plane - 1) * levels + vertices * layers
+    faces = plane * levels + (vertices + plane - 1) * layers
+    nodes = points if spec.order == 1 else points + edges + faces + elements
+    couples = (
+        points + 2 * edges + 4 * faces + 8 * elements
+        if spec.order == 1
+        else points + 7 * edges + 49 * faces + 343 * elements
+    )
+    surface = sides * layers + (0.0 if closed else 2 * plane)
+    compactness = min(1.0, 6 * elements ** (2 / 3) / surface)
+    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * nodes, compactness))

@@ -1,0 +1,93 @@
+"""How fine a mesh is where, and how many elements that makes, by integrals over the body: no mesh is needed.
+
+The size h grows with the distance from the patch as the mesher lets it: constant near it, then linear up to the
+bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes.profile import Point
+
+COARSEST = 24  # squares along the longer side of the rectangle that is searched
+HALVINGS = 10
+FINEST = 1 / 150  # of the longer side: distances below it are not told apart
+PER_DISTANCE = 0.8  # side of a square over its distance from the patch
+Distance = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Places of a body, ``weight`` [m, m^2 or m^3] of it around each, at ``distance`` [m] from the struck patch.
+
+    ``cap``: element size that something else there allows [m].
+    """
+
+    weight: Array
+    distance: Array
+    cap: Array | None = None
+
+    def count(self, spec: MeshSpec, dimension: int) -> float:
+        """int dV/h^3, int dA/h^2 or int ds/h."""
+        h = size_at(self.distance, spec)
+        h = h if self.cap is None else np.minimum(h, self.cap)
+        return float(np.sum(self.weight / h**dimension))
+
+    @property
+    def total(self) -> float:
+        """Volume, area or length."""
+        return float(self.weight.sum())
+
+
+def size_at(distance: Array, spec: MeshSpec) -> Array:
+    """Element size [m] at distances from the patch [m]."""
+    near = spec.patch_size
+    return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
+
+
+def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
+    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
+    extent = np.subtract(high, low)
+    finest = FINEST * float(extent.max())
+    counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
+    steps = extent / counts
+    axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
+    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    found, areas = [], []
+    for level in range(HALVINGS + 1):
+        coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
+        coarse &= level < HALVINGS
+        found.append(centres[~coarse])
+        areas.append(np.full(len(found[-1]), steps.prod()))
+        steps = steps / 2
+        corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
+        centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
+    return np.concatenate(found), np.concatenate(areas)
+
+
+def from_segments(points: Array, segments: Sequence[tuple[Point, Point]]) -> Array:
+    """Distance (n,) of points (n, 2) from the nearest of some straight segments; infinite without any."""
+    nearest = np.full(len(points), np.inf)
+    for start, end in segments:
+        a, along = np.asarray(start), np.subtract(end, start)
+        t = np.clip((points - a) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+        off = points - a - t[:, None] * along
+        np.minimum(nearest, np.hypot(off[:, 0], off[:, 1]), out=nearest)
+    return nearest
+
+
+def inside(points: Array, outline: Array) -> Array:
+    """Whether points (n, 2) lie in a closed polygon (m, 2)."""
+    x, y = points.T
+    odd = np.zeros(len(points), dtype=bool)
+    for (xa, ya), (xb, yb) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        crosses = (ya > y) != (yb > y)
+        if crosses.any():
+            odd ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya if yb != ya else 1.0))
+    return odd

@@ -1,0 +1,268 @@
+"""Mass, damping, stiffness and port vectors of a linear elastic solid on a scikit-fem mesh.
+
+With T_ij = integral of grad phi_i (x) grad phi_j over the body, the 3 x 3 blocks that couple nodes i and j are
+
+    K_ij = lambda T_ij + mu T_ij' + mu tr(T_ij) I   (isotropic),     (K_ij)_ab = C_acbd (T_ij)_cd   (orthotropic)
+    M_ij = rho I integral of phi_i phi_j
+
+Shape functions and quadrature are scikit-fem's; the loop over the elements is compiled and writes straight into the
+sparsity pattern of the unknowns, which are numbered node by node. In nearly incompressible solids the volume change is
+projected, element by element, on what the element can afford (Hughes 1980): its mean in tetrahedra of order 2 and
+hexahedra of order 1, linear functions in hexahedra of order 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from impact.progress import Progress, silent
+from seatfem.structures.elements.constraints import Freedom, freedom
+from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
+from seatfem.structures.elements.patch_rings import places_across
+from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
+from seatfem.structures.elements.shape_functions import (
+    Discretization,
+    discretize,
+    mass_rule,
+    nodal_rule,
+    stiffness_rule,
+)
+from seatfem.structures.elements.supports import Support, support_matrices
+from seatfem.structures.elements.surfaces import Surface, facets_of, surface
+from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
+from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
+from seatfem.structures.rings import divided, ring_names
+
+__all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
+
+Mass = Literal["consistent", "nodal"]
+Dilatation = Literal["auto", "full", "projected"]
+
+PROJECT_ABOVE = 0.45  # Poisson's ratio from which the volume change is projected
+_MODES = {("RefTet", 2): 1, ("RefHex", 1): 1, ("RefHex", 2): 4}  # functions it is projected on
+_FINE_RULE = 14  # degree of the quadrature over a patch whose rings end within elements
+_CUTS = ("symmetry_0", "symmetry_1")
+_CHUNK = 16_384  # elements between two reports of progress
+
+
+def assemble(
+    mesh: Any,
+    material: Solid | Mapping[str, Any],
+    *,
+    fixed: str | Sequence[str] = "fixed",
+    sliding: str | Sequence[str] = (),
+    antisymmetric: str | Sequence[str] = (),
+    supports: Sequence[Support] = (),
+    ports: Mapping[str, str] | None = None,
+    order: int | None = None,
+    mass: Mass = "consistent",
+    dilatation: Dilatation = "auto",
+    rayleigh: tuple[float, float] | None = None,
+    copies: int = 1,
+    rings: int = 1,
+    progress: Progress = silent,
+) -> SecondOrderModel:
+    """Small-strain elasticity by displacement elements.
+
+    Args:
+        mesh: scikit-fem mesh with named boundaries, coordinates in m, or an object that carries one as ``.mesh``.
+        material: a `Material` or `Orthotropic`; a mapping with young [Pa], poisson and density [kg/m^3]; or a solid for
+            each of the mesh's named regions (``mesh.subdomains``), which together cover it once.
+        fixed: boundaries without displacement; ``()`` for a free body.
+        sliding: plane boundaries without normal displacement: planes of symmetry.
+        antisymmetric: plane boundaries without tangential displacement.
+        supports: springs and dashpots on boundaries (`seatfem.structures.elements.supports`).
+        ports: boundary name of each port's patch; default ``{"contact": "contact"}``.
+        order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
+        mass: "consistent", or "nodal": diagonal, by Gauss-Lobatto quadrature at the nodes of hexahedra, by scaling the
+            diagonal in tetrahedra. Each element keeps its whole mass.
+        dilatation: "projected" keeps nearly incompressible solids from locking; "auto" does so for isotropic solids
+            with poisson above 0.45.
+        rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the solids' own.
+        copies: the mesh is one of this many equal sectors that move alike: M, C, K, areas and impedances are of all;
+            their cuts are the sliding boundaries "symmetry_0" and "symmetry_1".
+        rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`seatfem.structures.rings`).
+        progress: called with ("assembly", fraction).
+
+    Raises:
+        ModelError: a boundary that is missing or empty, a port on a fixed face, folded or flat elements, loose parts,
+            regions that do not cover the mesh once, linear tetrahedra of a nearly incompressible solid.
+    """
+    mesh = getattr(mesh, "mesh", mesh)
+    patches = {"contact": "contact"} if ports is None else dict(ports)
+    held = {"fixed": _names(fixed), "sliding": _names(sliding), "antisymmetric": _names(antisymmetric)}
+    check_ports(mesh, patches, held)
+    solids, region = solids_by_region(mesh, material)
+    made = discretize(mesh, order)
+    progress("assembly", 0.1)
+    unknowns = freedom(made, *held.values())
+    body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
+    K, M = body.matrices(np.ones((len(solids), 2)), progress)
+    C, H = _damping(body, K, M, rayleigh)
+    added = support_matrices(made, supports, solids, region)
+    K = K + unknowns.restricted(added["K"]) if "K" in added else K
+    if "C" in added:
+        dashpots = unknowns.restricted(added["C"])
+        C = dashpots if C is None else C + dashpots
+    of_ports: dict[str, Port] = {}
+    for port, name in patches.items():
+        of_ports |= dict(zip(ring_names(port, rings), _ports(body, name, copies, rings), strict=True))
+    progress("assembly", 1.0)
+    dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
+    M, K = (M, K) if copies == 1 else (M * copies, K * copies)
+    C, H = (None if a is None else a * copies for a in (C, H))
+    return SecondOrderModel(M, C, K, of_ports, dofs, H)
+
+
+@dataclass(frozen=True)
+class _Body:
+    """Elements, their solids and their unknowns: all that the matrices are made of."""
+
+    made: Discretization
+    solids: tuple[Solid, ...]
+    region: NDArray[np.int32]
+    modes: NDArray[np.int32]
+    unknowns: Freedom
+    mass: Mass
+
+    def matrices(self, scale: Array, progress: Progress) -> tuple[sparse.csr_array, sparse.csr_array]:
+        """(K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
+        made, unknown = self.made, self.unknowns.unknown
+        lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
+        tensors = np.stack([stiffness_tensor(s.elasticity) for s in self.solids]) * scale[:, :1, None, None, None]
+        density = np.array([solid.density for solid in self.solids]) * scale[:, 1]
+        free, graph = len(self.unknowns.base), made.graph
+        rows, columns, offset = expand_pattern(*graph, unknown, free)
+        stiffness, scalar = np.zeros(len(columns)), np.zeros(len(graph[1]))
+        exact, nodal = mass_rule(made), self.mass == "nodal"
+        none = (exact[0][:0], exact[1], exact[2], exact[3])
+        rules = stiffness_rule(made), none if nodal else exact
+        for start in range(0, len(made.cells), _CHUNK):
+            some = slice(start, start + _CHUNK)
+            of_some = made.cells[some], made.corners[some], made.places, *rules, self.region[some]
+            add_elements(
+                *of_some, lame, tensors, density, self.modes, graph, (rows, offset), unknown, stiffness, scalar
+            )
+            progress("assembly", 0.1 + 0.8 * min(1.0, (start + _CHUNK) / len(made.cells)))
+        K = sparse.csr_array((stiffness, columns, rows), shape=(free, free))
+        if nodal:
+            shares = nodal_rule(made)
+            of_nodes = nodal_mass(made.cells, made.corners, made.places, exact, shares, self.region, density, made.size)
+            M = sparse.csr_array(sparse.diags_array(of_nodes[self.unknowns.free // 3]))
+        else:
+            rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
+            M = self.unknowns.turned(sparse.csr_array((data, columns, rows), shape=(free, free)))
+        return self.unknowns.turned(K), M
+
+
+def _damping(
+    body: _Body, K: sparse.csr_array, M: sparse.csr_array, rayleigh: tuple[float, float] | None
+) -> tuple[sparse.csr_array | None, sparse.csr_array | None]:
+    """C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r; ``None`` where all are zero."""
+    pairs = np.array([solid.rayleigh for solid in body.solids]) + np.array(rayleigh or (0.0, 0.0))
+    losses = np.array([solid.loss_factor for solid in body.solids])
+    C = H = None
+    if np.ptp(pairs, axis=0).any():
+        of_stiffness, of_mass = body.matrices(pairs[:, ::-1], silent)
+        C = of_mass + of_stiffness
+    elif rayleigh is not None or pairs.any():
+        C = pairs[0, 0] * M + pairs[0, 1] * K
+    if np.ptp(losses):
+        H = body.matrices(np.stack([losses, np.zeros_like(losses)], axis=1), silent)[0]
+    elif losses.any():
+        H = losses[0] * K
+    return C, H
+
+
+def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
+    """The solids, and which of them each element is made of."""
+    count = int(mesh.nelements)
+    if isinstance(material, Material | Orthotropic):
+        return (material,), np.zeros(count, np.int32)
+    if not any(isinstance(value, Material | Orthotropic | Mapping) for value in material.values()):
+        return (material_from(material),), np.zeros(count, np.int32)
+    there = {name: np.asarray(of) for name, of in (mesh.subdomains or {}).items()}
+    sizes = ", ".join(f"{name} ({of.size} elements)" for name, of in sorted(there.items())) or "none"
+    if unknown := [name for name in material if name not in there]:
+        raise ModelError(f"material: the mesh has no region {', '.join(map(repr, unknown))}; it has {sizes}")
+    times, region = np.zeros(count, np.int64), np.zeros(count, np.int32)
+    for k, name in enumerate(material):
+        np.add.at(times, there[name], 1)
+        region[there[name]] = k
+    if (times != 1).any():
+        raise ModelError(
+            f"material: of {count} elements {np.sum(times == 0)} have none and {np.sum(times > 1)} have several; "
+            f"the mesh's regions are {sizes}, materials are given for {', '.join(material)}"
+        )
+    solids = (
+        value if isinstance(value, Material | Orthotropic) else material_from(value) for value in material.values()
+    )
+    return tuple(solids), region
+
+
+def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation) -> NDArray[np.int32]:
+    """Number of functions the volume change of each solid is projected on; 0: not projected."""
+    kind = made.element.refdom.__name__
+    modes = np.zeros(len(solids), np.int32)
+    for k, solid in enumerate(solids):
+        if not isinstance(solid, Material) or dilatation == "full":
+            continue
+        if dilatation == "projected" or solid.poisson > PROJECT_ABOVE:
+            if (kind, made.order) not in _MODES:
+                raise ModelError(
+                    f"material {solid.name!r}: poisson = {solid.poisson} above {PROJECT_ABOVE} locks tetrahedra of "
+                    "order 1; use order=2"
+                )
+            modes[k] = _MODES[kind, made.order]
+    return modes
+
+
+def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
+    """Raise if a boundary is missing, or a patch is pushed that cannot move."""
+    for role, group in {**held, "port": tuple(patches.values())}.items():
+        for name in group:
+            facets_of(mesh, name, role)
+    for name in patches.values():
+        for role, group in held.items():
+            for other in group:
+                common = np.intersect1d(facets_of(mesh, name, "port"), facets_of(mesh, other, role)).size
+                if common:
+                    raise ModelError(
+                        f"port: {common} facets of {name!r} are also {role} ({other!r}) and cannot be pushed"
+                    )
+
+
+def _ports(body: _Body, name: str, copies: int, rings: int) -> list[Port]:
+    """Of each ring: b = integral of n . N over it / its area; impedance = integral of rho c_p."""
+    made = body.made
+    patch = surface(made, name, "port", None if rings == 1 else _FINE_RULE)
+    if not patch.area > 0:
+        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
+    weights = patch.weights[None]
+    if rings > 1:
+        cuts = [np.asarray(facets) for cut, facets in made.mesh.boundaries.items() if cut in _CUTS and copies > 1]
+        places = places_across(made.mesh, patch, np.concatenate([np.zeros(0, np.int64), *cuts]), copies)
+        weights = divided(places.ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
+    speeds = np.zeros(patch.weights.shape)  # rho c_p
+    for k, solid in enumerate(body.solids):
+        of = body.region[patch.elements] == k
+        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
+    return [_port(body, patch, part, speeds, copies) for part in weights]
+
+
+def _port(body: _Body, patch: Surface, weights: Array, speeds: Array, copies: int) -> Port:
+    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
+    vector = np.zeros((body.made.size, 3))
+    np.add.at(vector, patch.cells, parts)
+    area, impedance = float(weights.sum()), float((speeds * weights).sum())
+    return Port(body.unknowns.vector(vector.ravel()) / area, area * copies, impedance * copies)

@@ -1,0 +1,205 @@
+"""Displacement elements on a scikit-fem mesh: numbering, quadrature rules, and checks of the elements' shape.
+
+scikit-fem gives the shape functions, their gradients at reference points, the quadrature and the numbering of nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from skfem import ElementHex1, ElementHex2, ElementTetP1, ElementTetP2
+from skfem.assembly import Dofs
+from skfem.quadrature import get_quadrature
+
+from seatfem.structures.elements.element_kernels import jacobian_range
+from seatfem.structures.elements.pattern_kernels import node_graph
+from seatfem.structures.errors import ModelError
+
+Array = NDArray[np.float64]
+Rule = tuple[
+    Array, Array, Array, Array
+]  # weights (Q,), geometry (Q, V), its slopes (Q, V, 3), displacement (Q, L, ...)
+
+_ELEMENTS = {
+    ("RefTet", 1): ElementTetP1,
+    ("RefTet", 2): ElementTetP2,
+    ("RefHex", 1): ElementHex1,
+    ("RefHex", 2): ElementHex2,
+}
+_FLAT = 1e-10  # of the element's longest side cubed: a smaller Jacobian is none
+
+
+@dataclass(frozen=True)
+class Discretization:
+    """Elements of one kind and order on a mesh.
+
+    Attributes:
+        mesh: scikit-fem mesh.
+        element, geometry: scikit-fem elements of the displacement and of the map from the reference element.
+        order: polynomial order p of the displacement.
+        cells: (m, L) displacement nodes of each element.
+        corners: (m, V) geometry nodes of each element, rows of ``places``.
+        places: (g, 3) coordinates of the geometry nodes [m].
+        straight: whether every element is a straight tetrahedron.
+    """
+
+    mesh: Any
+    element: Any
+    geometry: Any
+    order: int
+    cells: NDArray[np.int32]
+    corners: NDArray[np.int32]
+    places: Array
+    straight: bool
+
+    @cached_property
+    def size(self) -> int:
+        """Number of displacement nodes."""
+        return int(self.cells.max()) + 1
+
+    @cached_property
+    def nodes(self) -> Array:
+        """(3, n) coordinates of the displacement nodes [m]."""
+        reference = np.asarray(self.element.doflocs, dtype=float)
+        points = np.empty((self.size, 3))
+        for k, shape in enumerate(values(self.geometry, reference.T)):
+            points[self.cells[:, k]] = np.einsum("v,mvc->mc", shape, self.places[self.corners])
+        return points.T
+
+    @cached_property
+    def graph(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """(indptr, indices) of the nodes that share an element."""
+        return node_graph(self.cells, self.size)
+
+    def centre(self, element: int) -> str:
+        """Where an element is, for messages."""
+        x, y, z = self.places[self.corners[element]].mean(axis=0)
+        return f"({x:.4g}, {y:.4g}, {z:.4g}) m"
+
+
+def discretize(mesh: Any, order: int | None) -> Discretization:
+    """The elements of ``order`` on ``mesh`` (default: the order of its geometry), checked.
+
+    Raises:
+        ModelError: no such element, flat or folded elements, parts that share no node.
+    """
+    kind = mesh.elem.refdom.__name__
+    curved = mesh.dofs.element_dofs.shape[0] != mesh.t.shape[0]
+    wanted = (2 if curved else 1) if order is None else order
+    if (kind, wanted) not in _ELEMENTS:
+        known = ", ".join(f"{name} order {p}" for name, p in _ELEMENTS)
+        raise ModelError(f"no element for {kind} of order {wanted}; there are {known}")
+    element, geometry = _ELEMENTS[kind, wanted](), mesh.elem()
+    corners, places = mesh.dofs.element_dofs, np.ascontiguousarray(mesh.doflocs.T)
+    straight = kind == "RefTet" and (not curved or _has_straight_sides(geometry, places[corners.T]))
+    if straight and curved:
+        geometry, corners, places = ElementTetP1(), mesh.t, np.ascontiguousarray(mesh.p.T)
+    cells = mesh.dofs.element_dofs if curved and wanted == 2 else Dofs(mesh, element).element_dofs
+    made = Discretization(mesh, element, geometry, wanted, _rows(cells), _rows(corners), places, straight)
+    _check_shape(made)
+    _check_connected(made)
+    return made
+
+
+def _rows(table: Any) -> NDArray[np.int32]:
+    return np.ascontiguousarray(np.asarray(table).T, dtype=np.int32)
+
+
+def _has_straight_sides(geometry: Any, corners: Array) -> bool:
+    """Whether the geometry nodes (m, V, 3) lie where the corners alone would put them."""
+    linear = values(ElementTetP1(), np.asarray(geometry.doflocs, dtype=float).T)
+    off = np.abs(np.einsum("kv,mvc->mkc", linear, corners[:, :4]) - corners).max()
+    return bool(off <= 1e-10 * np.abs(corners - corners[:, :1]).max())
+
+
+def values(element: Any, points: Array) -> Array:
+    """(Q, L) shape functions of a scikit-fem element at (3, Q) reference points."""
+    count = points.shape[1]
+    return np.stack([np.broadcast_to(element.lbasis(points, k)[0], count) for k in range(len(element.doflocs))], axis=1)
+
+
+def gradients(element: Any, points: Array) -> Array:
+    """(Q, L, 3) their gradients in reference coordinates."""
+    shape, count = (3, points.shape[1]), len(element.doflocs)
+    return np.stack([np.broadcast_to(element.lbasis(points, k)[1], shape).T for k in range(count)], axis=1)
+
+
+def rule_at(made: Discretization, points: Array, weights: Array, displacement: Array) -> Rule:
+    """A quadrature rule as the compiled loops take it."""
+    shapes, slopes = values(made.geometry, points), gradients(made.geometry, points)
+    weights = np.asarray(weights, dtype=float)
+    return weights, np.ascontiguousarray(shapes), np.ascontiguousarray(slopes), np.ascontiguousarray(displacement)
+
+
+def stiffness_rule(made: Discretization) -> Rule:
+    """Exact on straight tetrahedra, two degrees more on curved ones; p + 1 Gauss points a direction on hexahedra."""
+    points, weights = _gauss(made, 2 * made.order - 2)
+    return rule_at(made, points, weights, gradients(made.element, points))
+
+
+def mass_rule(made: Discretization) -> Rule:
+    """The same for products of shape functions."""
+    points, weights = _gauss(made, 2 * made.order)
+    return rule_at(made, points, weights, values(made.element, points))
+
+
+def nodal_rule(made: Discretization) -> Rule:
+    """Weights that share an element's mass among its nodes.
+
+    Hexahedra: Gauss-Lobatto points are the nodes (Cohen 2002), shares w_i det J_i. Tetrahedra: the diagonal of the
+    consistent mass, scaled (Hinton, Rock & Zienkiewicz 1976).
+    """
+    if made.element.refdom.__name__ == "RefTet":
+        return mass_rule(made)
+    points = np.asarray(made.element.doflocs, dtype=float)
+    lobatto = {1: {0.0: 1 / 2, 1.0: 1 / 2}, 2: {0.0: 1 / 6, 0.5: 4 / 6, 1.0: 1 / 6}}[made.order]
+    weights = np.array([np.prod([lobatto[x] for x in point]) for point in points.tolist()])
+    return rule_at(made, points.T, weights, np.eye(len(points)))
+
+
+def _gauss(made: Discretization, degree: int) -> tuple[Array, Array]:
+    if made.element.refdom.__name__ == "RefHex":
+        degree = 2 * made.order + 1  # per direction
+    elif not made.straight:
+        degree += 2
+    points, weights = get_quadrature(made.element.refdom, max(degree, 1))
+    return np.asarray(points), np.asarray(weights)
+
+
+def _check_shape(made: Discretization) -> None:
+    """Raise if an element's Jacobian vanishes or changes sign at its geometry nodes, centre or quadrature points."""
+    corners = np.asarray(made.geometry.doflocs, dtype=float).T
+    points = np.concatenate([corners, corners.mean(axis=1, keepdims=True), _gauss(made, 2 * made.order - 2)[0]], axis=1)
+    extremes = jacobian_range(made.corners, made.places, np.ascontiguousarray(gradients(made.geometry, points)))
+    box = np.ptp(made.places[made.corners[:, : made.mesh.t.shape[0]]], axis=1).max(axis=1)
+    least = np.where(extremes[:, 1] > 0, extremes[:, 0], -extremes[:, 1])
+    flat = np.abs(extremes).max(axis=1) <= _FLAT * box**3
+    for bad, what in ((flat, "flat (no volume)"), (least <= _FLAT * box**3, "folded (Jacobian changes sign)")):
+        if (which := np.flatnonzero(bad)).size:
+            raise ModelError(
+                f"{which.size} elements are {what}, the first at {made.centre(which[0])}: "
+                "mesh finer there or straighten the element sides"
+            )
+
+
+def _check_connected(made: Discretization) -> None:
+    """Raise if the mesh falls into parts that share no node."""
+    indptr, indices = made.graph
+    graph = sparse.csr_array((np.ones(len(indices), np.int8), indices, indptr), shape=(made.size, made.size))
+    count, part = sparse.csgraph.connected_components(graph, directed=False)
+    if count == 1:
+        return
+    of_element = part[made.cells[:, 0]]
+    sizes = np.bincount(of_element, minlength=count)
+    order = np.argsort(-sizes)
+    first = [int(np.flatnonzero(of_element == k)[0]) for k in order[:5]]
+    listed = ", ".join(f"{sizes[k]} elements about {made.centre(e)}" for k, e in zip(order, first, strict=False))
+    raise ModelError(
+        f"the mesh falls into {count} parts that share no node: {listed}{', ...' if count > 5 else ''}; "
+        "merge coincident nodes (imprint touching solids before meshing) or leave the loose parts out"
+    )

@@ -1,0 +1,80 @@
+"""meshio in a process of its own, with bounded memory and time; started by `meshio_files` only."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from contextlib import suppress
+from typing import Any, Final
+
+import numpy as np
+
+from seatfem.jobs.worker import lines_from_parent
+
+MEMORY: Final = 1 << 30  # bytes that any file may take
+PER_BYTE: Final = 60  # and more for each byte of the file
+SECONDS: Final = 600  # of the processor
+
+
+def limit(size: int) -> None:
+    """Bound what the rest of this process takes, where the system can."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        with open("/proc/self/statm", encoding="ascii") as file:
+            mapped = int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (mapped + MEMORY + PER_BYTE * size, resource.RLIM_INFINITY))
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, resource.RLIM_INFINITY))
+
+
+def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+    """Arrays and names of what a seat needs: nodes, cells, and whatever groups them."""
+    out: dict[str, np.ndarray[Any, Any]] = {"points": np.asarray(mesh.points, dtype=float)}
+    said: dict[str, Any] = {"types": [], "cell_data": [], "cell_sets": [], "point_sets": [], "point_data": []}
+    for k, block in enumerate(mesh.cells):
+        said["types"].append(block.type)
+        out[f"cells {k}"] = np.asarray(block.data) if block.type[:4] != "poly" else np.zeros((len(block.data), 0), int)
+    for name, parts in mesh.cell_data.items():
+        arrays = [_flat(part) for part in parts]
+        if all(part.dtype.kind in "iubf" and part.ndim == 1 for part in arrays):
+            out |= {f"cell_data {len(said['cell_data'])} {k}": part for k, part in enumerate(arrays)}
+            said["cell_data"].append(name)
+    for name, parts in mesh.cell_sets.items():
+        arrays = [np.asarray([] if part is None else part, dtype=np.int64) for part in parts]
+        out |= {f"cell_sets {len(said['cell_sets'])} {k}": part for k, part in enumerate(arrays)}
+        said["cell_sets"].append(name)
+    for kind, found in (("point_sets", mesh.point_sets), ("point_data", mesh.point_data)):
+        for name, values in found.items():
+            array = _flat(values)
+            if array.ndim == 1 and array.dtype.kind in "iubf":
+                out[f"{kind} {len(said[kind])}"] = array
+                said[kind].append(name)
+    return out, said
+
+
+def _flat(values: Any) -> np.ndarray[Any, Any]:
+    array = np.asarray(values)
+    return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
+
+
+def main() -> None:
+    for line in lines_from_parent():
+        job = json.loads(line)
+        limit(job["size"])
+        try:
+            import meshio
+
+            arrays, said = plain(meshio.read(job["file"], file_format=job["format"]))
+            np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
+        except (Exception, SystemExit) as error:  # meshio raises what it likes, and leaves by sys.exit
+            said = {"error": f"{type(error).__name__}: {error}"[:2000]}
+        sys.stdout.write(json.dumps(said) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    # The answer keeps the pipe to itself: libraries print to descriptor 1, which now leads to the log.
+    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    main()

@@ -1,0 +1,197 @@
+"""Keyword blocks and sets of an Abaqus input file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from impact.files.input_files import MB, read_bytes
+from seatfem.structures.mesh.cell_kinds import Integers
+from seatfem.structures.mesh.io import MeshError
+
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
+DEPTH = 8  # of files that include files
+MOST_FILES = 200
+MOST_BYTES = 512 * MB  # of all files of a deck together
+MOST_MEMBERS = 20_000_000  # of all sets of a deck together
+
+
+@dataclass
+class Budget:
+    """What is left to be read of a deck: each file counts as often as it is included."""
+
+    files: int = MOST_FILES
+    size: int = MOST_BYTES
+
+    def text(self, path: Path) -> str:
+        """The text of a file. Raises `MeshError` where the deck is at its end."""
+        if self.files == 0:
+            raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
+        data = read_bytes(path, self.size, MeshError)
+        self.files -= 1
+        self.size -= len(data)
+        return data.decode("utf-8", errors="replace")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A keyword line with its options, and its data lines split at commas."""
+
+    keyword: str
+    options: Mapping[str, str]
+    rows: Sequence[list[str]]
+    place: str
+
+    def fail(self, why: str) -> MeshError:
+        return MeshError(f"{self.place}: *{self.keyword}: {why}")
+
+    def integers(self) -> Integers:
+        """Every number of the data lines."""
+        try:
+            return np.array([int(word) for row in self.rows for word in row if word], dtype=np.int64)
+        except ValueError as error:
+            raise self.fail(f"whole numbers expected ({error})") from None
+
+
+def read_blocks(path: Path) -> list[Block]:
+    """All blocks of a file, included files in their place. Raises `MeshError` for what would move or make nodes."""
+    blocks = list(_blocks(path, 0, Budget()))
+    for block in blocks:
+        if block.keyword in GENERATORS:
+            raise block.fail("not supported; write the file with every node and element listed")
+        if block.keyword == "INSTANCE" and any(any(row) for row in block.rows):
+            raise block.fail("the instance is moved or turned; write a flat input file")
+    for keyword in ("PART", "INSTANCE"):
+        names = [block.options.get("NAME", "") for block in blocks if block.keyword == keyword]
+        if len(names) > 1:
+            raise MeshError(f"{path}: {len(names)} blocks *{keyword} ({', '.join(names)}); write a flat input file")
+    return blocks
+
+
+def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
+    head: tuple[str, dict[str, str], str] | None = None
+    rows: list[list[str]] = []
+    for place, line in _logical_lines(path, budget):
+        if not line.startswith("*"):
+            rows.append([word.strip() for word in line.split(",")])
+            continue
+        if head:
+            yield Block(head[0], head[1], rows, head[2])
+        keyword, options = _keyword(line)
+        head, rows = (keyword, options, place), []
+        if "INPUT" in options:
+            if keyword != "INCLUDE":
+                raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
+            other = path.parent / options["INPUT"]
+            if depth >= DEPTH or not other.exists():
+                raise MeshError(f"{place}: *INCLUDE: no such file {other}, or files that include each other")
+            yield from _blocks(other, depth + 1, budget)
+    if head:
+        yield Block(head[0], head[1], rows, head[2])
+
+
+def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
+    """Place and text of every line that says something; keyword lines that end in a comma with what follows."""
+    begun: list[str] = []
+    place = ""
+    for number, raw in enumerate(budget.text(path).splitlines(), start=1):
+        line = raw.strip()
+        if not line or line.startswith("**"):
+            continue
+        place = place if begun else f"{path}:{number}"
+        begun.append(line)
+        if not (begun[0].startswith("*") and line.endswith(",")):
+            yield place, "".join(begun)
+            begun = []
+    if begun:
+        yield place, "".join(begun)
+
+
+def _keyword(line: str) -> tuple[str, dict[str, str]]:
+    keyword, *words = line[1:].split(",")
+    pairs = [word.partition("=") for word in words if word.strip()]
+    options = {_squeezed(key).upper(): value.strip().strip('"') for key, _, value in pairs}
+    return _squeezed(keyword).upper(), options
+
+
+def _squeezed(text: str) -> str:
+    return re.sub(r"\s+", " ", text.strip())
+
+
+@dataclass(eq=False)
+class Sets:
+    """Named sets of node or element numbers; names without regard to case, as in Abaqus."""
+
+    kind: str
+    members: dict[str, list[Integers]] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    internal: set[str] = field(default_factory=set)
+    count: float = 0
+
+    def used(self, more: float, block: Block) -> None:
+        """Count members. Raises `MeshError` where they are more than sets may have."""
+        self.count += more
+        if self.count > MOST_MEMBERS:
+            raise block.fail(
+                f"{more:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
+                f"{MOST_MEMBERS:.0e} together; check first, last and step"
+            )
+
+    def add(self, name: str, numbers: Integers) -> None:
+        self.names.setdefault(name.casefold(), name)
+        self.members.setdefault(name.casefold(), []).append(numbers)
+
+    def add_block(self, block: Block) -> None:
+        """*NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
+        name = block.options.get(self.kind)
+        if not name:
+            raise block.fail(f"{self.kind}= is missing")
+        if "INTERNAL" in block.options:
+            self.internal.add(name.casefold())
+        self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
+
+    def get(self, word: str, block: Block) -> Integers:
+        """The numbers a word stands for: itself, or a set's."""
+        word = word.strip('"').rpartition(".")[2]  # without the name of the instance
+        if _WHOLE.fullmatch(word):
+            return np.array([int(word)], dtype=np.int64)
+        if word.casefold() not in self.members:
+            there = ", ".join(map(repr, sorted(self.names.values()))) or "none"
+            raise block.fail(f"no {self.kind} {word!r} before this line; there are: {there}")
+        return np.concatenate(self.members[word.casefold()])
+
+    def named(self) -> dict[str, Integers]:
+        """The sets a user has named, with every number once."""
+        return {
+            self.names[key]: np.unique(np.concatenate(parts))
+            for key, parts in self.members.items()
+            if key not in self.internal
+        }
+
+    def _listed(self, block: Block) -> Integers:
+        numbers: list[int] = []
+        sets: list[Integers] = [np.empty(0, dtype=np.int64)]
+        for row in block.rows:
+            for word in filter(None, row):
+                if _WHOLE.fullmatch(word):
+                    numbers.append(int(word))
+                else:
+                    sets.append(self.get(word, block))
+                    self.used(len(sets[-1]), block)
+        return np.unique(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
+
+    def _ranges(self, block: Block) -> Integers:
+        try:
+            triples = [[int(word) for word in row if word] for row in block.rows]
+            ranges = [range(first, last + 1, *step) for first, last, *step in triples]
+        except (TypeError, ValueError) as error:
+            raise block.fail(f"GENERATE takes first, last, step ({error})") from None
+        for each in ranges:
+            self.used(max(0.0, (each.stop - each.start) / each.step), block)
+        parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)
+        return np.concatenate([np.empty(0, dtype=np.int64), *parts])

@@ -1,0 +1,115 @@
+"""What a mesh file holds, before its groups are turned into surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from seatfem.structures.mesh.cell_kinds import Floats, Integers, serendipity_to_27
+from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
+
+
+@dataclass(frozen=True, eq=False)
+class FileMesh:
+    """Nodes, elements and groups of a file, in its length unit and gmsh's node order.
+
+    ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 allowed besides those of `MeshArrays`;
+    ``surfaces``: name -> (f, 3) or (f, 4) vertices; ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows
+    of ``points``.
+    """
+
+    points: Floats
+    cells: Integers
+    surfaces: Mapping[str, Integers] = field(default_factory=dict)
+    volumes: Mapping[str, Integers] = field(default_factory=dict)
+    node_sets: Mapping[str, Integers] = field(default_factory=dict)
+
+
+def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> None:
+    """Raise `MeshError` unless the solid elements are of one kind.
+
+    ``found``: the file's name of a solid element type -> (count, its nodes or None where it cannot be used).
+    """
+    usable = {nodes.shape[1] for _, nodes in found.values() if nodes is not None}
+    if len(usable) == 1 and all(nodes is not None for _, nodes in found.values()):
+        return
+    there = ", ".join(f"{count} {name}" for name, (count, _) in sorted(found.items())) or "none"
+    raise MeshError(
+        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {there}"
+    )
+
+
+def rows_of(ids: Integers, wanted: Integers, what: str, source: str) -> Integers:
+    """Rows at which numbers stand in ``ids``; `MeshError` for numbers that are not there."""
+    order = np.argsort(ids, kind="stable")
+    if len(ids) == 0:
+        raise MeshError(f"{source}: no {what}s")
+    at = np.minimum(np.searchsorted(ids, wanted, sorter=order), len(ids) - 1)
+    rows = order[at]
+    missing = np.unique(wanted[ids[rows] != wanted])
+    if len(missing):
+        raise MeshError(f"{source}: {what} {missing[0]} is used and not defined ({len(missing)} such {what}s)")
+    return np.asarray(rows)
+
+
+def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
+    """In metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose vertices they hold.
+
+    A node set of a name that a surface has already, and one that holds no whole face, makes no surface.
+    """
+    points, cells = unit * mesh.points, mesh.cells
+    if cells.shape[1] == 20:
+        points, cells = serendipity_to_27(points, cells)
+    arrays = MeshArrays(points, cells, mesh.surfaces, mesh.volumes, source)
+    if not mesh.node_sets:
+        return arrays
+    free = free_faces(arrays)
+    held = {name: free[facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
+    surfaces = {name: faces for name, faces in held.items() if len(faces)} | dict(mesh.surfaces)
+    return MeshArrays(points, cells, surfaces, mesh.volumes, source)
+
+
+def free_face_mask(cells: Integers, faces: Integers) -> NDArray[np.bool_]:
+    """Which faces belong to one element only; (m, faces), for faces given by columns of ``cells``."""
+    every = np.sort(cells[:, faces].reshape(-1, faces.shape[1]), axis=1)
+    _, number, count = np.unique(every, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(count[number.ravel()] == 1).reshape(len(cells), len(faces))
+
+
+def free_faces(arrays: MeshArrays) -> Integers:
+    """Vertices of the faces that belong to one element only: (f, 3 or 4)."""
+    faces = np.array(arrays.kind.faces)
+    return np.asarray(arrays.cells[:, faces][free_face_mask(arrays.cells, faces)])
+
+
+def merged(mesh: FileMesh, tolerance: float) -> FileMesh:
+    """Nodes nearer to each other than ``tolerance`` (the file's unit) become one: the first of them."""
+    pairs = cKDTree(mesh.points).query_pairs(tolerance, output_type="ndarray")
+    n = len(mesh.points)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    _, first = np.unique(label, return_index=True)
+    keep = first[label]
+    return FileMesh(
+        points=mesh.points,
+        cells=keep[mesh.cells],
+        surfaces={name: keep[faces] for name, faces in mesh.surfaces.items()},
+        volumes=mesh.volumes,
+        node_sets={name: keep[rows] for name, rows in mesh.node_sets.items()},
+    )
+
+
+def stacked(parts: Sequence[Integers], width: int) -> Integers:
+    """Rows one under the other; (0, width) for none."""
+    return np.concatenate([np.empty((0, width), dtype=np.int64), *parts])
+
+
+def face_width(cells: Integers) -> int:
+    """Vertices of a face of such elements."""
+    return 3 if cells.shape[1] in (4, 10) else 4

@@ -1,0 +1,215 @@
+"""M, K and C from another program's files: Matrix Market, scipy .npz, numpy .npy."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from scipy import sparse
+
+from impact.bodies.time_series import TimeSeriesError, csv_number, csv_rows
+from seatfem.structures.formats.matrix_files import load_matrix
+from seatfem.structures.model import Array, ModelError, Port, SecondOrderModel
+
+System = Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"]
+Constrained = Literal["refuse", "drop"]
+PortLike = str | os.PathLike[str] | Mapping[int, float] | Array
+_LBF_PER_INCH = 4.4482216152605 / 0.0254
+FACTORS: dict[str, tuple[float, float, float]] = {
+    "SI": (1.0, 1.0, 1.0),
+    "mm-t-s": (1e3, 1e3, 1e3),
+    "mm-kg-ms": (1.0, 1e3, 1e6),
+    "inch-lbf-s": (_LBF_PER_INCH,) * 3,
+}
+"""To kg, N s/m and N/m, from mass, damping and stiffness (t, N s/mm, N/mm; kg, kN ms/mm, kN/mm; lbf s^2/inch, ...)."""
+PENALTY = 1e10  # times the median stiffness diagonal: no spring of the structure
+_DOF = re.compile(r"[0-9]{1,15}")
+_SKEW = 1e-6  # relative asymmetry that rounding in a text file leaves
+
+
+def read_matrices(
+    mass: str | os.PathLike[str],
+    stiffness: str | os.PathLike[str],
+    damping: str | os.PathLike[str] | None = None,
+    *,
+    ports: Mapping[str, PortLike],
+    system: System = "SI",
+    first_dof: Literal[0, 1] = 0,
+    constrained: Constrained = "refuse",
+) -> SecondOrderModel:
+    """The model M u'' + C u' + K u = sum_p b_p F_p from files, in SI units.
+
+    Files: Matrix Market (.mtx, .mtx.gz: coordinate or array, symmetric or general), `scipy.sparse.save_npz` (.npz),
+    `numpy.save` (.npy). An n x 1 matrix is a diagonal.
+
+    Args:
+        mass, stiffness, damping: the files.
+        ports: by name: {dof: weight}, or the (n,) vector b itself, or a CSV file with the header ``dof,weight``. The
+            weights of a patch sum to 1: b'u is its mean displacement along the outward normal.
+        system: units of the files, one of `FACTORS`.
+        first_dof: number of the first unknown in ``ports``: 0 as in Python, 1 as in Matrix Market.
+        constrained: unknowns held by a penalty (a stiffness diagonal beyond `PENALTY` times the median) or absent from
+            K and M: an error that lists them, or taken out of the model.
+
+    Raises:
+        ModelError: a file that cannot be read, is not real, square, finite, symmetric, or of another size; constrained
+            or massless unknowns, Lagrange multipliers; a port off the model or on a constrained unknown.
+    """
+    if system not in get_args(System):
+        raise ModelError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
+    names = {"M": Path(mass), "C": None if damping is None else Path(damping), "K": Path(stiffness)}
+    found = {
+        key: factor * _read(path)
+        for (key, path), factor in zip(names.items(), FACTORS[system], strict=True)
+        if path is not None
+    }
+    n = found["K"].shape[0]
+    for key, matrix in found.items():
+        if matrix.shape[0] != n:
+            raise ModelError(f"{names[key]}: {key} has {matrix.shape[0]} unknowns, K in {names['K']} has {n}")
+    vectors = {name: _vector(_told(name, port), port, n, first_dof) for name, port in ports.items()}
+    held = _held(found["K"], found["M"])
+    if np.any(held):
+        if constrained != "drop":
+            raise ModelError(
+                f"{names['K']}: {held.sum()} unknowns are constrained (a penalty beyond {PENALTY:g} times the median "
+                f"diagonal, or no stiffness and mass at all): dof {_listed(held, first_dof)}; take them out, or give "
+                'constrained="drop"'
+            )
+        for name, vector in vectors.items():
+            if np.any(vector[held]):
+                raise ModelError(
+                    f"port {name!r} acts on the constrained dof {_listed(held & (vector != 0), first_dof)}"
+                )
+        found = {key: matrix[~held][:, ~held] for key, matrix in found.items()}
+        vectors = {name: vector[~held] for name, vector in vectors.items()}
+    _refuse_indefinite(found, names, held, first_dof)
+    try:
+        return SecondOrderModel(
+            found["M"], found.get("C"), found["K"], {name: Port(vector) for name, vector in vectors.items()}
+        )
+    except ModelError as problem:
+        files = (name for name in (*names.values(), *ports.values()) if isinstance(name, str | os.PathLike))
+        raise ModelError(f"{', '.join(map(str, files))}: {problem}") from problem
+
+
+def _read(path: Path) -> sparse.csr_array:
+    """A real, square, finite, symmetric matrix."""
+    if not path.exists():
+        raise ModelError(f"{path}: no such file")
+    try:
+        raw = load_matrix(path)
+    except Exception as problem:  # a broken file makes zlib, zipfile and tokenize raise what they like
+        raise ModelError(f"{path}: cannot be read as a matrix ({type(problem).__name__}: {problem})") from problem
+    if np.issubdtype(raw.dtype, np.complexfloating):
+        raise ModelError(f"{path}: is complex; give the real part here, and loss as damping")
+    if raw.dtype.kind not in "fiub":
+        raise ModelError(f"{path}: holds {raw.dtype}, no numbers")
+    matrix = sparse.csr_array(raw, dtype=np.float64)
+    if matrix.shape[1] == 1:
+        matrix = sparse.csr_array(sparse.diags_array(matrix.toarray()[:, 0]))
+    matrix.sum_duplicates()
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ModelError(f"{path}: is {matrix.shape[0]} x {matrix.shape[1]}: it must be square")
+    if bad := int(np.sum(~np.isfinite(matrix.data))):
+        raise ModelError(f"{path}: has {bad} values that are not finite")
+    return _symmetric(matrix, path)
+
+
+def _symmetric(matrix: sparse.csr_array, path: Path) -> sparse.csr_array:
+    scale = abs(matrix).max() if matrix.nnz else 0.0
+    skew = float(abs(matrix - matrix.T).max() / scale) if scale else 0.0
+    if skew > _SKEW:
+        half = not sparse.triu(matrix, 1).nnz or not sparse.tril(matrix, -1).nnz
+        remedy = (
+            "it holds one triangle only: mark it 'symmetric' in its Matrix Market header, or save A + A' - diag(A)"
+            if half
+            else "reciprocity is lost (follower forces, friction, gyroscopic terms?)"
+        )
+        raise ModelError(f"{path}: is not symmetric, |A - A'|/|A| = {skew:.1e}; {remedy}")
+    return sparse.csr_array((matrix + matrix.T) / 2) if skew else matrix
+
+
+def _held(stiffness: sparse.csr_array, mass: sparse.csr_array) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Unknowns with a penalty, or in no equation."""
+    diagonal = stiffness.diagonal()
+    positive = diagonal[diagonal > 0]
+    limit = PENALTY * float(np.median(positive)) if positive.size else np.inf
+    empty = (abs(stiffness).sum(axis=0) == 0) & (abs(mass).sum(axis=0) == 0)
+    return np.asarray((diagonal > limit) | empty)
+
+
+def _refuse_indefinite(
+    found: Mapping[str, sparse.csr_array], names: Mapping[str, Path | None], held: Any, first: int
+) -> None:
+    """By what every positive semidefinite matrix has: |a_ij|^2 <= a_ii a_jj."""
+    numbers = np.flatnonzero(~held) + first
+    for key, matrix in found.items():
+        diagonal = matrix.diagonal()
+        if key == "M" and np.any(none := diagonal <= 0):
+            raise ModelError(
+                f"{names[key]}: M has no mass at {none.sum()} unknowns (dof {_some(numbers[none])}): condense them "
+                "statically, or export a consistent mass matrix"
+            )
+        entry = sparse.coo_array(matrix)
+        root = np.sqrt(np.abs(diagonal))
+        bad = (diagonal[entry.row] < 0) | (np.abs(entry.data) > (1 + 1e-9) * root[entry.row] * root[entry.col])
+        if np.any(bad):
+            i, j = (int(numbers[index[bad][0]]) for index in (entry.row, entry.col))
+            raise ModelError(
+                f"{names[key]}: {key} is indefinite: |{key}_ij| exceeds sqrt({key}_ii {key}_jj) at {bad.sum()} places, "
+                f"the first dof {i}, {j}; Lagrange multipliers or a wrong sign? export with constraints eliminated"
+            )
+
+
+def _vector(name: str, port: PortLike, n: int, first: int) -> Array:
+    if isinstance(port, str | os.PathLike):
+        port = _weights(Path(port))
+    if not isinstance(port, Mapping):
+        vector = np.asarray(port, dtype=float)
+        if vector.shape != (n,):
+            raise ModelError(f"port {name!r} is {vector.shape}, the matrices ask for ({n},)")
+        return vector
+    vector = np.zeros(n)
+    for dof, weight in port.items():
+        if not first <= dof < n + first:
+            raise ModelError(f"port {name!r}: dof {dof} is outside {first} ... {n - 1 + first}")
+        vector[dof - first] = weight
+    return vector
+
+
+def _told(name: str, port: PortLike) -> str:
+    return f"{name} of {port}" if isinstance(port, str | os.PathLike) else name
+
+
+def _weights(path: Path) -> dict[int, float]:
+    """A table of dof and weight."""
+    if not path.exists():
+        raise ModelError(f"{path}: no such file")
+    try:
+        rows = csv_rows(path, ",")
+        if not rows or [cell.strip().lower() for cell in rows[0][1]] != ["dof", "weight"]:
+            raise ModelError(f"{path}: the first line must be 'dof,weight'")
+        out: dict[int, float] = {}
+        for line, cells in rows[1:]:
+            if len(cells) != 2 or not _DOF.fullmatch(cells[0].strip()):
+                raise ModelError(f"{path}, line {line}: {','.join(cells)!r} must be a dof number and a weight")
+            dof = int(cells[0])
+            if dof in out:
+                raise ModelError(f"{path}, line {line}: dof {dof} stands there twice")
+            out[dof] = csv_number(path, line, 2, cells[1])
+    except TimeSeriesError as problem:
+        raise ModelError(str(problem)) from problem
+    return out
+
+
+def _listed(mask: Any, first: int) -> str:
+    return _some(np.flatnonzero(mask) + first)
+
+
+def _some(numbers: Any) -> str:
+    return ", ".join(map(str, numbers[:8])) + (", ..." if len(numbers) > 8 else "")

@@ -1,0 +1,156 @@
+"""A seat's mesh in other programs' files, written by meshio."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+from skfem.assembly import Dofs
+
+from seatfem.structures.elements.element_orders import VTK, to_gmsh
+from seatfem.structures.formats.mesh_files import read_file
+from seatfem.structures.formats.meshio_files import FORMATS
+from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
+from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+
+WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
+    {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
+    | {suffix: form for suffix, form in FORMATS.items() if suffix != ".node"}
+)
+NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        "gmsh22": "gmsh:physical",
+        "med": "cell_tags",
+        "avsucd": "avsucd:material",
+        "medit": "medit:ref",
+        "netgen": "netgen:index",
+        "ugrid": "ugrid:ref",
+    }
+)
+"""Formats in which a group is a number: the key of its array. The first two name the numbers."""
+MARKED: Final = ("vtk", "vtu", "xdmf", "hmf")
+"""Formats in which a group is an array of 0 and 1 under its name."""
+NAMED: Final = ("abaqus", "flac3d")
+POINTS: Final = ("abaqus", "exodus")
+"""Formats with named sets of cells, and of nodes."""
+OPTIONS: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
+    {"xdmf": {"data_format": "XML"}, "gmsh22": {"binary": False}}
+)
+_SOLIDS = {4: "tetra", 10: "tetra10", 8: "hexahedron", 27: "hexahedron27"}
+_SKINS = {3: "triangle", 4: "quad"}
+
+
+def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[str, ...]:
+    """Write a seat's mesh in the format that the file's suffix names, one of `WRITTEN`; the files are whole or absent.
+
+    ``unit``: metres per length unit of the file. Solids come first, then the faces of every boundary, by name. Groups
+    keep their names where the format has names; where it has numbers, they are numbered in the order that is returned,
+    from 1: boundaries, then subdomains.
+
+    Returns:
+        The names of the groups.
+
+    Raises:
+        MeshError: a suffix that is not known, a unit that is not positive, elements that the format has none of.
+    """
+    import meshio  # here, for it brings readers of every format along
+
+    path = Path(path)
+    form = WRITTEN.get(path.suffix.lower())
+    if form is None:
+        raise MeshError(f"{path}: {path.suffix or 'no suffix'}: meshes are written as {', '.join(WRITTEN)}")
+    if not 0.0 < unit < float("inf"):
+        raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
+    points, cells = _nodes(seat)
+    names, mesh = _mesh(meshio, form, points / unit, cells, seat)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
+        try:
+            meshio.write(Path(folder) / path.name, mesh, file_format=form, **OPTIONS.get(form, {}))
+        except (Exception, SystemExit) as error:
+            what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
+            raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error})") from error
+        _check(Path(folder) / path.name, path, cells)
+        for file in sorted(Path(folder).iterdir()):
+            os.replace(file, path.parent / file.name)
+    return names
+
+
+def _check(written: Path, path: Path, cells: Integers) -> None:
+    """Some writers leave out what their format does not have: raise `MeshError` where the elements do not come back."""
+    try:
+        back = read_file(written).cells
+    except MeshError as error:
+        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements") from error
+    if back.shape != cells.shape:
+        raise MeshError(
+            f"{path}: {len(cells)} elements of {cells.shape[1]} nodes come back as {len(back)} of {back.shape[1]}: the "
+            "format does not hold them"
+        )
+
+
+def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
+    """Places (n, 3), and cells (m, k) in VTK's order, which is meshio's."""
+    mesh = seat.mesh
+    kind = next(kind for kind in CELL_KINDS.values() if kind.shape == seat.shape and kind.order == seat.order)
+    if kind.order == 1:
+        points, rows = mesh.p.T, mesh.t
+    else:
+        points, rows = mesh.doflocs.T, Dofs(mesh, kind.element).element_dofs
+    by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
+    by_gmsh[:, kind.columns] = rows.T
+    order = to_gmsh(np.arange(rows.shape[0])[None], VTK)[0]
+    cells = np.empty_like(by_gmsh)
+    cells[:, order] = by_gmsh
+    return np.asarray(points, dtype=float), cells
+
+
+def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:
+    """Names of the groups, and a mesh of two blocks: solids, and the faces of each boundary one after the other."""
+    mesh = seat.mesh
+    surfaces = {name: mesh.facets[:, facets].T for name, facets in mesh.boundaries.items()}
+    volumes = {name: rows for name, rows in mesh.subdomains.items() if name != "seat" or len(mesh.subdomains) == 1}
+    names = (*surfaces, *volumes)
+    ends = np.cumsum([0, *(len(faces) for faces in surfaces.values())])
+    faces = np.concatenate([np.empty((0, mesh.facets.shape[0]), dtype=np.int64), *surfaces.values()])
+    blocks = [(_SOLIDS[cells.shape[1]], cells), (_SKINS[faces.shape[1]], faces)]
+    none = np.arange(0)
+    members = {name: [none, np.arange(*ends[k : k + 2])] for k, name in enumerate(surfaces)}
+    members |= {name: [np.asarray(rows), none] for name, rows in volumes.items()}
+    numbers = [np.zeros(len(rows), dtype=np.int32) for _, rows in blocks]
+    for number, parts in enumerate(members.values(), start=1):
+        for array, rows in zip(numbers, parts, strict=True):
+            array[rows] = -number if form == "med" else number
+    data: dict[str, list[Any]] = {}
+    if form in MARKED:
+        data = {
+            name: [_mark(rows, len(block)) for rows, (_, block) in zip(parts, blocks, strict=True)]
+            for name, parts in members.items()
+        }
+    elif key := NUMBERED.get(form):
+        data = {key: numbers} | ({"gmsh:geometrical": numbers} if form == "gmsh22" else {})
+    made = meshio.Mesh(
+        points,
+        blocks,
+        cell_data=data,
+        cell_sets=members if form in NAMED else {},
+        point_sets={name: np.unique(faces) for name, faces in surfaces.items()} if form in POINTS else {},
+        field_data={name: np.array([k, 2 if name in surfaces else 3]) for k, name in enumerate(names, start=1)}
+        if form == "gmsh22"
+        else {},
+    )
+    if form == "med":
+        made.cell_tags = {-number: [name] for number, name in enumerate(names, start=1)}
+    return names, made
+
+
+def _mark(rows: Integers, count: int) -> Integers:
+    mark = np.zeros(count, dtype=np.int32)
+    mark[rows] = 1
+    return np.asarray(mark)

@@ -1,0 +1,202 @@
+"""Meshes in the formats that meshio knows, read in a process of its own and written."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.files.hdf5_structure import check_structure
+from impact.files.input_files import MB, check_file, read_text
+from seatfem.jobs.folders import private_folder
+from seatfem.jobs.processes import end_worker, start_worker
+from seatfem.structures.elements.element_orders import VTK, to_gmsh
+from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, stacked
+from seatfem.structures.mesh.cell_kinds import Integers
+from seatfem.structures.mesh.io import MeshError
+
+LIMIT: Final = 1024 * MB
+FORMATS: Final[Mapping[str, str]] = MappingProxyType(
+    {
+        ".vtu": "vtu",
+        ".vtk": "vtk",
+        ".xdmf": "xdmf",
+        ".xmf": "xdmf",
+        ".cgns": "cgns",
+        ".h5m": "h5m",
+        ".avs": "avsucd",
+        ".xml": "dolfin-xml",
+        ".e": "exodus",
+        ".exo": "exodus",
+        ".ex2": "exodus",
+        ".hmf": "hmf",
+        ".mesh": "medit",
+        ".meshb": "medit",
+        ".vol": "netgen",
+        ".post": "permas",
+        ".dato": "permas",
+        ".su2": "su2",
+        ".tec": "tecplot",
+        ".ele": "tetgen",
+        ".node": "tetgen",
+        ".ugrid": "ugrid",
+        ".f3grid": "flac3d",
+        ".mdpa": "mdpa",
+    }
+)
+SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
+SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
+OTHER_SOLIDS = ("tetra", "hexa", "wedge", "pyramid", "poly", "voxel", "VTK_LAGRANGE_", "VTK_BEZIER_")
+SKINS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
+MOST_GROUPS = 256  # an array of more different values numbers the cells; it does not group them
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_BESIDE = re.compile(r">\s*([^<>:]*):/")
+
+
+def read_by_meshio(path: Path, form: str = "") -> FileMesh:
+    """Tetrahedra and hexahedra of a file in one of `FORMATS`, with whatever groups they have.
+
+    Named cell sets: solids are a volume, triangles or quadrilaterals a surface; named point sets are node sets. Groups
+    that travel as whole-number data: a cell array of 0 and 1 is a group of the array's name; one of up to 256 other
+    values is a group "NAME VALUE" for each value but 0. A point array of 0 and 1 is a node set. Raises `MeshError`.
+    """
+    form = form or FORMATS[path.suffix.lower()]
+    with private_folder("mesh") as folder:
+        copy = _alone(path, form, folder)
+        arrays, said = _read(copy, form, folder, path)
+    blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(said["types"])]
+    one_kind(_by_type(blocks), str(path))
+    solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
+    points = arrays["points"]
+    cells = to_gmsh(np.concatenate([blocks[k][1] for k in solid]), VTK)
+    width = face_width(cells)
+    skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
+    faces = stacked([blocks[k][1][:, :width] for k in skin], width)
+    _refuse_missing_nodes(path, [cells, faces], len(points))
+    surfaces: dict[str, Integers] = {}
+    volumes: dict[str, Integers] = {}
+    for name, marks in _cell_groups(said, arrays, blocks).items():
+        on_solid, on_skin = (np.flatnonzero(_joined(marks, part)) for part in (solid, skin))
+        volumes |= {name: on_solid} if len(on_solid) else {}
+        surfaces |= {name: faces[on_skin]} if len(on_skin) else {}
+    node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(said["point_sets"])}
+    for n, name in enumerate(said["point_data"]):
+        data = arrays[f"point_data {n}"]
+        if _values(name, [data]) == [(name, 1)]:
+            node_sets[name] = np.flatnonzero(data)
+    return FileMesh(points, cells, surfaces, volumes, node_sets)
+
+
+def _alone(path: Path, form: str, folder: Path) -> Path:
+    """A copy under a plain name in a private folder, with the one file beside it that the format has."""
+    check_file(path, LIMIT, MeshError)
+    copy = folder / f"input{path.suffix.lower()}"
+    shutil.copyfile(path, copy)
+    if form == "tetgen":
+        for suffix in {".ele", ".node"} - {path.suffix.lower()}:
+            check_file(path.with_suffix(suffix), LIMIT, MeshError)
+            shutil.copyfile(path.with_suffix(suffix), copy.with_suffix(suffix))
+    if form in ("xdmf", "vtu", "dolfin-xml"):
+        text = read_text(copy, LIMIT, MeshError, "latin-1")
+        if re.search(r"<!\s*(DOCTYPE|ENTITY)|xi:include|XInclude", text[: 64 * 1024], re.IGNORECASE):
+            raise MeshError(f"{path}: defines or includes entities, which are not read; write plain XML")
+        if form == "xdmf":
+            _copy_beside(text, path, folder)
+    if any(_is_hdf5(file) for file in folder.iterdir()):
+        for file in filter(_is_hdf5, folder.iterdir()):
+            check_structure(file, MeshError)
+    return copy
+
+
+def _copy_beside(text: str, path: Path, folder: Path) -> None:
+    """The HDF5 files of an .xdmf, which must lie in its own folder."""
+    if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
+        raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
+    for name in sorted({found.strip() for found in _BESIDE.findall(text)}):
+        if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
+            raise MeshError(f"{path}: takes numbers from {name!r}; only a file in the same folder is read")
+        check_file(path.parent / name, LIMIT, MeshError)
+        shutil.copyfile(path.parent / name, folder / name)
+
+
+def _is_hdf5(file: Path) -> bool:
+    with file.open("rb") as content:
+        return content.read(8) == _HDF5
+
+
+def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    result, log = folder / "arrays.npz", folder / "log.txt"
+    job = {"file": str(copy), "format": form, "arrays": str(result), "size": path.stat().st_size}
+    process = start_worker("seatfem.structures.formats._meshio_worker", log=log, answers=True)
+    try:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps(job) + "\n")
+        process.stdin.flush()
+        answer = process.stdout.readline()
+    finally:
+        end_worker(process)
+    said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
+    if "error" in said:
+        told = said["error"].replace(str(folder), str(path.parent))
+        raise MeshError(f"{path}: not readable as a {path.suffix} file ({told})")
+    with np.load(result, allow_pickle=False) as arrays:
+        return dict(arrays), said
+
+
+def _cell_groups(
+    said: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
+) -> dict[str, list[NDArray[np.bool_]]]:
+    """Name -> which cells of each block."""
+    groups: dict[str, list[NDArray[np.bool_]]] = {}
+    for n, array in enumerate(said["cell_data"]):
+        data = [arrays[f"cell_data {n} {k}"] for k in range(len(blocks))]
+        groups |= {name: [part == value for part in data] for name, value in _values(array, data)}
+    for n, name in enumerate(said["cell_sets"]):
+        groups[name] = []
+        for k, (_, rows) in enumerate(blocks):
+            members = np.zeros(len(rows), dtype=bool)
+            members[_rows(arrays[f"cell_sets {n} {k}"], len(rows))] = True
+            groups[name].append(members)
+    return groups
+
+
+def _rows(members: NDArray[Any], count: int) -> Integers:
+    rows = np.asarray(members, dtype=np.int64)
+    return rows[(rows >= 0) & (rows < count)]
+
+
+def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.bool_]:
+    return np.concatenate([np.empty(0, dtype=bool), *(marks[k] for k in blocks)])
+
+
+def _refuse_missing_nodes(path: Path, blocks: list[Integers], nodes: int) -> None:
+    used = np.concatenate([rows.ravel() for rows in blocks])
+    if outside := int(np.sum((used < 0) | (used >= nodes))):
+        raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {nodes - 1}")
+
+
+def _by_type(blocks: list[tuple[str, Integers]]) -> dict[str, tuple[int, Integers | None]]:
+    found: dict[str, tuple[int, Integers | None]] = {}
+    for kind, cells in blocks:
+        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
+            found[kind] = (found.get(kind, (0, None))[0] + len(cells), cells if kind in SOLIDS else None)
+    return found
+
+
+def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
+    """Names and values of the groups that an array tells apart; none for real numbers, vectors and numberings."""
+    joined = np.concatenate(data) if data else np.empty(0)
+    if joined.dtype.kind not in "iub":
+        return []
+    values = [int(value) for value in np.unique(joined) if value != 0]
+    if values == [1]:
+        return [(name, 1)]
+    return [(f"{name} {value}", value) for value in values] if len(values) <= MOST_GROUPS else []

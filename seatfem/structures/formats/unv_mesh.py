@@ -1,0 +1,153 @@
+"""Meshes in universal files (.unv). gmsh reads them too, but crashes on groups of points and has none of nodes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from impact.files.input_files import MB, read_text
+from seatfem.structures.elements.element_orders import ABAQUS, to_gmsh
+from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, rows_of, stacked
+from seatfem.structures.mesh.cell_kinds import Integers
+from seatfem.structures.mesh.io import MeshError
+
+# By the format's element type: columns of the vertices, then of the nodes on edges in Abaqus' order. Parabolic elements
+# list the nodes of a contour as they come, vertices and mid-edge nodes by turns.
+SOLIDS: Mapping[int, tuple[int, ...]] = MappingProxyType(
+    {
+        111: (0, 1, 2, 3),
+        118: (0, 2, 4, 9, 1, 3, 5, 6, 7, 8),
+        115: tuple(range(8)),
+        116: (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11),
+    }
+)
+OTHER_SOLIDS = MappingProxyType(
+    {101: "wedge", 102: "wedge", 112: "wedge", 113: "wedge", 117: "cubic brick", 119: "cubic brick"}
+)
+SKINS: Mapping[int, tuple[int, ...]] = MappingProxyType(
+    dict.fromkeys((41, 51, 61, 74, 81, 91), (0, 1, 2))
+    | dict.fromkeys((42, 52, 62, 72, 82, 92), (0, 2, 4))
+    | dict.fromkeys((44, 54, 64, 71, 84, 94), (0, 1, 2, 3))
+    | dict.fromkeys((45, 55, 65, 75, 85, 95), (0, 2, 4, 6))
+)
+BEAMS = (11, 21, 22, 23, 24)  # one line more
+GROUPS = (2435, 2452, 2467, 2477)
+NODE, ELEMENT = 7, 8
+LIMIT = 512 * MB
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """In the file's own numbers; elements by type: number and nodes of each."""
+
+    node_ids: list[int] = field(default_factory=list)
+    points: list[list[float]] = field(default_factory=list)
+    elements: defaultdict[int, list[list[int]]] = field(default_factory=lambda: defaultdict(list))
+    groups: defaultdict[str, list[tuple[int, int]]] = field(default_factory=lambda: defaultdict(list))
+
+
+def read_unv(path: Path) -> FileMesh:
+    """Datasets 2411 (nodes), 2412 (elements) and 2435, 2452, 2467, 2477 (groups), by the format's public description.
+
+    A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
+    """
+    source = str(path)
+    contents = _collect(path)
+    one_kind(_by_type(contents), source)
+    node_ids = np.array(contents.node_ids, dtype=np.int64)
+    [kind] = contents.elements.keys() & SOLIDS.keys()
+    table = np.array(contents.elements[kind], dtype=np.int64)
+    ids, cells = table[:, 0], to_gmsh(rows_of(node_ids, table[:, 1:], "node", source)[:, SOLIDS[kind]], ABAQUS)
+    width = face_width(cells)
+    skins = [
+        np.array(rows, dtype=np.int64)[:, [0, *(1 + column for column in SKINS[kind])]]
+        for kind, rows in contents.elements.items()
+        if len(SKINS.get(kind, ())) == width
+    ]
+    skin = stacked(skins, 1 + width)
+    faces = rows_of(node_ids, skin[:, 1:], "node", source)
+    surfaces: dict[str, Integers] = {}
+    volumes: dict[str, Integers] = {}
+    node_sets: dict[str, Integers] = {}
+    for name, members in contents.groups.items():
+        entities = np.array(members, dtype=np.int64).reshape(-1, 2)
+        elements, nodes = (entities[entities[:, 0] == code, 1] for code in (ELEMENT, NODE))
+        solid, shell = np.flatnonzero(np.isin(ids, elements)), np.isin(skin[:, 0], elements)
+        volumes |= {name: solid} if len(solid) else {}
+        surfaces |= {name: faces[shell]} if shell.any() else {}
+        node_sets |= {name: rows_of(node_ids, nodes, "node", source)} if len(nodes) else {}
+    return FileMesh(np.array(contents.points), cells, surfaces, volumes, node_sets)
+
+
+def _collect(path: Path) -> Contents:
+    contents = Contents()
+    try:
+        for number, lines in _datasets(path):
+            if number == 2411:
+                for head in lines:
+                    contents.node_ids.append(int(head.split()[0]))
+                    contents.points.append(_point(next(lines)))
+            elif number == 2412:
+                _elements(lines, contents)
+            elif number in GROUPS:
+                _groups(lines, contents)
+    except (ValueError, IndexError, StopIteration, RuntimeError) as error:
+        raise MeshError(f"{path}: not readable as a universal file ({type(error).__name__}: {error})") from error
+    return contents
+
+
+def _point(line: str) -> list[float]:
+    x, y, z = (float(word.replace("D", "E")) for word in line.split()[:3])
+    return [x, y, z]
+
+
+def _datasets(path: Path) -> Iterator[tuple[int, Iterator[str]]]:
+    """Number and lines of every dataset; lines of -1 stand around each."""
+    lines = iter(read_text(path, LIMIT, MeshError, "latin-1").splitlines())
+    for line in lines:
+        if line.strip() == "-1":
+            number = int(next(lines))
+            body: list[str] = []
+            for text in lines:
+                if text.strip() == "-1":
+                    break
+                body.append(text)
+            yield number, iter(body)
+
+
+def _elements(lines: Iterator[str], contents: Contents) -> None:
+    for head in lines:
+        label, kind, *_, count = map(int, head.split()[:6])
+        if kind in BEAMS:
+            next(lines)
+        nodes: list[int] = []
+        while len(nodes) < count:
+            nodes += map(int, next(lines).split())
+        expected = len(SOLIDS.get(kind, nodes))
+        if count != expected:
+            raise ValueError(f"element {label} of type {kind} has {count} nodes: must be {expected}")
+        contents.elements[kind].append([label, *nodes])
+
+
+def _groups(lines: Iterator[str], contents: Contents) -> None:
+    for head in lines:
+        count = int(head.split()[7])
+        name = next(lines).strip()
+        words: list[int] = []
+        while len(words) < 4 * count:
+            words += map(int, next(lines).split())
+        contents.groups[name] += zip(words[0::4], words[1::4], strict=True)
+
+
+def _by_type(contents: Contents) -> dict[str, tuple[int, Integers | None]]:
+    names = {111: "tetrahedra", 118: "tetrahedra of 10 nodes", 115: "bricks", 116: "bricks of 20 nodes"} | OTHER_SOLIDS
+    found: dict[str, tuple[int, Integers | None]] = {}
+    for kind in contents.elements.keys() & names.keys():
+        usable = np.empty((0, len(SOLIDS[kind])), dtype=np.int64) if kind in SOLIDS else None
+        found[f"{names[kind]} (type {kind})"] = (len(contents.elements[kind]), usable)
+    return found

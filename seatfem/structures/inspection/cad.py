@@ -1,0 +1,137 @@
+"""What a geometry's solids and faces are: of a CAD file as gmsh reads it, without a mesh to compute on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
+from seatfem.structures.shapes import CadPart, Geometry, decode, encode
+from seatfem.structures.shapes.cad import check_readable
+from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.shapes.faces import Colour, Vector
+
+
+@dataclass(frozen=True)
+class FoundFace:
+    """One face of a geometry's solids; lengths in metres.
+
+    Attributes:
+        numbers: places in the file's order, from 1, by which scenes may select it.
+        kind: of surface.
+        area, centre, perimeter: of the face.
+        normal: outward, of a flat face.
+        axis: a point and the direction of a cylinder's or cone's axis, and the cone's half angle [rad].
+        radii: the least and the largest distance from that axis.
+        colour, name: of the file.
+        groups: that select it.
+        solids: that it bounds, from 1.
+    """
+
+    numbers: tuple[int, ...]
+    kind: str
+    area: float
+    centre: Vector
+    perimeter: float
+    normal: Vector | None
+    axis: tuple[Vector, Vector, float] | None
+    radii: tuple[float, float] | None
+    colour: Colour | None
+    name: str
+    groups: tuple[str, ...]
+    solids: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Inspected:
+    """A geometry's solids and faces.
+
+    Attributes:
+        faces: all of them.
+        problems: fields of the geometry's specification, and what is wrong with each.
+        regions: names of the solids.
+        shape: coarse, with the groups that could be selected; its rows of triangles by face in ``parts``.
+        parts: rows of the shape's triangles on each face.
+    """
+
+    faces: tuple[FoundFace, ...]
+    problems: tuple[tuple[str, str], ...]
+    regions: tuple[str, ...]
+    shape: Shape
+    parts: tuple[Integers, ...] = field(repr=False)
+
+    @property
+    def meshed(self) -> bool:
+        """Whether gmsh could fill the solids with coarse elements."""
+        return len(self.shape.cells) > 0
+
+
+def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
+    """The geometry's faces, groups and problems; a file is read once in a process, as long as it stays as it is.
+
+    ``picture``: with triangles that show curved faces well, and without cells.
+
+    Raises:
+        OSError: the file is not there.
+        MeshingError: gmsh cannot be run, or crashes.
+    """
+    state = state_of(geometry.path) if isinstance(geometry, CadPart) else None
+    return _inspected(json.dumps(encode(geometry), sort_keys=True), state, picture)
+
+
+@lru_cache(maxsize=4)
+def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspected:
+    data = json.loads(encoded)
+    if state is not None:
+        data["path"] = str(state.path)
+        try:
+            check_readable(decode(json.loads(encoded)).path)
+        except GeometryError as error:
+            return _nothing(error)
+    try:
+        arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
+    except GeometryError as error:  # what is found before anything is built, as a unit that is not known
+        return _nothing(error)
+    found = json.loads(str(arrays["found"]))
+    rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in found["faces"]] if found["faces"] else []
+    if not rows:
+        return Inspected((), _problems(found), (), _empty(), ())
+    groups = {
+        name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in found["groups"].items()
+    }
+    shape = Shape(arrays["points"], arrays["triangles"], groups, arrays["cells"], float(found["volume"]))
+    faces = tuple(_face(face, found["groups"]) for face in found["faces"])
+    return Inspected(faces, _problems(found), tuple(found["regions"]), shape, tuple(rows))
+
+
+def _nothing(error: GeometryError) -> Inspected:
+    return Inspected((), ((error.field or "path", str(error)),), (), _empty(), ())
+
+
+def _empty() -> Shape:
+    return Shape(np.zeros((0, 3)), np.zeros((0, 3), np.int64), {}, np.zeros((0, 4), np.int64), 0.0)
+
+
+def _problems(found: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    told = found["problems"]
+    assert isinstance(told, list)
+    return tuple((str(key) or "path", str(message)) for key, message in told)
+
+
+def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:
+    def plain(key: str) -> object:
+        value = face[key]
+        return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
+
+    keys = ("numbers", "kind", "area", "centre", "perimeter", "normal", "axis", "radii", "colour", "name", "solids")
+    mine = tuple(name for name, tags in groups.items() if face["tag"] in tags)
+    return FoundFace(**{key: plain(key) for key in keys}, groups=mine)  # type: ignore[arg-type]
+
+
+__all__ = ["FoundFace", "Inspected", "MeshingError", "inspect_geometry"]

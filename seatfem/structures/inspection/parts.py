@@ -1,0 +1,99 @@
+"""The faces of a part in whatever file it is: CAD, mesh, or the scene of a seat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
+from seatfem.structures.inspection.mesh_faces import faces_of
+from seatfem.structures.inspection.mesh_file import mesh_of, regions_of, shape_of
+from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.shapes import CadPart, GeometryError
+from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
+from seatfem.study.scene import METRES, DrawnSeat, MeshFile, load_scene
+
+Unit = Literal["m", "mm", "um", "inch"]
+SCENES: Final = (".toml",)
+BY_FILE: Final = ("path", "unit")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Attributes:
+    name: of the file, or of the scene's seat.
+    faces: all that bound its solids.
+    shape: its surface; ``rows``: of its triangles, by face.
+    regions: names of its solids.
+    notes: what is worth telling: groups that could not be selected, a unit that was assumed.
+    numbered: whether a scene may select its faces by number.
+    """
+
+    name: str
+    faces: tuple[FoundFace, ...]
+    shape: Shape
+    rows: tuple[Integers, ...]
+    regions: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    numbered: bool = True
+
+
+def open_part(path: Path, unit: Unit | None = None) -> Part:
+    """The part in a STEP, BREP or mesh file, or of a scene's seat.
+
+    Args:
+        unit: length unit of a file that states none; millimetres are assumed of BREP files, metres of meshes.
+
+    Raises:
+        GeometryError, MeshError: a file that cannot be read, or a seat that has no faces.
+        SceneError: a scene that is not sound.
+        MeshingError, OSError: gmsh cannot be run; the file is not there.
+    """
+    if path.suffix.lower() in SCENES:
+        return _of_scene(path)
+    if path.suffix.lower() in STEP_SUFFIXES + BREP_SUFFIXES:
+        return _of_cad(path, unit)
+    length: Unit = unit or "m"
+    notes = () if unit else (_assumed(path, length, "--unit mm"),)
+    return _of_mesh(path.name, read_mesh(path, contact=None, fixed=None, unit=METRES[length]), notes)
+
+
+def _of_scene(path: Path) -> Part:
+    seat = load_scene(path).seat
+    if isinstance(seat, MeshFile):
+        return _of_mesh(seat.file.name, mesh_of(seat), ())
+    if not isinstance(seat, DrawnSeat):
+        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; those of cad, mesh and drawn seats have")
+    found = inspect_geometry(seat.geometry(), picture=True)
+    file = getattr(seat, "file", None)
+    return _of_found(file.name if file else f"seat, kind = {seat.kind!r}", found, "seat.", ())
+
+
+def _of_cad(path: Path, unit: Unit | None) -> Part:
+    brep = path.suffix.lower() in BREP_SUFFIXES
+    length: Unit | None = "mm" if brep and unit is None else unit
+    part = CadPart(path, None if length is None else METRES[length])
+    found = inspect_geometry(part, picture=True)
+    notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
+    return _of_found(path.name, found, None, notes)
+
+
+def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
+    """``keys``: in front of the fields that problems name; ``None``: groups are nobody's wish, and none is missed."""
+    if not found.faces:
+        raise GeometryError("\n".join(message for _, message in found.problems))
+    told = () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in found.problems)
+    return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *told))
+
+
+def _of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
+    shape = shape_of(mesh)
+    faces, rows = faces_of(shape)
+    return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)
+
+
+def _assumed(path: Path, unit: str, other: str) -> str:
+    return f"{path.name} states no unit of length, {unit} is assumed; {other} says otherwise"

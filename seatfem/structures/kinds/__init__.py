@@ -1,0 +1,1 @@
+"""The kinds of bodies that scenes may name."""

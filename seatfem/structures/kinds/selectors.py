@@ -1,0 +1,228 @@
+"""Ways of naming faces and solids of a CAD file; a new way is a new class and one name in `SimpleSelector`."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from typing import Annotated, Final, Literal, Self, TypeVar
+
+from annotated_types import Ge, Le
+from pydantic import BeforeValidator, Field, model_validator
+
+from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default
+from seatfem.structures.shapes import (
+    CONTACT_COLOUR,
+    FIXED_COLOUR,
+    ColourFace,
+    ConeFace,
+    CylinderFace,
+    GeometryError,
+    NamedFace,
+    NumberedFace,
+    PlaneFace,
+    PointFace,
+    Selector,
+)
+from seatfem.structures.shapes import Region as SolidRegion
+
+_Spec = TypeVar("_Spec")
+_Channel = Annotated[int, Ge(0), Le(255)]
+_Colour = tuple[_Channel, _Channel, _Channel]
+_Direction = tuple[float, float, float]
+_Place = tuple[Position, Position, Position]
+_ORIGIN = ("0 mm", "0 mm", "0 mm")
+_PLACE = ("12 mm", "0 mm", "8 mm")
+_UP = (0.0, 0.0, 1.0)
+
+
+def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
+    """A geometry's complaint about one of its fields becomes one about the key of that name."""
+    try:
+        return build()
+    except GeometryError as error:
+        if field := re.match(r"\w+\.(\w+) = (.*)", str(error), re.DOTALL):
+            raise KeyProblem(field[1], field[2]) from error
+        raise
+
+
+class FaceChoice(Table):
+    """What all selectors have in common."""
+
+    def selectors(self) -> tuple[Selector, ...]:
+        """The geometry's selectors, whose union is meant. Raises `GeometryError` for one that can select nothing."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _can_select(self) -> Self:
+        in_scene_words(self.selectors)
+        return self
+
+
+class ByColour(FaceChoice):
+    """The faces painted in one colour in the CAD program."""
+
+    kind: Literal["colour"]
+    colour: _Colour = Field(description="red, green, blue, each 0 to 255", examples=[[255, 0, 0]])
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return (ColourFace((*self.colour, 255)),)
+
+
+class ByPlane(FaceChoice):
+    """The flat face with a given outward normal n in the plane n.x = offset."""
+
+    kind: Literal["plane"]
+    normal: _Direction = Field(description="outward normal of the face", examples=[_UP])
+    offset: Position = Field(description="distance of the plane from the origin, along the normal")
+    radius_min: Gap = default("0 mm", "keep faces at least this far from the axis along the normal")
+    radius_max: Length | None = Field(None, description="keep faces at most this far from that axis")
+    axis_point: _Place = default(_ORIGIN, "a point on that axis", _PLACE)
+    several: bool = Field(False, strict=True, description="take faces that do not touch each other")
+
+    def selectors(self) -> tuple[Selector, ...]:
+        outer = _or_infinite(self.radius_max)
+        return (PlaneFace(self.normal, self.offset, self.radius_min, outer, self.axis_point, self.several),)
+
+
+class ByCylinder(FaceChoice):
+    """The cylindrical face of a radius; without axis and axis_point about any line, rather about the z axis."""
+
+    kind: Literal["cylinder"]
+    radius: Length = Field(description="of the cylinder")
+    axis: _Direction | None = Field(None, description="direction of the axis", examples=[_UP])
+    axis_point: _Place | None = default(None, "a point on the axis", _PLACE)
+    several: bool = Field(False, strict=True, description="take faces that do not touch each other")
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return (CylinderFace(self.radius, self.axis, self.axis_point, self.several),)
+
+
+class ByCone(FaceChoice):
+    """The conical face of a half angle about an axis."""
+
+    kind: Literal["cone"]
+    half_angle: Angle = Field(description="between the cone's generators and the axis")
+    axis: _Direction = Field(_UP, description="direction of the axis", examples=[_UP])
+    axis_point: _Place = default(_ORIGIN, "a point on the axis", _PLACE)
+    radius_min: Gap = default("0 mm", "keep faces at least this far from the axis")
+    radius_max: Length | None = Field(None, description="keep faces at most this far from the axis")
+    several: bool = Field(False, strict=True, description="take faces that do not touch each other")
+
+    def selectors(self) -> tuple[Selector, ...]:
+        outer = _or_infinite(self.radius_max)
+        return (ConeFace(self.half_angle, self.axis, self.axis_point, self.radius_min, outer, self.several),)
+
+
+class ByPoint(FaceChoice):
+    """The one face that a point lies on."""
+
+    kind: Literal["point"]
+    point: _Place = Field(description="a point inside the face, not on its edge", examples=[_PLACE])
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return (PointFace(self.point),)
+
+
+class ByName(FaceChoice):
+    """The faces that the CAD file gives a name."""
+
+    kind: Literal["name"]
+    name: str = Field(description="of the faces")
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return (NamedFace(self.name),)
+
+
+class ByNumber(FaceChoice):
+    """Faces by number, as `seatfem faces` shows them: their places in the file, the same as long as the file is."""
+
+    kind: Literal["number"]
+    number: int | None = Field(None, strict=True, ge=1, description="of the face; or give numbers")
+    numbers: tuple[Annotated[int, Ge(1)], ...] | None = Field(None, min_length=1, description="of several faces")
+
+    @model_validator(mode="after")
+    def _one_key(self) -> Self:
+        if (self.number is None) == (self.numbers is None):
+            raise ValueError("give exactly one of number and numbers")
+        return self
+
+    def selectors(self) -> tuple[Selector, ...]:
+        numbers = self.numbers if self.number is None else (self.number,)
+        return (NumberedFace(numbers or ()),)
+
+
+class Nothing(FaceChoice):
+    """No face: what is clamped of a body that only supports hold, or nothing."""
+
+    kind: Literal["nothing"]
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return ()
+
+
+def _kind_by_keys(given: object) -> object:
+    """{ number = 7 } is { kind = "number", number = 7 }: a key that only one kind has says which is meant."""
+    if isinstance(given, Mapping) and "kind" not in given:
+        kind = next((kind for key, kind in _TELLING.items() if key in given), None)
+        return given if kind is None else {"kind": kind, **given}
+    return given
+
+
+_TELLING: Final[Mapping[str, str]] = {
+    "number": "number", "numbers": "number", "colour": "colour", "normal": "plane", "radius": "cylinder",
+    "half_angle": "cone", "point": "point", "name": "name", "of": "union",
+}  # fmt: skip
+"""Keys that only one kind of selector has."""
+
+SimpleSelector = Annotated[
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
+]
+
+
+class AnyOf(FaceChoice):
+    """All faces that one of several selectors names."""
+
+    kind: Literal["union"]
+    of: tuple[SimpleSelector, ...] = Field(min_length=1, description="the selectors")
+
+    def selectors(self) -> tuple[Selector, ...]:
+        return tuple(selector for choice in self.of for selector in choice.selectors())
+
+
+FaceSelector = Annotated[
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
+]
+ClampSelector = Annotated[
+    ByColour | ByPlane | ByCylinder | ByCone | ByPoint | ByName | ByNumber | AnyOf | Nothing,
+    Field(discriminator="kind"),
+    BeforeValidator(_kind_by_keys),
+]
+RED_FACES = ByColour(kind="colour", colour=CONTACT_COLOUR[:3])
+BLUE_FACES = ByColour(kind="colour", colour=FIXED_COLOUR[:3])
+
+
+class Region(Table):
+    """Solids of a CAD file, by exactly one of their keys: the region that a material of that name is given to."""
+
+    order: int | None = Field(None, strict=True, ge=1, description="the solid's place in the file, from 1")
+    colour: _Colour | None = Field(None, description="red, green, blue, each 0 to 255", examples=[[255, 170, 0]])
+    solid: str | None = Field(None, description="the solid's name in the file")
+
+    @model_validator(mode="after")
+    def _one_key(self) -> Self:
+        if sum(key is not None for key in (self.order, self.colour, self.solid)) != 1:
+            raise ValueError("give exactly one of order, colour and solid")
+        return self
+
+    def named(self, name: str) -> SolidRegion:
+        colour = None if self.colour is None else (*self.colour, 255)
+        return SolidRegion(name, self.order, colour, self.solid)
+
+
+def _or_infinite(radius: float | None) -> float:
+    return math.inf if radius is None else radius

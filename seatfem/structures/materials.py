@@ -1,0 +1,210 @@
+"""Linear elastic solids: isotropic and orthotropic, their stiffness, wave speeds and damping.
+
+Voigt order is xx, yy, zz, yz, xz, xy with engineering shear strains, in global axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from seatfem.structures.errors import ModelError
+
+Array = NDArray[np.float64]
+
+VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+_CONSTANTS = ("young", "poisson", "density")
+_DIRECTIONS = 400  # of the search for the slowest shear wave
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elastic solid.
+
+    Attributes:
+        young: Young's modulus E > 0 [Pa].
+        poisson: Poisson's ratio, -1 < nu < 0.5.
+        density: rho > 0 [kg/m^3].
+        name: for people.
+        loss_factor: eta >= 0 of structural damping, K (1 + i eta).
+        rayleigh: (alpha [1/s], beta [s]) >= 0 of the damping alpha M + beta K.
+
+    Raises:
+        ModelError: a constant outside its range.
+    """
+
+    young: float
+    poisson: float
+    density: float
+    name: str = ""
+    loss_factor: float = 0.0
+    rayleigh: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        _positive(self, ("young", "Pa"), ("density", "kg/m^3"))
+        if not -1.0 < self.poisson < 0.5:
+            raise ModelError(f"material {self.name!r}: poisson = {self.poisson} must lie strictly between -1 and 0.5")
+        _damping(self)
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lame's constants (lambda, mu) [Pa]."""
+        nu = self.poisson
+        return self.young * nu / ((1 + nu) * (1 - 2 * nu)), self.young / (2 * (1 + nu))
+
+    @property
+    def elasticity(self) -> Array:
+        """(6, 6) stiffness [Pa] in Voigt order."""
+        lam, mu = self.lame
+        stiffness = np.diag([2 * mu, 2 * mu, 2 * mu, mu, mu, mu])
+        stiffness[:3, :3] += lam
+        return stiffness
+
+    @property
+    def c_p(self) -> float:
+        """Speed of pressure waves sqrt((lambda + 2 mu)/rho) [m/s]."""
+        lam, mu = self.lame
+        return float(np.sqrt((lam + 2 * mu) / self.density))
+
+    def c_p_along(self, normals: ArrayLike) -> Array:
+        """(...,) speed of pressure waves [m/s] along (..., 3) directions: the same in all."""
+        return np.full(np.shape(normals)[:-1], self.c_p)
+
+    @property
+    def c_s(self) -> float:
+        """Speed of shear waves sqrt(mu/rho) [m/s]."""
+        return float(np.sqrt(self.lame[1] / self.density))
+
+    @property
+    def c_0(self) -> float:
+        """Speed of long waves in a thin rod sqrt(E/rho) [m/s]."""
+        return float(np.sqrt(self.young / self.density))
+
+
+@dataclass(frozen=True)
+class Orthotropic:
+    """Orthotropic linear elastic solid (Lekhnitskii 1963): compliance S_11 = 1/E_1, S_12 = -nu_12/E_1, S_44 = 1/G_23.
+
+    Attributes:
+        young: (E_1, E_2, E_3) [Pa].
+        poisson: (nu_12, nu_13, nu_23); nu_ij is the contraction along j per extension along i.
+        shear: (G_12, G_13, G_23) [Pa].
+        density: rho > 0 [kg/m^3].
+        axes: rows are the unit vectors of the material's axes 1, 2, 3.
+        name: for people.
+        loss_factor, rayleigh: as `Material`.
+
+    Raises:
+        ModelError: a constant outside its range, a stiffness that is not positive, axes that are not orthonormal.
+    """
+
+    young: tuple[float, float, float]
+    poisson: tuple[float, float, float]
+    shear: tuple[float, float, float]
+    density: float
+    axes: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    name: str = ""
+    loss_factor: float = 0.0
+    rayleigh: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        _positive(self, ("young", "Pa"), ("shear", "Pa"), ("density", "kg/m^3"))
+        _damping(self)
+        axes = np.asarray(self.axes, dtype=float)
+        if axes.shape != (3, 3) or not np.abs(axes @ axes.T - np.eye(3)).max() < 1e-6:
+            raise ModelError(f"material {self.name!r}: axes must be three orthonormal rows, they are {self.axes}")
+        if (least := np.linalg.eigvalsh(self._normal_compliance)[0]) <= 0:
+            raise ModelError(
+                f"material {self.name!r}: poisson = {self.poisson} gives strain energy of the wrong sign "
+                f"(compliance {least:.2e} 1/Pa); |nu_ij| must stay below sqrt(E_i/E_j)"
+            )
+
+    @property
+    def _normal_compliance(self) -> Array:
+        (e1, e2, e3), (nu12, nu13, nu23) = self.young, self.poisson
+        return np.array(
+            [[1 / e1, -nu12 / e1, -nu13 / e1], [-nu12 / e1, 1 / e2, -nu23 / e2], [-nu13 / e1, -nu23 / e2, 1 / e3]]
+        )
+
+    @cached_property
+    def elasticity(self) -> Array:
+        """(6, 6) stiffness [Pa] in Voigt order and global axes."""
+        local = np.zeros((6, 6))
+        local[:3, :3] = np.linalg.inv(self._normal_compliance)
+        g12, g13, g23 = self.shear
+        local[3:, 3:] = np.diag([g23, g13, g12])
+        q = np.asarray(self.axes, dtype=float)
+        turned = np.einsum("ia,jb,ijkl,kc,ld->abcd", q, q, stiffness_tensor(local), q, q, optimize=True)
+        stiffness = np.array([[turned[*row, *column] for column in VOIGT] for row in VOIGT])
+        symmetric: Array = (stiffness + stiffness.T) / 2
+        return symmetric
+
+    def _speeds(self, normals: ArrayLike) -> Array:
+        """(..., 3) phase speeds [m/s] along (..., 3) directions, slowest first, by Christoffel's equation."""
+        n = np.asarray(normals, dtype=float)
+        n = n / np.linalg.norm(n, axis=-1, keepdims=True)
+        acoustic = np.einsum("...b,abcd,...d->...ac", n, stiffness_tensor(self.elasticity), n, optimize=True)
+        speeds: Array = np.sqrt(np.linalg.eigvalsh(acoustic) / self.density)
+        return speeds
+
+    def c_p_along(self, normals: ArrayLike) -> Array:
+        """(...,) speed of the quasi-pressure wave [m/s] along (..., 3) directions."""
+        speeds: Array = self._speeds(normals)[..., 2]
+        return speeds
+
+    @cached_property
+    def c_s(self) -> float:
+        """Speed of the slowest wave [m/s] over a spiral of directions and the material's axes."""
+        k = np.arange(_DIRECTIONS) + 0.5
+        height, angle = 1 - 2 * k / _DIRECTIONS, np.pi * (1 + np.sqrt(5)) * k
+        width = np.sqrt(1 - height**2)
+        spiral = np.stack([width * np.cos(angle), width * np.sin(angle), height], axis=1)
+        return float(self._speeds(np.concatenate([spiral, np.asarray(self.axes, dtype=float)])).min())
+
+
+Solid = Material | Orthotropic
+
+
+def stiffness_tensor(elasticity: Array) -> Array:
+    """(3, 3, 3, 3) stiffness [Pa] from its (6, 6) Voigt form."""
+    place = np.empty((3, 3), dtype=np.int64)
+    for k, (a, b) in enumerate(VOIGT):
+        place[a, b] = place[b, a] = k
+    return np.asarray(elasticity[place[:, :, None, None], place[None, None]])
+
+
+def material_from(values: Mapping[str, Any]) -> Material:
+    """A `Material` from a mapping; the error lists what is missing."""
+    missing = [key for key in _CONSTANTS if key not in values]
+    if missing:
+        raise ModelError(f"material: missing {', '.join(missing)} (given: {', '.join(values) or 'nothing'})")
+    young, poisson, density = (_number(key, values[key]) for key in _CONSTANTS)
+    return Material(young, poisson, density, str(values.get("name", "")))
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ModelError(f"material: {key} = {value!r} is not a number; give it in SI units, without a unit") from None
+
+
+def _positive(material: Solid, *keys: tuple[str, str]) -> None:
+    for key, unit in keys:
+        value = np.asarray(getattr(material, key), dtype=float)
+        if not (np.all(np.isfinite(value)) and np.all(value > 0)):
+            raise ModelError(
+                f"material {material.name!r}: {key} = {getattr(material, key)} {unit} must be positive and finite"
+            )
+
+
+def _damping(material: Solid) -> None:
+    for key in ("loss_factor", "rayleigh"):
+        value = np.asarray(getattr(material, key), dtype=float)
+        if value.shape != (() if key == "loss_factor" else (2,)) or not np.all(np.isfinite(value) & (value >= 0)):
+            raise ModelError(f"material {material.name!r}: {key} = {getattr(material, key)} must be finite and >= 0")

@@ -1,0 +1,208 @@
+"""What a geometry's solids and faces are, without a mesh to compute on; used in the gmsh process only.
+
+Findings are data, all of them: faces, groups that can be selected, what is wrong with the others. A coarse mesh of
+straight tetrahedra goes with them, for pictures and for predictions; one that gmsh cannot make is left out.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from seatfem.structures.mesh._gmsh_cad import import_part, read_solids, recall, regions_of
+from seatfem.structures.mesh._gmsh_messages import stage
+from seatfem.structures.mesh._gmsh_model import KeptModel
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, family_of, model_unit
+from seatfem.structures.shapes.faces import Face
+from seatfem.structures.shapes.inspect import faces_of, volume_of
+from seatfem.structures.shapes.selectors import Patches, select
+
+COARSE: Final = 1 / 6  # of the body's size: elements far from the struck faces
+ACROSS: Final = 2.0  # element size on the struck faces, over their width
+GROWTH: Final = 0.6  # of the size per unit distance
+FINE: Final = 4.0  # shorter elements of a picture, and ...
+CURVED: Final = 24  # ... elements per full turn
+TRIANGLE, TETRAHEDRON = 2, 4
+
+Problem = tuple[str, str]
+"""Field of the geometry, and what is wrong with it."""
+
+
+def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "inspect": a geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
+    geometry: Geometry = decode(job["geometry"])
+    unit = model_unit(geometry)
+    stage("building the geometry", 0.0)
+    model.forget()
+    gmsh.clear()
+    problems: list[Problem] = []
+    try:
+        faces, regions = _built(gmsh, geometry, unit, problems)
+    except GeometryError as error:
+        return _json({"faces": [], "groups": {}, "regions": {}, "volume": 0.0, "problems": [(error.field, str(error))]})
+    groups = _groups(faces, geometry.patches, problems)
+    found = {
+        "faces": [_described(gmsh, face, unit) for face in faces],
+        "groups": groups,
+        "regions": regions,
+        "volume": volume_of(gmsh.model, unit),
+        "problems": problems,
+    }
+    return _json(found) | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
+
+
+def _built(
+    gmsh: Any, geometry: Geometry, unit: float, problems: list[Problem]
+) -> tuple[list[Face], dict[str, list[int]]]:
+    if not isinstance(geometry, CadPart):
+        family_of(geometry).build(geometry, gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        return faces_of(gmsh.model, unit), {"seat": []}
+    sound = replace(geometry, regions=_sound_regions(gmsh, geometry, problems))
+    gmsh.clear()
+    try:
+        imported = import_part(gmsh, sound, heal=False, sectors=1, numbered=True)
+        marks = recall(gmsh, imported)
+    except GeometryError:
+        raise
+    except Exception as error:  # what OpenCASCADE says of a file that it cannot read
+        raise GeometryError(f"{geometry.path}: cannot be read: {error}", "path") from error
+    gmsh.model.occ.synchronize()
+    return faces_of(gmsh.model, unit, marks), imported.regions
+
+
+def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
+    """Those that name solids of the file; each of the others is a problem."""
+    if not part.regions:
+        return ()
+    try:
+        read_solids(gmsh, part)
+    except GeometryError:
+        raise
+    except Exception:
+        return ()  # told by the import proper
+    solids = [tag for _, tag in gmsh.model.getEntities(3)]
+    sound: list[cad.Region] = []
+    for region in part.regions:
+        try:
+            regions_of(gmsh.model, replace(part, regions=(*sound, region)), solids)
+            sound.append(region)
+        except GeometryError as error:
+            problems.append((error.field, str(error)))
+    return tuple(sound)
+
+
+def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) -> dict[str, list[int]]:
+    """Tags of the faces of each group that can be selected."""
+    groups: dict[str, list[int]] = {}
+    for name, selectors in patches.items():
+        field = name if name in ("contact", "fixed") else f"groups.{name}"
+        found: set[int] = set()
+        for selector in selectors:
+            try:
+                found |= {face.tag for face in select(faces, selector, name)}
+            except GeometryError as error:
+                problems.append((field, str(error)))
+        if found:
+            groups[name] = sorted(found)
+    if shared := set(groups.get("contact", ())) & set(groups.get("fixed", ())):
+        numbers = sorted({number for face in faces if face.tag in shared for number in face.numbers})
+        problems.append(("fixed", f"faces {numbers} are selected both as 'contact' and as 'fixed'"))
+    return groups
+
+
+def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
+    axis, radii = face.axis, None
+    if axis is not None:
+        along = face.radii(axis.point, axis.direction)
+        radii = (float(along.min()), float(along.max()))
+    edges = [abs(tag) for _, tag in gmsh.model.getBoundary([(2, face.tag)], oriented=True)]
+    once = [tag for tag in edges if edges.count(tag) == 1]  # a seam bounds nothing
+    return {
+        "tag": face.tag,
+        "numbers": face.numbers,
+        "kind": face.kind,
+        "area": face.area,
+        "centre": face.centre,
+        "normal": face.normal,
+        "axis": None if axis is None else (axis.point, axis.direction, axis.half_angle),
+        "radii": radii,
+        "colour": face.colour,
+        "name": face.name,
+        "perimeter": unit * float(sum(gmsh.model.occ.getMass(1, tag) for tag in once)),
+        "solids": [int(tag) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]],
+    }
+
+
+def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:
+    """Points (n, 3) [m], triangles (m, 3) with their face's tag, tetrahedra (k, 4); as far as gmsh can make them.
+
+    ``picture``: triangles that show curved faces well, and no tetrahedra.
+    """
+    if picture:
+        _set_sizes_of_picture(gmsh)
+    else:
+        _set_sizes(gmsh, struck)
+    for option in ("Mesh.Optimize", "Mesh.OptimizeNetgen"):
+        gmsh.option.setNumber(option, 0)
+    stage("meshing coarsely", 0.5)
+    for dimension in (2,) if picture else (2, 3):
+        try:
+            gmsh.model.mesh.generate(dimension)
+        except Exception:  # such a file is meshed after healing, or not at all: its run tells
+            break
+    tags, points, _ = gmsh.model.mesh.getNodes()
+    row = np.full(int(tags.max(initial=0)) + 1, -1)
+    row[tags.astype(int)] = np.arange(len(tags))
+    triangles, faces = [np.empty((0, 3), int)], [np.empty(0, int)]
+    for _, tag in gmsh.model.getEntities(2):
+        nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)[1]
+        triangles.append(row[nodes.astype(int)].reshape(-1, 3))
+        faces.append(np.full(len(nodes) // 3, tag))
+    cells = row[gmsh.model.mesh.getElementsByType(TETRAHEDRON)[1].astype(int)].reshape(-1, 4)
+    return {
+        "points": unit * points.reshape(-1, 3),
+        "triangles": np.concatenate(triangles),
+        "faces": np.concatenate(faces),
+        "cells": cells,
+    }
+
+
+def _set_sizes_of_picture(gmsh: Any) -> None:
+    gmsh.option.setNumber("Mesh.MeshSizeMax", _coarse(gmsh) / FINE)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", CURVED)
+
+
+def _coarse(gmsh: Any) -> float:
+    box = np.array(gmsh.model.getBoundingBox(-1, -1))
+    return COARSE * float(np.linalg.norm(box[3:] - box[:3]))
+
+
+def _set_sizes(gmsh: Any, struck: list[int]) -> None:
+    coarse = _coarse(gmsh)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", coarse)
+    if not struck:
+        return
+    curves = [tag for _, tag in gmsh.model.getBoundary([(2, tag) for tag in struck], combined=False, oriented=False)]
+    area = sum(gmsh.model.occ.getMass(2, tag) for tag in struck)
+    around = sum(gmsh.model.occ.getMass(1, abs(tag)) for tag in curves)
+    near = min(coarse, ACROSS * 2 * area / around) if around > 0 else coarse
+    field = gmsh.model.mesh.field
+    distance, threshold = field.add("Distance"), field.add("Threshold")
+    field.setNumbers(distance, "SurfacesList", struck)
+    field.setNumbers(distance, "CurvesList", [abs(tag) for tag in curves])
+    field.setNumber(distance, "Sampling", 30)
+    field.setNumber(threshold, "InField", distance)
+    field.setNumber(threshold, "SizeMin", near)
+    field.setNumber(threshold, "SizeMax", coarse)
+    field.setNumber(threshold, "DistMin", near)
+    field.setNumber(threshold, "DistMax", near + (coarse - near) / GROWTH + 1e-3 * near)
+    field.setAsBackgroundMesh(threshold)
+
+
+def _json(found: dict[str, Any]) -> dict[str, Any]:
+    return {"found": np.array(json.dumps(found))}

@@ -1,0 +1,197 @@
+"""The gmsh process, started by `seatfem.structures.mesh.gmsh_process` only.
+
+Jobs come as JSON lines on standard input; the process ends when that is closed.
+
+Lengths inside gmsh are those of the geometry's recipe (millimetres); everything that is read from or written for
+the parent is in metres. The parent learns of progress and failure from JSON lines on standard output.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatfem.jobs.worker import lines_from_parent
+from seatfem.structures.mesh._gmsh_arrays import arrays
+from seatfem.structures.mesh._gmsh_input import handed_over
+from seatfem.structures.mesh._gmsh_inspect import inspect
+from seatfem.structures.mesh._gmsh_messages import send, stage
+from seatfem.structures.mesh._gmsh_model import KeptModel
+from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
+from seatfem.structures.mesh._gmsh_solid import build, make
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import (
+    Extruded,
+    Geometry,
+    GeometryError,
+    Revolved,
+    decode,
+    family_of,
+    model_unit,
+    revolved,
+)
+from seatfem.structures.shapes.inspect import area_of, patch_tags
+from seatfem.structures.shapes.plan import EVERYWHERE
+from seatfem.structures.shapes.sectors import cut
+from seatfem.structures.shapes.step_colours import paint
+
+APT_LINE = (
+    "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
+)
+MILLIMETRE = 1e-3  # in which STEP files are written
+OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,  # one thread is reproducible, several are not
+    "Geometry.OCCImportLabels": 1,  # colours of STEP faces
+    "Mesh.OptimizeNetgen": 1,  # removes the slivers on fillets that would invert when curved
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.MshFileVersion": 4.1,
+    # gmsh's own defaults, of what the job before may have set
+    "Mesh.Algorithm": 6,
+    "Mesh.Algorithm3D": 1,
+    "Mesh.MeshSizeMax": 1e22,
+    "Mesh.MeshSizeMin": 0,
+    "Mesh.Optimize": 1,
+    "Mesh.RecombineAll": 0,
+    "Mesh.RecombinationAlgorithm": 1,
+    "Mesh.SecondOrderLinear": 0,
+    "Mesh.SubdivisionAlgorithm": 0,
+}
+"""Set before each job."""
+
+
+def read(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "read": a mesh file -> arrays."""
+    stage("reading the mesh", 0.0)
+    with handed_over(Path(job["path"])) as copy:
+        model.built(gmsh, job, lambda: gmsh.open(str(copy)))
+    model.forget()
+    return arrays(gmsh, job["unit"])
+
+
+def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "step": a geometry -> STEP file in millimetres, its groups painted in the given colours."""
+    geometry: Geometry = decode(job["geometry"])
+    stage("building the geometry", 0.0)
+    model.built(gmsh, job, lambda: build(gmsh, geometry))
+    model.forget()
+    gmsh.write(job["step"])
+    # The order of faces is the file's, not that of the model it came from: select again in what was written.
+    gmsh.clear()
+    gmsh.model.occ.importShapes(job["step"])
+    gmsh.model.occ.synchronize()
+    tags = patch_tags(gmsh.model, geometry.patches, MILLIMETRE)
+    colours = {tag: job["colours"][name] for name, faces in tags.items() if name in job["colours"] for tag in faces}
+    path = Path(job["step"])
+    path.write_text(paint(path.read_text(encoding="ascii"), colours), encoding="ascii")
+    return {}
+
+
+def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "section": the half section of a solid of revolution -> plane arrays."""
+    geometry: Revolved = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    stage("building the section", 0.0)
+
+    def built() -> dict[str, list[int]]:
+        lines: dict[str, list[int]] = revolved.section(geometry, gmsh.model.occ, spec.rings)
+        gmsh.model.occ.synchronize()
+        return lines
+
+    lines = model.built(gmsh, job, built)
+    stage("meshing the section", 0.3)
+    mesh_section(gmsh, spec, lines["contact"], unit)
+    return plane_arrays(gmsh, spec, lines, {}, unit)
+
+
+def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
+    geometry: Extruded = decode(job["geometry"])
+    spec = MeshSpec(**job["spec"])
+    unit = model_unit(geometry)
+    stage("building the plan", 0.0)
+    areas = model.built(gmsh, job, lambda: _plan_areas(gmsh, geometry, job["sectors"]))
+    struck = {name for names in geometry.plan.top.values() for name in names}
+    faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
+    edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
+    stage("meshing the plan", 0.3)
+    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), unit)
+    cad = {name: area_of(gmsh.model, tags, unit) for name, tags in areas.items()}
+    cad[EVERYWHERE] = area_of(gmsh.model, [tag for _, tag in gmsh.model.getEntities(2)], unit)
+    sizes = {f"cad:{name}": np.float64(value) for name, value in cad.items()}
+    return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
+
+
+def _plan_areas(gmsh: Any, geometry: Extruded, sectors: int) -> dict[str, list[int]]:
+    recipe, occ = family_of(geometry).plan, gmsh.model.occ
+    assert recipe is not None
+    areas: dict[str, list[int]] = recipe(geometry, occ)
+    if sectors > 1:
+        whole = [tag for _, tag in occ.getEntities(2)]
+        pieces = dict(zip(whole, cut(occ, 2, sectors), strict=True))
+        areas = {name: [piece for tag in tags for _, piece in pieces[tag]] for name, tags in areas.items()}
+        areas = {name: tags for name, tags in areas.items() if tags}
+    occ.synchronize()
+    return areas
+
+
+TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
+    "inspect": inspect,
+    "mesh": make,
+    "plan": plan,
+    "read": read,
+    "section": section,
+    "step": export,
+}
+
+
+def import_gmsh() -> Any:
+    """The gmsh module; on a bare system its shared libraries are missing, which is an OSError."""
+    try:
+        import gmsh
+    except OSError as error:
+        raise RuntimeError(f"gmsh cannot load a system library ({error}); mend it with: {APT_LINE}") from error
+    except ImportError as error:
+        raise RuntimeError(f"gmsh is not installed ({error}); mend it with: pip install gmsh") from error
+    return gmsh
+
+
+def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
+    tempfile.tempdir = str(Path(job["arrays"]).parent)  # which the parent removes, however this process ends
+    for option, value in OPTIONS.items():
+        gmsh.option.setNumber(option, value)
+    result = TASKS[job["task"]](gmsh, job, model)
+    np.savez(job["arrays"], gmsh_version=np.array(gmsh.__version__), **result)
+    stage("reading gmsh's arrays", 0.95)
+    send(finished=job["task"])
+
+
+def main() -> int:
+    jobs = lines_from_parent()
+    try:
+        gmsh, model = import_gmsh(), KeptModel()
+        gmsh.initialize([], readConfigFiles=False, interruptible=False)
+        for line in jobs:
+            run(gmsh, json.loads(line), model)
+    except GeometryError as error:
+        send(error=str(error), kind="geometry", field=error.field)
+    except Exception as error:
+        send(error=str(error), kind="gmsh")
+    return 1
+
+
+if __name__ == "__main__":
+    # Messages keep the pipe to themselves: OpenCASCADE prints to descriptor 1, which now leads to the log.
+    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    sys.exit(main())

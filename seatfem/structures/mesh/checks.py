@@ -1,0 +1,148 @@
+"""What must hold of a mesh before it is used."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from seatfem.structures.mesh.cell_kinds import Floats, Integers
+from seatfem.structures.mesh.io import MeshArrays, MeshError
+from seatfem.structures.mesh.quality import scaled_jacobian, straight_determinants
+
+FLAT = 1e-9  # of the volume of a box as long as the element's bounding box
+SAME_PLACE = 1e-7  # of the diagonal of the mesh: nodes that were meant to be one
+SHOWN = 3  # places in a message
+
+
+def check_mesh(arrays: MeshArrays, required: tuple[str, ...] = ("contact", "fixed"), parts: int = 1) -> MeshArrays:
+    """The mesh, with its elements turned right side out where all of them are mirrored.
+
+    Raises `MeshError` for a missing or empty group, coordinates that are not finite, flat, inside-out and folded
+    elements, and another number of connected parts than ``parts``; messages give places.
+    """
+    check_groups(arrays, required)
+    if not np.all(np.isfinite(arrays.points)):
+        raise MeshError(f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates are not finite")
+    arrays = right_side_out(arrays)
+    check_elements(arrays)
+    check_parts(arrays, parts)
+    return arrays
+
+
+def check_groups(arrays: MeshArrays, required: tuple[str, ...]) -> None:
+    """Every required surface group is there, and no group is empty."""
+    for name in required:
+        if name not in arrays.surfaces:
+            there = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+            raise MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {there}")
+    for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
+        for name, members in groups.items():
+            if len(members) == 0:
+                raise MeshError(f"{arrays.source}: {kind} group {name!r} is empty")
+
+
+def right_side_out(arrays: MeshArrays) -> MeshArrays:
+    """A mesh of mirrored elements only, as mirroring a part leaves it, with their nodes reordered; else as it is."""
+    if len(arrays.cells) == 0 or not np.all(straight_determinants(arrays) < 0.0):
+        return arrays
+    nodes = arrays.kind.nodes
+    mirrored = nodes[:, [1, 0, 2]]
+    columns = np.abs(mirrored[:, None, :] - nodes[None, :, :]).sum(axis=2).argmin(axis=1)
+    return dataclasses.replace(arrays, cells=np.ascontiguousarray(arrays.cells[:, columns]))
+
+
+def check_elements(arrays: MeshArrays) -> None:
+    """No flat element, none inside out, none folded by its curvature."""
+    straight = straight_determinants(arrays)
+    box = np.ptp(arrays.points[arrays.vertices], axis=1).max(axis=1) ** 3
+    _none(
+        arrays,
+        np.abs(straight) <= FLAT * box,
+        straight,
+        "flat elements (no volume)",
+        "remove them in the program that wrote the mesh",
+    )
+    _none(
+        arrays,
+        straight < 0.0,
+        straight,
+        "inside-out elements, inverted against the others",
+        "their vertices are in mirrored order: reorder them in the program that wrote the mesh",
+    )
+    jacobian = scaled_jacobian(arrays)
+    _none(
+        arrays,
+        ~(jacobian > 0.0),
+        jacobian,
+        f"inverted elements, folded by their shape (smallest scaled Jacobian {jacobian.min(initial=1.0):.3g})",
+        "use smaller elements there, or straight ones (curved = False)",
+    )
+
+
+def check_parts(arrays: MeshArrays, parts: int = 1) -> None:
+    """The elements hang together in as many parts as expected; parts that share no node are different ones."""
+    label = part_of_element(arrays)
+    found = int(label.max(initial=-1)) + 1
+    if found == parts:
+        return
+    sizes = np.bincount(label)
+    largest = np.argsort(sizes)[::-1][: 2 * SHOWN]
+    listed = "; ".join(f"{sizes[k]} elements around {_place(_middle(arrays, label == k))}" for k in largest)
+    more = f"; {found - len(largest)} more" if found > len(largest) else ""
+    raise MeshError(
+        f"{arrays.source}: the mesh has {found} parts that share no node, not {parts}: {listed}{more}; "
+        f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {found}"
+    )
+
+
+def part_of_element(arrays: MeshArrays) -> Integers:
+    """Number of the connected part that each element belongs to, from 0; (m,)."""
+    vertices = arrays.vertices
+    n = len(arrays.points)
+    first = np.repeat(vertices[:, 0], vertices.shape[1] - 1)
+    graph = coo_array((np.ones(len(first), dtype=np.int8), (first, vertices[:, 1:].ravel())), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    _, part = np.unique(label[vertices[:, 0]], return_inverse=True)
+    return np.asarray(part.ravel())
+
+
+def check_coincident(arrays: MeshArrays) -> None:
+    """No two vertices of elements at the same place: a seam that was never merged, or a slit."""
+    used = np.unique(arrays.vertices)
+    places = arrays.points[used]
+    diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
+    pairs = cKDTree(places).query_pairs(SAME_PLACE * diagonal, output_type="ndarray")
+    if len(pairs):
+        raise MeshError(
+            f"{arrays.source}: {len(np.unique(pairs[:, 1]))} nodes stand where another one stands and the elements "
+            f"there are not joined; first at {_places(places[pairs[:, 0]])}; merge = {1e-5 * diagonal:.1g} (metres) "
+            "joins them, merge = 0 keeps the slit"
+        )
+
+
+def _none(arrays: MeshArrays, bad: NDArray[np.bool_], measure: Floats, what: str, remedy: str) -> None:
+    """Raise where an element is bad; the worst come first in the message."""
+    rows = np.flatnonzero(bad)
+    if len(rows):
+        worst = rows[np.argsort(measure[rows], kind="stable")]
+        centres = arrays.points[arrays.vertices[worst[:SHOWN]]].mean(axis=1)
+        raise MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
+
+
+def _middle(arrays: MeshArrays, chosen: NDArray[np.bool_]) -> Floats:
+    return np.asarray(arrays.points[arrays.vertices[chosen]].mean(axis=(0, 1)))
+
+
+def _places(points: Floats) -> str:
+    more = ", ..." if len(points) > SHOWN else ""
+    return ", ".join(map(_place, points[:SHOWN])) + more
+
+
+def _place(point: Floats) -> str:
+    x, y, z = 1e3 * point + 0.0
+    return f"({x:.4g}, {y:.4g}, {z:.4g}) mm"

@@ -1,0 +1,123 @@
+"""Runs gmsh in a process of its own.
+
+gmsh keeps global state, crashes when two threads use it, and can abort the process it lives in; apart from that
+its licence stays apart too. Jobs in: JSON lines. Results out: named arrays.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.progress import Progress, silent
+from seatfem.jobs.folders import private_folder
+from seatfem.jobs.processes import end_worker, start_worker
+from seatfem.structures.shapes import GeometryError
+
+Arrays = dict[str, NDArray[Any]]
+
+STAGE = "meshing"
+REMEDY = "try another element size, above all a smaller contact_size; or check and heal the CAD"
+
+
+class MeshingError(RuntimeError):
+    """gmsh failed, crashed, or cannot be loaded; the message says where and how to mend it."""
+
+
+class Gmsh(Protocol):
+    """Carries out one job of `seatfem.structures.mesh._gmsh_worker` and returns its arrays.
+
+    Raises `GeometryError` where the geometry is at fault, `MeshingError` where gmsh is.
+    """
+
+    def __call__(self, job: Mapping[str, Any], progress: Progress = ..., /) -> Arrays: ...
+
+
+class GmshSession:
+    """One gmsh process for several jobs, started by the first: ``with GmshSession() as gmsh: gmsh(job)``.
+
+    A job with the geometry of the one before costs its elements only. Leaving the block, by an interrupt too, kills
+    the process; so does a job that fails, and the next begins with another process.
+    """
+
+    def __init__(self) -> None:
+        self._worker: tuple[subprocess.Popen[str], Path] | None = None
+        self._ours = ExitStack()
+
+    def __enter__(self) -> GmshSession:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
+        """As `Gmsh`."""
+        process, folder = self._started()
+        result, log = folder / "arrays.npz", folder / "log.txt"
+        try:
+            last = _told(process, json.dumps(dict(job) | {"arrays": str(result)}), progress)
+            if "finished" not in last:
+                process.wait()
+                _check(process.returncode, last, log.read_text(encoding="utf-8", errors="replace"))
+            with np.load(result) as arrays:
+                return dict(arrays)
+        except BaseException:
+            self._end()
+            raise
+
+    def _started(self) -> tuple[subprocess.Popen[str], Path]:
+        if self._worker is None:
+            with ExitStack() as ours:
+                folder = ours.enter_context(private_folder("gmsh"))
+                process = start_worker("seatfem.structures.mesh._gmsh_worker", log=folder / "log.txt", answers=True)
+                ours.callback(end_worker, process)  # its results are read: nothing is lost
+                self._worker, self._ours = (process, folder), ours.pop_all()
+        return self._worker
+
+    def _end(self) -> None:
+        self._worker = None
+        self._ours.close()
+
+
+def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
+    """One job in a process of its own, as `Gmsh`; interrupting the caller kills the process."""
+    with GmshSession() as gmsh:
+        return gmsh(job, progress)
+
+
+def _told(process: subprocess.Popen[str], job: str, progress: Progress) -> dict[str, Any]:
+    """Hand over the job and pass progress on until it is finished or the process ends; the last message."""
+    last: dict[str, Any] = {"stage": "starting gmsh"}
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with suppress(BrokenPipeError):  # why it has ended, its messages tell
+        process.stdin.write(job + "\n")
+        process.stdin.flush()
+    for line in process.stdout:
+        last = json.loads(line)
+        if "stage" in last:
+            progress(STAGE, last["done"])
+        if "finished" in last:
+            break
+    return last
+
+
+def _check(code: int, last: Mapping[str, Any], log: str) -> None:
+    if "error" in last:
+        raise GeometryError(last["error"], last["field"]) if last["kind"] == "geometry" else MeshingError(last["error"])
+    if code < 0:
+        name = signal.Signals(-code).name
+        if name == "SIGALRM":
+            raise MeshingError(f"gmsh found no end while {last['stage']}: check and heal the file")
+        raise MeshingError(f"gmsh crashed ({name}) while {last['stage']}: {REMEDY}")
+    if code > 0:
+        ending = log.strip().splitlines()[-1:] or ["no message"]
+        raise MeshingError(f"the gmsh process failed (exit code {code}) while {last['stage']}: {ending[0]}")

@@ -1,0 +1,116 @@
+"""Meshes of hexahedra: revolved half sections and extruded plans."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.progress import Progress, silent
+from seatfem.structures.mesh.gmsh_process import Gmsh, run_gmsh
+from seatfem.structures.mesh.io import MeshArrays
+from seatfem.structures.mesh.layers import graded
+from seatfem.structures.mesh.plan_grid import cut_lines, rectangle_plan
+from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
+from seatfem.structures.mesh.swept import extrude, revolve
+from seatfem.structures.shapes import (
+    AnnularSeat,
+    Bar,
+    Block,
+    CadPart,
+    ConicalSeat,
+    Geometry,
+    GeometryError,
+    Stopper,
+    encode,
+)
+from seatfem.structures.shapes.plan import EVERYWHERE
+
+
+@dataclass(frozen=True, eq=False)
+class Hexes:
+    """Arrays of a mesh of hexahedra; ``cad_volume`` and ``cad_areas`` of the part are exact."""
+
+    arrays: MeshArrays
+    gmsh_version: str
+    cad_volume: float | None
+    cad_areas: Mapping[str, float]
+
+
+def make_hexes(
+    geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress = silent, gmsh: Gmsh = run_gmsh
+) -> Hexes:
+    """Hexahedra of a solid of revolution or of an extruded one, or of one of its equal sectors.
+
+    Raises `GeometryError` for a geometry that is neither.
+    """
+    if isinstance(geometry, AnnularSeat | ConicalSeat):
+        return _revolved(geometry, spec, sectors, progress, gmsh)
+    if isinstance(geometry, CadPart):
+        raise GeometryError(f"{geometry.path}: a CAD part is meshed by tetrahedra; set shape = 'tet'")
+    return _extruded(geometry, spec, sectors, progress, gmsh)
+
+
+def _revolved(
+    geometry: AnnularSeat | ConicalSeat, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
+) -> Hexes:
+    job = {"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}
+    section = gmsh(job, progress)
+    profile = geometry.profile
+    around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
+    layers = math.ceil(around / sectors)
+    arrays = revolve(section, layers, sectors, spec.curved, type(geometry).__name__)
+    areas = {name: profile.area(name) / sectors for name in profile.names}
+    return Hexes(arrays, str(section["gmsh_version"]), profile.volume / sectors, areas)
+
+
+def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
+    plan = geometry.plan
+    plane, version, cad = _plane(geometry, spec, sectors, progress, gmsh)
+    if sectors > 1:
+        plane = cut_lines(plane, sectors)
+    fractions = (
+        np.linspace(0.0, 1.0, spec.layers + 1)
+        if spec.layers
+        else 1.0 - graded(plan.height, spec.patch_size, spec.size, spec.grading)[::-1] / plan.height
+    )
+    arrays = extrude(plane, plan, fractions, _top(geometry), type(geometry).__name__)
+    areas = {
+        name: sum(cad[area] for area in names if area in cad)
+        for groups in (plan.top, plan.bottom)
+        for name, names in groups.items()
+        if any(area in cad for area in names)
+    }
+    if isinstance(geometry, Stopper):
+        volume = geometry.profile.volume / sectors
+        areas = {name: geometry.profile.area(name) / sectors for name in areas}
+    else:
+        volume = cad[EVERYWHERE] * plan.height
+    return Hexes(arrays, version, volume, areas)
+
+
+def _plane(
+    geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
+) -> tuple[dict[str, NDArray[Any]], str, dict[str, float]]:
+    """Plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
+    if isinstance(geometry, Bar):
+        cad = {EVERYWHERE: geometry.width * geometry.height / sectors}
+        return rectangle_plan(geometry, spec, sectors), "", cad
+    if isinstance(geometry, Block):
+        whole, patch = geometry.width * geometry.depth, geometry.patch_width * geometry.patch_depth
+        return rectangle_plan(geometry, spec, sectors), "", {EVERYWHERE: whole / sectors, "patch": patch / sectors}
+    job = {"task": "plan", "geometry": encode(geometry), "spec": asdict(spec), "sectors": sectors}
+    plane = gmsh(job, progress)
+    cad = {key.removeprefix("cad:"): float(value) for key, value in plane.items() if key.startswith("cad:")}
+    return plane, str(plane["gmsh_version"]), cad
+
+
+def _top(geometry: Any) -> Callable[[NDArray[np.float64]], NDArray[np.float64]] | None:
+    if not isinstance(geometry, Stopper) or geometry.dome_radius is None:
+        return None
+    dome, thickness = geometry.dome_radius, geometry.thickness
+    return lambda points: np.asarray(thickness - dome + np.sqrt(dome**2 - np.sum(points**2, axis=1)))

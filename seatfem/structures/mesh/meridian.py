@@ -1,0 +1,152 @@
+"""The half section of a solid of revolution, meshed for axisymmetric models."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, ElementQuad0, ElementTriP0, FacetBasis, MeshQuad, MeshQuad2, MeshTri, MeshTri2
+from skfem.assembly import Dofs
+
+from impact.brief import brief
+from impact.progress import Progress, silent
+from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
+from seatfem.structures.mesh.seat_mesh import MeshProvenance
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import GeometryError, Profile, Revolved, encode, fingerprint
+from seatfem.structures.shapes.profile import profile_of
+
+PlaneMesh: TypeAlias = MeshTri | MeshTri2 | MeshQuad | MeshQuad2
+MESHES: Mapping[int, type[PlaneMesh]] = {3: MeshTri, 6: MeshTri2, 4: MeshQuad, 9: MeshQuad2}
+QUADRATURE = 8
+
+
+@dataclass(frozen=True)
+class MeridianQuality:
+    """Measures of a meridian mesh; volume and areas are those of the full solid of revolution, in SI units.
+
+    ``min_scaled_jacobian``: smallest det J at the nodes of an element over its mean. ``cad_volume``, ``cad_areas``:
+    exact.
+    """
+
+    nodes: int
+    elements: int
+    min_scaled_jacobian: float
+    volume: float
+    areas: Mapping[str, float]
+    cad_volume: float
+    cad_areas: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MeridianMesh:
+    """Half section of a solid of revolution: x = r and y = z in metres.
+
+    ``mesh``: scikit-fem's, of triangles or quadrilaterals (isoparametric for order 2), with the geometry's groups
+    as boundaries: "contact", "fixed", and "axis" where the section touches r = 0.
+    """
+
+    mesh: PlaneMesh
+    order: int
+    quality: MeridianQuality
+    provenance: MeshProvenance
+
+    __repr__ = brief
+
+
+def make_meridian(
+    geometry: Revolved, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
+) -> MeridianMesh:
+    """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
+
+    ``spec.shape`` = "tet" gives triangles, "hex" quadrilaterals; ``gmsh``: as in `make_mesh`. Raises
+    `GeometryError` for a geometry that is no solid of revolution, and `MeshingError` where gmsh fails.
+    """
+    profile = profile_of(geometry)
+    section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
+    mesh = plane_mesh(section)
+    source = f"meridian of {type(geometry).__name__}"
+    provenance = MeshProvenance(
+        source=source,
+        content_hash=_content_hash(geometry, spec),
+        gmsh_version=str(section["gmsh_version"]),
+        geometry=encode(geometry),
+        spec=asdict(spec),
+    )
+    quality = _measure(mesh, profile)
+    if not quality.min_scaled_jacobian > 0.0:
+        raise GeometryError(f"{source}: an element is folded; use smaller elements, or curved = False")
+    progress(STAGE, 1.0)
+    return MeridianMesh(mesh, spec.order, quality, provenance)
+
+
+def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
+    """scikit-fem's mesh of plane arrays: "points" (n, 2) = (r, z), "cells", and every "line:NAME" as a boundary."""
+    cells, points = section["cells"], section["points"]
+    corners = cells.shape[1] if cells.shape[1] < 6 else {6: 3, 9: 4}[cells.shape[1]]
+    used, t = np.unique(cells[:, :corners], return_inverse=True)
+    t = np.ascontiguousarray(t.reshape(-1, corners).T)
+    number = np.full(len(points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    kind = MESHES[cells.shape[1]]
+    straight = kind(np.ascontiguousarray(points[used].T), t) if corners == cells.shape[1] else None
+    flat = straight if straight is not None else MESHES[corners](np.ascontiguousarray(points[used].T), t)
+    places = flat.doflocs
+    if straight is None:
+        dofs = Dofs(_unsorted(flat, t), kind.elem())
+        places = np.empty((2, dofs.N))
+        for row, column in zip(dofs.element_dofs, range(cells.shape[1]), strict=True):
+            places[:, row] = points[cells[:, column]].T
+    boundaries = {
+        name.removeprefix("line:"): _facets(flat, number[ends])
+        for name, ends in section.items()
+        if name.startswith("line:")
+    }
+    return kind(places, t, boundaries)
+
+
+def _unsorted(mesh: PlaneMesh, t: NDArray[np.int64]) -> PlaneMesh:
+    """The straight mesh with its vertices per element in the given order, as meshes of order 2 keep them."""
+    return MeshTri(mesh.doflocs, t, sort_t=False) if isinstance(mesh, MeshTri) else mesh
+
+
+def _facets(mesh: PlaneMesh, ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    base = int(mesh.nvertices)
+    keys = np.array([base, 1]) @ np.sort(mesh.facets, axis=0)
+    wanted = np.sort(ends, axis=1) @ np.array([base, 1])
+    return np.flatnonzero(np.isin(keys, wanted))
+
+
+def _content_hash(geometry: Revolved, spec: MeshSpec) -> str:
+    text = json.dumps({"meridian": fingerprint(geometry), "spec": asdict(spec)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _same_sign(det: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Smallest det J of each element, positive where it keeps its sign: scikit-fem turns elements over freely."""
+    return np.asarray((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1))
+
+
+def _measure(mesh: PlaneMesh, profile: Profile) -> MeridianQuality:
+    constant = ElementTriP0() if isinstance(mesh, MeshTri) else ElementQuad0()
+    cells = Basis(mesh, constant, intorder=QUADRATURE)
+    areas = {}
+    for name, facets in mesh.boundaries.items():
+        edge = FacetBasis(mesh, mesh.elem(), facets=facets, intorder=QUADRATURE)
+        areas[name] = float(2 * np.pi * np.sum(edge.global_coordinates().value[0] * edge.dx))
+    corners = mesh.elem.doflocs[~np.isnan(mesh.elem.doflocs).any(axis=1)].T
+    det = mesh.mapping().detDF(corners)
+    return MeridianQuality(
+        nodes=mesh.doflocs.shape[1],
+        elements=mesh.nelements,
+        min_scaled_jacobian=float(np.min(_same_sign(det) / np.abs(det.mean(axis=1)))),
+        volume=float(2 * np.pi * np.sum(cells.global_coordinates().value[0] * cells.dx)),
+        areas=areas,
+        cad_volume=profile.volume,
+        cad_areas={name: profile.area(name) for name in profile.names},
+    )

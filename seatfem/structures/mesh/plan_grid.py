@@ -1,0 +1,81 @@
+"""Plans of rectangular solids as grids of quadrilaterals, in the form that gmsh's plans have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.mesh.layers import graded
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import Bar, Block
+
+Floats = NDArray[np.float64]
+
+
+def rectangle_plan(geometry: Bar | Block, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
+    """Plane arrays: "points" (n, 2), "cells" (m, 4 | 9), a block's "area:patch", a bar's "line:sides_x" and "_y"."""
+    if isinstance(geometry, Bar):
+        sides = (geometry.width / 2, geometry.height / 2)
+        patch = sides
+    else:
+        sides = (geometry.width / 2, geometry.depth / 2)
+        patch = (geometry.patch_width / 2, geometry.patch_depth / 2)
+    x, y = (_half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
+    plane = _grid(x if sectors == 4 else _mirrored(x), y if sectors > 1 else _mirrored(y), spec.order)
+    corners = plane["points"][plane["cells"][:, :4]]
+    if isinstance(geometry, Bar):
+        ends = boundary_lines(plane)
+        where = np.abs(plane["points"][ends])
+        for k, name in enumerate(("sides_x", "sides_y")):
+            plane[f"line:{name}"] = ends[np.all(np.isclose(where[:, :, k], sides[k], rtol=1e-9), axis=1)]
+    else:
+        plane["area:patch"] = np.flatnonzero(np.all(np.abs(corners.mean(axis=1)) < patch, axis=1))
+    return plane
+
+
+def boundary_lines(plane: dict[str, NDArray[Any]]) -> NDArray[np.int64]:
+    """Ends (k, 2) of the sides that only one quadrilateral has, in its direction."""
+    cells = plane["cells"][:, :4]
+    ends = np.stack([cells, np.roll(cells, -1, axis=1)], axis=2).reshape(-1, 2)
+    _, first, count = np.unique(np.sort(ends, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(ends[first[count == 1]])
+
+
+def cut_lines(plane: dict[str, NDArray[Any]], sectors: int) -> dict[str, NDArray[Any]]:
+    """The plane arrays of a sector, with its sides at the azimuths 0 and 2 pi / ``sectors`` as lines."""
+    ends = boundary_lines(plane)
+    out = dict(plane)
+    for name, azimuth in (("symmetry_0", 0.0), ("symmetry_1", 2 * np.pi / sectors)):
+        along = plane["points"] @ (np.cos(azimuth), np.sin(azimuth))
+        across = plane["points"] @ (-np.sin(azimuth), np.cos(azimuth))
+        slack = 1e-9 * np.abs(plane["points"]).max()
+        on_ray = (np.abs(across) < slack) & (along > -slack)
+        out[f"line:{name}"] = ends[on_ray[ends].all(axis=1)]
+    return out
+
+
+def _half_axis(side: float, edge: float, spec: MeshSpec) -> Floats:
+    """Grid lines from 0 to ``side``: even over the patch, growing beyond its ``edge``."""
+    inner = np.linspace(0.0, edge, max(1, int(np.ceil(edge / spec.patch_size - 1e-9))) + 1)
+    if edge == side:
+        return inner
+    return np.concatenate([inner, edge + graded(side - edge, spec.patch_size, spec.size, spec.grading)[1:]])
+
+
+def _mirrored(half: Floats) -> Floats:
+    return np.concatenate([-half[:0:-1], half])
+
+
+def _grid(x: Floats, y: Floats, order: int) -> dict[str, NDArray[Any]]:
+    if order == 2:
+        x, y = (np.insert(line, range(1, len(line)), (line[1:] + line[:-1]) / 2) for line in (x, y))
+    points = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])
+    row, column = np.meshgrid(np.arange(0, len(y) - 1, order), np.arange(0, len(x) - 1, order), indexing="ij")
+    first = (row * len(x) + column).ravel()
+    across, up = order, order * len(x)
+    steps = [0, across, across + up, up]
+    if order == 2:
+        steps += [1, 2 + len(x), 1 + up, len(x), 1 + len(x)]
+    return {"points": points, "cells": first[:, None] + np.array(steps)}

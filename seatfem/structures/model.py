@@ -1,0 +1,205 @@
+"""The second-order model M u'' + C u' + K u + (structural damping) = sum_p b_p F_p, its ports and its unknowns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from impact.brief import brief
+from seatfem.structures.errors import ModelError
+from seatfem.structures.materials import Material, Orthotropic
+
+__all__ = [
+    "Array",
+    "DofMap",
+    "Material",
+    "ModelError",
+    "Orthotropic",
+    "Port",
+    "SecondOrderModel",
+    "as_csr",
+]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Port:
+    """A patch through which a body is pushed and at which it is observed.
+
+    Attributes:
+        vector: (n_free,) b, so that b'u is the patch's area-averaged displacement along its outward normal [m] and
+            b F the nodal forces of a uniform normal load of F newton on it.
+        area: A [m^2].
+        impedance: Z = force per velocity of the patch at the very first instant [N s/m]: rho c_p A for a solid.
+            ``None``: not known.
+    """
+
+    vector: Array
+    area: float | None = None
+    impedance: float | None = None
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", np.asarray(self.vector, dtype=float))
+        for key in ("area", "impedance"):
+            value = getattr(self, key)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise ModelError(f"port: {key} = {value} must be positive and finite, or None if it is not known")
+
+
+@dataclass(frozen=True)
+class DofMap:
+    """Where the unknowns live: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
+
+    Nodes on an oblique sliding plane have components along axes of their own: then ``turned`` takes the unknowns to
+    Cartesian displacements.
+
+    Attributes:
+        points: (dim, n_nodes) node coordinates [m].
+        free: (n_free,) indices of the unknowns among all dim * n_nodes.
+        mesh: the scikit-fem mesh.
+        turned: (dim * n_nodes, n_free) displacements of the unknowns, or ``None`` where all are Cartesian.
+    """
+
+    points: Array
+    free: NDArray[np.int64]
+    mesh: object = None
+    turned: sparse.csr_array | None = field(default=None, repr=False)
+
+    def expand(self, vector: Array) -> Array:
+        """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
+        full = np.zeros(self.points.size)
+        if self.turned is None:
+            full[self.free] = vector
+        else:
+            full[:] = self.turned @ vector
+        return full.reshape(-1, len(self.points)).T
+
+
+@dataclass(frozen=True)
+class SecondOrderModel:
+    """M u'' + C u' + K u = sum_p b_p F_p, in SI units.
+
+    Attributes:
+        M, K: (n, n) symmetric mass (positive) and stiffness (positive semidefinite); any scipy sparse or dense matrix.
+        C: the same for viscous damping, or ``None``.
+        ports: port vectors by name, as `Port` or bare (n,) array.
+        dofs: where the unknowns live, if known.
+        loss: H, structural (hysteretic) damping: K becomes K + i H in the frequency domain; ``None`` without.
+
+    Raises:
+        ModelError: wrong shape, values not finite, not symmetric, a mass or stiffness diagonal that is not positive.
+    """
+
+    M: sparse.csr_array
+    C: sparse.csr_array | None
+    K: sparse.csr_array
+    ports: Mapping[str, Port]
+    dofs: DofMap | None = field(default=None, repr=False)
+    loss: sparse.csr_array | None = None
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        damping = [name for name, matrix in (("C", self.C), ("loss matrix", self.loss)) if matrix is not None]
+        ports = ", ".join(self.ports) or "none"
+        return f"SecondOrderModel, {self.size} unknowns, ports: {ports}; damping: {', '.join(damping) or 'none'}"
+
+    def __post_init__(self) -> None:
+        for name in ("M", "C", "K", "loss"):
+            given = getattr(self, name)
+            if given is not None:
+                object.__setattr__(self, name, _checked(as_csr(given), name))
+        n = self.size
+        for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
+            if matrix is not None and matrix.shape != (n, n):
+                raise ModelError(f"M is {n} x {n} but {name} is {matrix.shape[0]} x {matrix.shape[1]}")
+        if (worst := self.M.diagonal().min(initial=1.0)) <= 0:
+            raise ModelError(f"M has a diagonal value {worst:g}: the mass must be positive")
+        if (worst := self.K.diagonal().min(initial=1.0)) < 0:
+            raise ModelError(f"K has a diagonal value {worst:g}: it is indefinite, the body would gain energy")
+        ports = {name: port if isinstance(port, Port) else Port(port) for name, port in self.ports.items()}
+        for name, port in ports.items():
+            if port.vector.shape != (n,):
+                raise ModelError(f"port {name!r} has shape {port.vector.shape}, the matrices ask for ({n},)")
+            if not np.all(np.isfinite(port.vector)) or not np.any(port.vector):
+                raise ModelError(f"port {name!r} must be finite and touch at least one unknown that is free to move")
+        object.__setattr__(self, "ports", ports)
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return int(self.M.shape[0])
+
+    @cached_property
+    def mass_is_diagonal(self) -> bool:
+        """Whether M couples no two unknowns, as a nodal mass does."""
+        rows = np.repeat(np.arange(self.size), np.diff(self.M.indptr))
+        return bool(np.all(self.M.data[rows != self.M.indices] == 0))
+
+    @property
+    def port_names(self) -> tuple[str, ...]:
+        """Names of the ports, in order."""
+        return tuple(self.ports)
+
+    @cached_property
+    def port_matrix(self) -> Array:
+        """(n, p) port vectors side by side."""
+        return np.stack([port.vector for port in self.ports.values()], axis=1)
+
+    @cached_property
+    def rayleigh(self) -> tuple[float, float] | None:
+        """(alpha [1/s], beta [s]) if C = alpha M + beta K to 1e-9, else ``None``; (0, 0) without C."""
+        if self.C is None or self.C.nnz == 0:
+            return 0.0, 0.0
+        scale = [sparse.linalg.norm(a) for a in (self.M, self.K)]
+        basis = [self.M / scale[0], self.K / scale[1]]
+        gram = np.array([[a.multiply(b).sum() for b in basis] for a in basis])
+        x = np.linalg.solve(gram, [a.multiply(self.C).sum() for a in basis])
+        left = sparse.linalg.norm(self.C - x[0] * basis[0] - x[1] * basis[1])
+        if left > 1e-9 * sparse.linalg.norm(self.C):
+            return None
+        small = 1e-12 * np.abs(x).max()
+        alpha, beta = (0.0 if abs(v) < small else float(v / s) for v, s in zip(x, scale, strict=True))
+        return alpha, beta
+
+    def expand(self, vector: Array) -> Array:
+        """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""
+        if self.dofs is None:
+            raise ModelError("bare matrices do not tell where their unknowns live: construct the model with dofs=")
+        return self.dofs.expand(vector)
+
+
+def as_csr(matrix: Any) -> sparse.csr_array:
+    """Any scipy sparse or dense matrix as compressed rows of float64."""
+    return sparse.csr_array(matrix, dtype=np.float64)
+
+
+def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:
+    """``matrix`` if square, finite and symmetric within round-off."""
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ModelError(f"{name} is {matrix.shape[0]} x {matrix.shape[1]}: it must be square")
+    bad = int(np.sum(~np.isfinite(matrix.data)))
+    if bad:
+        raise ModelError(f"{name} has {bad} values that are not finite")
+    if not _looks_symmetric(matrix):
+        largest = np.abs(matrix.data).max(initial=0.0)
+        skew = abs(matrix - matrix.T).max() / largest
+        if skew > 1e-10:
+            raise ModelError(f"{name} is not symmetric: |{name}-{name}'|/|{name}| = {skew:.1e}")
+    return matrix
+
+
+def _looks_symmetric(matrix: sparse.csr_array) -> bool:
+    """Whether A x = A'x to round-off for one vector of random values: true for no skew matrix, and cheap."""
+    x = np.random.default_rng(0).uniform(0.5, 1.5, matrix.shape[0])
+    largest = np.abs(matrix.data).max(initial=0.0)
+    return bool(np.abs(matrix @ x - matrix.T @ x).max(initial=0.0) <= 1e-12 * largest)

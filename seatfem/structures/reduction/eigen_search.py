@@ -1,0 +1,92 @@
+"""Where to shift: factorizations of K - sigma M whose inertia counts, and the search for one that counts enough."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import Backend, Factorization, FactorizationError, factorize
+
+_MOVES: Final = (0.0, 1e-4, -1e-3, 7e-3, -2e-2)  # of a shift that cannot be factorized, relative
+_COUNTED: Final = 1e-3  # residual of a first solve: of thin bodies 1e-6, which Lanczos and the count bear
+_DENSITY: Final = 0.7  # modes below w: this times the sum of (w^2 M_ii/K_ii)^(3/2), second-order elements
+_FEWEST: Final = 0.5  # in the place of no mode at all, for logarithms
+
+
+class ConvergenceError(ArithmeticError):
+    """An iteration that did not reach its tolerance; the message gives the measured error and a remedy."""
+
+
+class CountError(ConvergenceError):
+    """No factorization counts eigenvalues, or its count contradicts what is found."""
+
+
+@dataclass(frozen=True)
+class Shift:
+    """K - value M, factorized, with ``count`` eigenvalues below ``value`` [1/s^2]."""
+
+    value: float
+    count: int
+    factor: Factorization
+
+
+@dataclass(frozen=True)
+class Counted:
+    """So many eigenvalues below ``value`` [1/s^2]."""
+
+    value: float
+    count: int
+
+
+def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> Shift:
+    """The shift ``value``, or one close to it where that is an eigenvalue.
+
+    Raises:
+        CountError: none of several can be factorized with a count of its pivots.
+    """
+    problem: object = "its pivots cannot be counted"
+    for move in _MOVES:
+        moved = value * (1 + move)
+        try:
+            factor = factorize(
+                model.K - moved * model.M,
+                definite=False,
+                backend=backend,
+                tolerance=_COUNTED,
+                name="K - w^2 M",
+            )
+        except FactorizationError as error:
+            if "memory" in str(error):
+                raise
+            problem = error
+            continue
+        if factor.negative_pivots is not None:
+            return Shift(moved, factor.negative_pivots, factor)
+    raise CountError(f"no factorization near {np.sqrt(abs(value)) / (2 * np.pi):.4g} Hz counts eigenvalues: {problem}")
+
+
+def expected(model: SecondOrderModel, count: float) -> float:
+    """w^2 [1/s^2] below which about ``count`` modes of a compact body lie: Weyl's law, summed node by node.
+
+    The cube of an element's size over the wave speed is of the order of (M_ii/K_ii)^(3/2); in a section its square.
+    """
+    dim = 3 if model.dofs is None else len(model.dofs.points)
+    sizes = model.M.diagonal() / np.maximum(model.K.diagonal(), 1e-300)
+    total = float(np.sum(np.minimum(sizes, 1e3 * np.median(sizes)) ** (dim / 2)))
+    return float((max(count, _FEWEST) / (_DENSITY * total)) ** (2 / dim))
+
+
+def between(low: Counted | None, high: Counted | None, target: float) -> float:
+    """Where the count is about ``target``, from counts below and above it."""
+    if low is not None and high is not None:
+        counts = np.log([max(low.count, _FEWEST), max(high.count, _FEWEST)])
+        part = (np.log(target) - counts[0]) / max(counts[1] - counts[0], 1e-3)
+        ratio = high.value / low.value
+        return float(low.value * ratio ** np.clip(part, 0.1, 0.9))
+    if low is not None:
+        return float(low.value * np.clip((target / max(low.count, _FEWEST)) ** (2 / 3), 1.1, 100.0))
+    assert high is not None
+    return float(high.value * np.clip(target / high.count, 1e-4, 0.7))

@@ -1,0 +1,204 @@
+"""Sparse symmetric factorization: made once, solved with many times.
+
+PARDISO (Intel MKL through pypardiso) where it can be imported, otherwise a METIS ordering with SciPy's SuperLU.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import os
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import pymetis
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from seatfem.structures.model import Array, as_csr
+
+Backend = Literal["auto", "pardiso", "superlu"]
+MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # where pypardiso is told the path of MKL
+_REMEDY = "; fix a body that can move freely, or look for inside-out elements and a material without stiffness"
+
+
+class FactorizationError(ArithmeticError):
+    """A matrix that cannot be factorized or a factorization that fails its own check; the message gives the number."""
+
+
+@dataclass(frozen=True, eq=False)
+class Factorization:
+    """A factorized symmetric matrix.
+
+    Attributes:
+        size: number of unknowns.
+        backend: "pardiso" or "superlu".
+        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot tell.
+        residual: ||A x - b|| / ||b|| of its first solve.
+    """
+
+    size: int
+    backend: str
+    negative_pivots: int | None
+    residual: float
+    _solve: Callable[[Array], Array]
+
+    def solve(self, rhs: Array) -> Array:
+        """A^-1 rhs for one (n,) or several (n, m) right-hand sides."""
+        if rhs.shape[0] != self.size:
+            raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, the matrix {self.size}")
+        return self._solve(rhs)
+
+
+def factorize(
+    matrix: sparse.csr_array,
+    *,
+    definite: bool = True,
+    backend: Backend = "auto",
+    tolerance: float = 1e-8,
+    name: str = "the matrix",
+) -> Factorization:
+    """Factorize a symmetric matrix and verify it by a first solve.
+
+    Args:
+        matrix: (n, n) symmetric; only its upper triangle is used by PARDISO.
+        definite: whether a matrix that is not positive definite is an error; ``False`` for counting eigenvalues.
+        backend: "auto" takes PARDISO if it can be imported.
+        tolerance: largest relative residual of the first solve.
+        name: of the matrix in messages, e.g. "K + s^2 M".
+
+    Raises:
+        FactorizationError: not positive definite, singular, or the residual is above the tolerance.
+    """
+    matrix = as_csr(matrix)
+    zero = int(np.sum(matrix.diagonal() == 0))
+    if zero:
+        raise FactorizationError(f"{name}: {zero} diagonal values are zero: unknowns without stiffness and mass")
+    pardiso = _pardiso_class() if backend in ("auto", "pardiso") else None
+    if backend == "pardiso" and pardiso is None:
+        raise FactorizationError("PARDISO is not installed here: pip install pypardiso, or backend='superlu'")
+    try:
+        solve, negative = _pardiso(matrix, definite, pardiso) if pardiso else _superlu(matrix)
+        if definite and negative:
+            raise FactorizationError(f"not positive definite: {negative} negative pivots")
+    except FactorizationError as error:
+        remedy = _REMEDY if "definite" in str(error) else ""
+        raise FactorizationError(f"{name} ({matrix.shape[0]} unknowns): {error}{remedy}") from error
+    rhs = np.cos(np.arange(matrix.shape[0], dtype=float))  # any vector without symmetry
+    residual = float(np.linalg.norm(matrix @ solve(rhs) - rhs) / np.linalg.norm(rhs))
+    if not residual <= tolerance:
+        raise FactorizationError(
+            f"{name}: {'pardiso' if pardiso else 'superlu'}: the first solve leaves a residual of {residual:.1e} "
+            f"(limit {tolerance:.0e}): the matrix is singular or badly scaled"
+        )
+    return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
+
+
+def _pardiso_class() -> Any:
+    """pypardiso's solver; told where MKL is, as each one would search all files of the environment for it."""
+    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
+        os.environ[MKL_RUNTIME] = str(path)
+    try:
+        return importlib.import_module("pypardiso").PyPardisoSolver
+    except (ImportError, OSError):
+        return None
+
+
+def _mkl_runtime() -> Path | None:
+    """The library that the package mkl has installed; ``None`` for another installation."""
+    try:
+        files = metadata.files("mkl") or ()
+    except metadata.PackageNotFoundError:
+        return None
+    found = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
+    return next((path for path in found if path.is_file()), None)
+
+
+def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tuple[Callable[[Array], Array], int]:
+    """PARDISO on the upper triangle: Cholesky, or LDL' with its inertia; solves call its phase 33 directly."""
+    upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
+    upper.sort_indices()
+    solver = solver_class(mtype=2 if definite else -2)
+    try:
+        solver.factorize(upper)
+    except Exception as error:  # pypardiso's own exception class is not importable without it
+        solver.free_memory(everything=True)
+        raise FactorizationError(_pardiso_message(error, definite)) from error
+    solver.remove_stored_factorization()
+    solve = _phase_33(solver, upper)
+    weakref.finalize(solve, solver.free_memory, True)
+    return solve, 0 if definite else int(solver.get_iparm(23))
+
+
+def _pardiso_message(error: Exception, definite: bool) -> str:
+    code = int(getattr(error, "value", 0))
+    meanings = {
+        -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or a road without factorization "
+        "(mass='nodal' and method='lanczos')",
+        -4: "not positive definite or singular"
+        if definite
+        else "a zero pivot: the shift is an eigenvalue, move it by a part in a thousand",
+        -8: "the factors have more entries than 32-bit indices count: use method='lanczos'",
+    }
+    return f"pardiso: {meanings.get(code, str(error))} (code {code})"
+
+
+def _phase_33(solver: Any, upper: sparse.csr_matrix) -> Callable[[Array], Array]:
+    """Forward and backward substitution by the library itself, the 1-based index arrays made once.
+
+    The wrapper would compare or hash the whole matrix and rebuild these arrays in every call.
+    """
+    integer, pointer = ctypes.c_int32, ctypes.POINTER(ctypes.c_int32)
+    starts, columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
+    n = upper.shape[0]
+    fixed = [ctypes.byref(integer(value)) for value in (1, 1, solver.mtype, 33, n)]  # maxfct, mnum, mtype, phase, n
+    index = [array.ctypes.data_as(pointer) for array in (starts, columns, solver.perm)]
+    real = ctypes.POINTER(ctypes.c_double)
+    handle = solver.pt.ctypes.data_as(ctypes.POINTER(solver._pt_type[0]))
+
+    def solve(rhs: Array) -> Array:
+        b = np.asfortranarray(rhs, dtype=float)
+        x, failed = np.empty_like(b, order="F"), integer(0)
+        if b.size == 0:  # an exhausted Krylov space asks for nothing; the library would refuse
+            return x
+        solver._mkl_pardiso(
+            handle,
+            *fixed,
+            upper.data.ctypes.data_as(real),
+            *index,
+            ctypes.byref(integer(1 if b.ndim == 1 else b.shape[1])),
+            solver.iparm.ctypes.data_as(pointer),
+            ctypes.byref(integer(0)),  # silent
+            b.ctypes.data_as(real),
+            x.ctypes.data_as(real),
+            ctypes.byref(failed),
+        )
+        if failed.value:
+            raise FactorizationError(f"pardiso: the solve failed with code {failed.value}")
+        return x
+
+    return solve
+
+
+def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
+    """SuperLU without pivoting, in METIS nested-dissection order."""
+    graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
+    graph.eliminate_zeros()
+    order, place = (np.asarray(p) for p in pymetis.nested_dissection(xadj=graph.indptr, adjncy=graph.indices))
+    permuted = sparse.csc_matrix(matrix[order][:, order])
+    try:
+        lu = splu(permuted, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise FactorizationError(f"superlu: {error}") from error
+    unpivoted = np.array_equal(lu.perm_r, np.arange(len(order)))
+    negative = int(np.sum(lu.U.diagonal() < 0)) if unpivoted else None
+
+    def solve(rhs: Array) -> Array:
+        return np.asarray(lu.solve(np.ascontiguousarray(rhs[order], dtype=float))[place])
+
+    return solve, negative

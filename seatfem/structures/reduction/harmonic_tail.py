@@ -1,0 +1,84 @@
+"""The Fourier harmonics of a ring above all waves of the band: they answer at once, so that statics describe them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.damping import Damping
+from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.ring_patches import RingPatch, pair_weights
+
+_STEP = 1.3  # ratio of successive harmonics whose static compliance is computed
+
+
+class Tail:
+    """Static compliances R_n of the harmonics above ``reduced``, close to C/n."""
+
+    def __init__(self, patches: Mapping[str, RingPatch], rings: list[str], reduced: int) -> None:
+        self.patches, self.reduced, self.last = patches, reduced, reduced
+        self._places = [rings.index(patch.boundary) for patch in patches.values()]
+        self._numbers: list[int] = []
+        self._scaled: list[Array] = []  # n R_n, (rings, rings)
+        narrowest = min(patch.width for patch in patches.values())
+        self._far = int(200 / narrowest) + 20  # beyond, s_n^2/n sums to less than 1e-4 of its whole
+
+    @property
+    def next(self) -> int:
+        """The next harmonic whose compliance is wanted."""
+        return self.last + max(1, int((_STEP - 1) * self.last))
+
+    def add(self, model: SecondOrderModel, backend: Backend) -> None:
+        """Solve the harmonic `next`."""
+        self.last = self.next
+        static = model.port_matrix.T @ factorize(model.K, backend=backend).solve(model.port_matrix)
+        self._numbers.append(self.last)
+        self._scaled.append(self.last * (static + static.T) / 2)
+
+    def compliance(self) -> Array:
+        """(p, p) sum over all harmonics above ``reduced`` of s_ni s_nj cos n(th_i - th_j) R_n [m/N].
+
+        n R_n is interpolated linearly in log n, which keeps it positive semidefinite, and constant beyond the last.
+        """
+        return self._sum(np.arange(self.reduced + 1, max(self._far, 20 * self.last)))
+
+    def doubt(self) -> float:
+        """Half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
+        if len(self._numbers) < 2:
+            return math.inf
+        return float(np.abs(self._sum(np.arange(self.last + 1, max(self._far, 20 * self.last)))).max()) / 2
+
+    def _sum(self, harmonics: NDArray[np.int64]) -> Array:
+        known, scaled = np.log(self._numbers), np.array(self._scaled)
+        pairs = scaled[:, self._places][:, :, self._places]
+        p = len(self._places)
+        law = np.array([[np.interp(np.log(harmonics), known, pairs[:, i, j]) for j in range(p)] for i in range(p)])
+        weights = pair_weights(self.patches, harmonics) / harmonics[:, None, None]
+        return np.asarray(np.einsum("nij,ijn->ij", weights, law))
+
+
+def relaxation(compliance: Array, start: Array, damping: Damping) -> Residual:
+    """The relaxation of integral ``compliance`` and initial value ``start``, slowed by stiffness-proportional damping.
+
+    As `seatfem.structures.reduction.damping.residual`, with a full matrix of initial values.
+    """
+    scale, vectors = np.linalg.eigh(start)
+    root = vectors * np.sqrt(np.maximum(scale, 1e-9 * scale[-1])) @ vectors.T
+    back = np.linalg.inv(root)
+    taus, turn = np.linalg.eigh(back @ compliance @ back)
+    taus = np.maximum(taus, 1e-12 * taus[-1])
+    slowed = taus / (taus + damping.beta)
+    return Residual.exponential(root @ (turn * taus) @ turn.T @ root, root @ (turn * slowed) @ turn.T @ root)
+
+
+def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
+    """Largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
+    if np.any(greens.omega == 0):
+        return math.inf
+    instant = relaxation(greens.static_compliance(), start, damping).filtered(t, width)
+    return float(np.abs(greens.filtered_matrix(t, width) - instant).max())

@@ -1,0 +1,278 @@
+"""Off-axis and several contacts on a body of revolution: Fourier harmonics of axisymmetric models, combined.
+
+    G_ij(t) = sum over n of s_ni s_nj cos n(th_i - th_j) g_n(t)
+
+with g_n the ring's response in harmonic n. Harmonics with waves in the band are reduced like any model. The others
+answer at once: of their static compliances, close to C/n, a few are computed, the rest interpolated, and a passive
+exponential carries their sum and the first velocity that the patches still lack.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from impact.greens.base import ErrorEstimate
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.pulse import error_times
+from impact.progress import Progress, silent
+from seatfem.structures.elements.axisymmetric import Mass, assemble_axisymmetric
+from seatfem.structures.elements.supports import Support
+from seatfem.structures.materials import Solid
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.damping import damping_of
+from seatfem.structures.reduction.factorization import Backend
+from seatfem.structures.reduction.greens import Method, reduce_model
+from seatfem.structures.reduction.harmonic_tail import Tail, relaxation, static_lag
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
+from seatfem.structures.rings import ring_names
+
+_FEWEST = 4  # harmonics reduced at least: the lowest frequency first falls, then rises with n
+
+
+def ring_greens(
+    mesh: Any,
+    material: Solid | Mapping[str, Any],
+    patches: Mapping[str, RingPatch],
+    *,
+    bandwidth: float,
+    duration: float,
+    tolerance: float,
+    damping_ratio: float = 0.0,
+    fixed: str | Sequence[str] = "fixed",
+    sliding: str | Sequence[str] = (),
+    order: int | None = None,
+    mass: Mass = "consistent",
+    rayleigh: tuple[float, float] | None = None,
+    supports: Sequence[Support] = (),
+    method: Method = "auto",
+    max_vectors: int | None = None,
+    backend: Backend = "auto",
+    rings: int = 1,
+    max_harmonic: int = 1000,
+    progress: Progress = silent,
+) -> ModalGreens:
+    """Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
+
+    Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`. With ``rings`` > 1 every patch
+    has so many ports, NAME_1, NAME_2, ...
+    """
+    faces = {patch.boundary: patch.boundary for patch in patches.values()}
+    patches = {
+        name: replace(patch, boundary=face)
+        for port, patch in patches.items()
+        for name, face in zip(ring_names(port, rings), ring_names(patch.boundary, rings), strict=True)
+    }
+
+    def build(harmonic: int) -> SecondOrderModel:
+        return assemble_axisymmetric(
+            mesh,
+            material,
+            harmonic=harmonic,
+            fixed=fixed,
+            sliding=sliding,
+            ports=faces,
+            order=order,
+            mass=mass,
+            rayleigh=rayleigh,
+            supports=supports,
+            rings=rings,
+        )
+
+    return combine_harmonics(
+        build,
+        patches,
+        bandwidth=bandwidth,
+        duration=duration,
+        tolerance=tolerance,
+        damping_ratio=damping_ratio,
+        method=method,
+        max_vectors=max_vectors,
+        backend=backend,
+        max_harmonic=max_harmonic,
+        progress=progress,
+    )
+
+
+def combine_harmonics(
+    build: Callable[[int], SecondOrderModel],
+    patches: Mapping[str, RingPatch],
+    *,
+    bandwidth: float,
+    duration: float,
+    tolerance: float,
+    damping_ratio: float = 0.0,
+    method: Method = "auto",
+    max_vectors: int | None = None,
+    backend: Backend = "auto",
+    max_harmonic: int = 1000,
+    progress: Progress = silent,
+) -> ModalGreens:
+    """One Green's function of all patches from the models ``build(n)``, whose ports are the rings by boundary name.
+
+    Each mode of a harmonic n > 0 stands twice, as cos and as sin n th. ``error.reduction``, as that of `reduce_model`,
+    sums what the harmonics left out, each weighted by its share, and the uncertainty of the static tail.
+
+    Raises:
+        ModelError: overlapping patches, damping that couples the modes.
+        ConvergenceError: ``max_harmonic`` is reached before the tolerance.
+    """
+    check_patches(patches)
+    t = error_times(duration, 1 / bandwidth)
+    total = _Sum(patches, list(dict.fromkeys(patch.boundary for patch in patches.values())), t, 1 / bandwidth)
+    harmonic, lags, limit = 0, [math.inf], math.inf
+    while total.touches_from(harmonic):
+        if harmonic > max_harmonic:
+            raise ConvergenceError(f"{max_harmonic} harmonics still have waves in the band: raise max_harmonic")
+        model = build(harmonic)
+        greens = reduce_model(
+            model,
+            bandwidth=bandwidth,
+            duration=duration,
+            tolerance=tolerance / 3,
+            damping_ratio=damping_ratio,
+            method=method,
+            max_vectors=max_vectors,
+            backend=backend,
+        ).greens.modal
+        if greens is None:
+            raise ModelError("harmonics combine modes: use damping that does not couple them (ratio, Rayleigh, loss)")
+        damping = damping_of(model, damping_ratio)
+        start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()], dtype=float)
+        total.add(harmonic, greens)
+        limit = min(limit, greens.valid_for)
+        lags.append(total.beyond(harmonic, static_lag(greens, np.diag(start), damping, total.t, total.width)))
+        harmonic += 1
+        progress("harmonics", harmonic / (harmonic + 12))
+        if harmonic > _FEWEST and max(lags[-2:]) <= tolerance / 6:
+            break
+    reduced = last = harmonic - 1
+    if total.touches_from(harmonic):
+        tail, doubt = _static_tail(build, total, reduced, bandwidth, tolerance, max_harmonic, backend)
+        rings = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
+        lacking = damping.first_velocity() * first_velocities_beyond(patches, rings, reduced)
+        total.close(relaxation(tail.compliance(), lacking, damping), max(lags[-2:]) + doubt)
+        last = tail.last
+    progress("harmonics", 1.0)
+    return total.greens(
+        {
+            "method": "harmonics",
+            "reason": f"{reduced + 1} harmonics with waves in the band, static compliances up to n = {last}",
+            "harmonics": reduced,
+            "static_harmonics": last,
+            "bandwidth_Hz": bandwidth,
+            "duration_s": duration,
+            "tolerance": tolerance,
+            "damping_ratio": damping_ratio,
+            "patches": {k: {"angle": v.angle, "width": v.width, "boundary": v.boundary} for k, v in patches.items()},
+            "dof": model.size,
+        },
+        limit,
+    )
+
+
+def _static_tail(
+    build: Callable[[int], SecondOrderModel],
+    total: _Sum,
+    reduced: int,
+    bandwidth: float,
+    tolerance: float,
+    max_harmonic: int,
+    backend: Backend,
+) -> tuple[Tail, float]:
+    """The harmonics above ``reduced``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
+    tail = Tail(total.patches, total.rings, reduced)
+    while (doubt := total.relative(tail.doubt() * 2 * bandwidth)) > tolerance / 6:
+        if tail.last >= max_harmonic:
+            raise ConvergenceError(
+                f"{tail.last} harmonics leave an estimated error of {doubt:.1e} (tolerance {tolerance:.1e}): "
+                "make the patches wider or raise max_harmonic"
+            )
+        tail.add(build(tail.next), backend)
+    return tail, doubt
+
+
+@dataclass
+class _Sum:
+    """The harmonics reduced so far, as seen by the patches."""
+
+    patches: Mapping[str, RingPatch]
+    rings: list[str]
+    t: Array
+    width: float
+    parts: list[ModalGreens] = field(default_factory=list)
+    response: Array | float = 0.0
+    error: float = 0.0
+
+    def touches_from(self, harmonic: int) -> bool:
+        """Whether a patch sees any harmonic from this one on: whole rings see only n = 0."""
+        return harmonic == 0 or any(patch.width < 2 * math.pi * (1 - 1e-12) for patch in self.patches.values())
+
+    def add(self, harmonic: int, greens: ModalGreens) -> None:
+        """Turn the rings' harmonic into the patches' part of it."""
+        matrices, rest = mixing(self.patches, self.rings, harmonic), greens.residual
+        if not matrices:
+            return
+        part = ModalGreens(
+            np.tile(greens.omega, len(matrices)),
+            np.tile(greens.zeta, len(matrices)),
+            np.concatenate([greens.shapes @ x.T for x in matrices]),
+            Residual(
+                np.concatenate([rest.shapes @ x.T for x in matrices]),
+                np.tile(rest.rates, len(matrices)),
+                np.sum([x @ rest.compliance @ x.T for x in matrices], axis=0),
+            ),
+            tuple(self.patches),
+        )
+        self._append(part)
+        self.error += (greens.error.reduction or 0.0) * float(np.abs(part.filtered_matrix(self.t, self.width)).max())
+
+    def _append(self, part: ModalGreens) -> None:
+        self.response = self.response + part.filtered_matrix(self.t, self.width)
+        self.parts.append(part)
+
+    def beyond(self, harmonic: int, error: float) -> float:
+        """Error, relative to the response, of all harmonics from this one on whose own ``error`` falls like 1/n^2.
+
+        With the patches' coefficients, at most 2/(n w) or 1, the terms fall like 1/n^4 and sum to n/3 times the first.
+        """
+        narrowest = min(patch.width for patch in self.patches.values())
+        envelope = min(1.0, 2 / (max(harmonic, 1) * narrowest))
+        return self.relative(error * envelope**2 * max(1.0, harmonic / 3))
+
+    def relative(self, error: float) -> float:
+        """An error of the response, relative to its largest value."""
+        return error / float(np.abs(self.response).max())
+
+    def close(self, rest: Residual, error: float) -> None:
+        """Add what the harmonics that were not reduced do; ``error`` is relative to the whole."""
+        p = len(self.patches)
+        part = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, p)), rest, tuple(self.patches))
+        self._append(part)
+        self.error += error * float(np.abs(self.response).max())
+
+    def greens(self, origin: Mapping[str, object], valid_for: float) -> ModalGreens:
+        """All parts in one, without the modes and relaxations that no patch sees."""
+        modes = np.concatenate([part.shapes for part in self.parts])
+        relaxing = np.concatenate([part.residual.shapes for part in self.parts])
+        seen, felt = modes.any(axis=1), relaxing.any(axis=1)
+        rest = Residual(
+            relaxing[felt],
+            np.concatenate([part.residual.rates for part in self.parts])[felt],
+            np.sum([part.residual.compliance for part in self.parts], axis=0),
+        )
+        return ModalGreens(
+            np.concatenate([part.omega for part in self.parts])[seen],
+            np.concatenate([part.zeta for part in self.parts])[seen],
+            modes[seen],
+            rest,
+            tuple(self.patches),
+            ErrorEstimate(reduction=self.relative(self.error)),
+            origin,
+            valid_for,
+        )

@@ -1,0 +1,92 @@
+"""The growing M-orthonormal block-Krylov basis of (K + s^2 M)^-1 M, and its Ritz pairs.
+
+Rigid-body shapes, where they are known, are its first vectors with a stiffness of exactly zero.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.factorization import Factorization
+
+
+class KrylovBasis:
+    """V with V'MV = I, grown block by block, and the projections V'KV and V'B.
+
+    Args:
+        model: M, K and the ports B.
+        factor: factorization of K + s^2 M.
+        shift: s > 0 [rad/s].
+        limit: largest number of vectors.
+        rigid: (n, r) M-orthonormal with K rigid = 0.
+    """
+
+    def __init__(
+        self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int, rigid: Array | None = None
+    ) -> None:
+        self.model, self.factor, self.shift, self.limit = model, factor, shift, limit
+        self.rigid = 0 if rigid is None else rigid.shape[1]
+        self.size = self.rigid
+        self._vectors = np.empty((model.size, 0), order="F") if rigid is None else np.asfortranarray(rigid)
+        self._stiffness = np.zeros((limit, limit))
+        self._ports = np.zeros((limit, model.port_matrix.shape[1]))
+        self._ports[: self.rigid] = self._vectors.T @ model.port_matrix
+        self._next = factor.solve(model.port_matrix)  # candidates
+        compliance = model.port_matrix.T @ self._next
+        self.reciprocity = float(np.abs(compliance - compliance.T).max() / np.abs(compliance).max())
+
+    @property
+    def V(self) -> Array:
+        """(n, size) the basis."""
+        return self._vectors[:, : self.size]
+
+    @property
+    def complete(self) -> bool:
+        """Whether V spans an invariant subspace: nothing more can be found."""
+        return self.size == self.model.size or self._next.shape[1] == 0
+
+    def grow(self, size: int) -> None:
+        """Append whole blocks until there are at least ``size`` vectors, or the limit or the end is reached."""
+        while self.size < min(size, self.limit) and not self.complete:
+            first = self.size
+            for column in self._next.T:
+                if self.size < self.limit:
+                    self._append(column)
+            self._next = self.factor.solve(self.model.M @ self._vectors[:, first : self.size])
+
+    def _append(self, w: Array) -> None:
+        """Orthonormalise ``w`` against V and append it, unless it lies in the span of V."""
+        k, M, K = self.size, self.model.M, self.model.K
+        before = np.sqrt(w @ (M @ w))
+        for _ in range(2):  # twice is enough (Kahan, Parlett)
+            w = w - self.V @ (self.V.T @ (M @ w))
+        norm = np.sqrt(w @ (M @ w))
+        if not norm > 1e-11 * before:
+            return
+        if k == self._vectors.shape[1]:
+            grown = np.empty((len(w), max(2 * k, 32)), order="F")
+            grown[:, :k] = self._vectors
+            self._vectors = grown
+        self._vectors[:, k] = w / norm
+        self.size = k + 1
+        first = self.rigid
+        column = self._vectors[:, first : k + 1].T @ (K @ self._vectors[:, k])
+        self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
+        self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
+
+    def ritz(self) -> tuple[Array, Array, Array]:
+        """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V."""
+        first, k = self.rigid, self.size
+        values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
+        if values[0] < -1e-8 * self.shift**2:
+            raise ModelError(f"K is indefinite: it has the Ritz value {values[0]:.2e} 1/s^2 relative to M")
+        zero = 0.0 if first else 1e-10 * self.shift**2  # free bodies whose rigid shapes are not known
+        square = np.concatenate([np.zeros(first), np.where(values < zero, 0.0, values)])
+        coefficients = np.eye(k)
+        coefficients[first:, first:] = vectors
+        return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
+
+    def orthogonality_error(self) -> float:
+        """Largest entry of V'MV - I."""
+        return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())

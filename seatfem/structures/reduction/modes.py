@@ -1,0 +1,184 @@
+"""Natural modes, complete by inertia, and their checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+
+from impact.brief import brief
+from impact.progress import Progress, silent
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
+from seatfem.structures.reduction.factorization import Backend
+from seatfem.structures.reduction.mode_shift import null_limit
+from seatfem.structures.reduction.rigid import default_shift, rigid_shapes
+from seatfem.structures.reduction.spectrum import Spectrum, uncounted
+
+__all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
+
+_SURE = 1e-6  # of s^2: an eigenvalue above it is not zero, whatever the largest of K/M
+DENSE = 600  # unknowns up to which LAPACK is the quickest and finds all modes
+_LARGEST_RESIDUAL = 1e-5  # beside what round-off of K leaves
+_ROUND_OFF = 300.0  # times `null_limit`: rigid modes of rings of h/a = 0.005 leave 110, their frequencies are right
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Undamped natural modes, K y = w^2 M y, lowest first.
+
+    Attributes:
+        frequencies_hz: (m,) natural frequencies [Hz]; exactly 0 for rigid-body modes.
+        shapes: (n, m) mass-normalised shapes y [1/sqrt(kg)].
+        residuals: (m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||), s of the order of the lowest or of the shift used.
+        complete: whether a count of eigenvalues (Sylvester's law of inertia) proved that none is missing.
+        backend: what solved them.
+        solves: right-hand sides that the factorizations were solved for.
+    """
+
+    frequencies_hz: Array
+    shapes: Array
+    residuals: Array
+    complete: bool
+    backend: str
+    solves: int = 0
+
+    __repr__ = brief
+
+    def __str__(self) -> str:
+        f = self.frequencies_hz
+        span = f"{f.min():.5g} ... {f.max():.5g} Hz" if f.size else "none"
+        count = "complete" if self.complete else "not counted"
+        worst = float(self.residuals.max(initial=0.0))
+        return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
+
+    @property
+    def omega(self) -> Array:
+        """(m,) angular frequencies [rad/s]."""
+        return 2 * np.pi * self.frequencies_hz
+
+
+def solve_modes(
+    model: SecondOrderModel,
+    n: int | None = None,
+    *,
+    up_to_hz: float | None = None,
+    shift_hz: float | None = None,
+    check: bool = True,
+    backend: Backend = "auto",
+    progress: Progress = silent,
+) -> Modes:
+    """The ``n`` lowest undamped modes, or all up to a frequency; free bodies include their rigid modes at exactly 0 Hz.
+
+    Block Lanczos on (K - sigma M)^-1 M with sigma inside the part of the spectrum that is asked for; the negative
+    pivots of K - sigma M, there and behind the last mode, count the eigenvalues, so that none is missing, repeated ones
+    included. Starts are seeded, so runs repeat. Where the factorization cannot count, the modes come from a shift below
+    the spectrum, and ``complete`` is false. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
+
+    Args:
+        n: number of modes [20, or with ``up_to_hz`` as many as there are]; all of them if the model has fewer.
+        up_to_hz: highest frequency [Hz]; of both limits, the lower counts.
+        shift_hz: of the order of the lowest elastic frequency; default: from the size of the model.
+        check: count what lies below the last mode too; without, one factorization less, and ``complete`` is false.
+        progress: called with ("modes", fraction) and ("factorization", fraction).
+
+    Raises:
+        ModelError: an impossible n or frequency, an indefinite K. ConvergenceError: Lanczos leaves too large an error.
+    """
+    if n is not None and n < 1:
+        raise ModelError(f"n = {n} modes asked for: give at least 1")
+    if up_to_hz is not None and not 0 < up_to_hz < np.inf:
+        raise ModelError(f"up_to_hz = {up_to_hz} must be positive and finite")
+    if shift_hz is not None and not 0 < shift_hz < np.inf:
+        raise ModelError(f"shift_hz = {shift_hz} must be positive and finite")
+    most = 20 if n is None and up_to_hz is None else n
+    highest = np.inf if up_to_hz is None else (2 * np.pi * up_to_hz) ** 2
+    scale = default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
+    flat = null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
+    if model.size <= (most or 0) + 2 or (model.size <= DENSE and not flat):
+        return _lowest(dense_modes(model, scale), most, highest)
+    spectrum = Spectrum(model, backend=backend, lowest=None if shift_hz is None else scale**2, progress=progress)
+    try:
+        if most is not None:
+            spectrum.first(most, check=check and up_to_hz is None)
+        if up_to_hz is not None and (most is None or spectrum.top < highest):
+            spectrum.below(highest)
+    except CountError:
+        return _lowest(_without_count(model, most, highest, scale, backend), most, highest)
+    return _lowest(modes_of(spectrum, scale), most, highest)
+
+
+def modes_of(spectrum: Spectrum, scale: float) -> Modes:
+    """What a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
+
+    Raises:
+        ModelError: K is indefinite. ConvergenceError: a residual is too large.
+    """
+    backend = f"block Lanczos, {spectrum.factorization}"
+    modes = _modes(spectrum.model, spectrum.values, spectrum.shapes, scale, spectrum.counted, backend)
+    allowed = _LARGEST_RESIDUAL + _ROUND_OFF * null_limit(spectrum.model) / (modes.omega**2 + scale**2)
+    if np.any(modes.residuals > allowed):
+        worst = int(np.argmax(modes.residuals / allowed))
+        raise ConvergenceError(
+            f"mode {worst + 1} at {modes.frequencies_hz[worst]:.6g} Hz leaves a residual of "
+            f"{modes.residuals[worst]:.1e} (limit {allowed[worst]:.1e}): the matrices are badly scaled"
+        )
+    return replace(modes, solves=spectrum.solves)
+
+
+def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
+    """All modes of a small model, by LAPACK."""
+    values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
+    return _modes(model, np.asarray(values), np.asarray(shapes), scale, True, "lapack")
+
+
+def _without_count(model: SecondOrderModel, most: int | None, highest: float, scale: float, backend: Backend) -> Modes:
+    """From a shift below the spectrum, where inertia is not to be had."""
+    wanted = most or 20
+    while True:
+        values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend)
+        if most is not None or values[-1] > highest or wanted >= model.size:
+            return _modes(model, values, shapes, scale, False, "block Lanczos, not counted")
+        wanted *= 2
+
+
+def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
+    """The first ``most``, and none above ``highest`` [1/s^2]."""
+    count = int(np.sum(modes.omega**2 <= highest * (1 + 1e-9)))
+    kept = slice(0, count if most is None else min(most, count))
+    return replace(
+        modes,
+        frequencies_hz=modes.frequencies_hz[kept],
+        shapes=modes.shapes[:, kept],
+        residuals=modes.residuals[kept],
+    )
+
+
+def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
+    limit = null_limit(model)
+    if len(values) and values[0] < -limit:
+        raise ModelError(f"K is indefinite: it has the eigenvalue {values[0]:.2e} 1/s^2 relative to M")
+    zero = values < limit
+    rigid = rigid_shapes(model) if zero.any() else shapes[:, :0]
+    if known := min(rigid.shape[1], len(values)):  # exact ones for the computed; they span the same null space
+        shapes = np.concatenate([rigid[:, :known], shapes[:, known:]], axis=1)
+        zero = np.arange(len(values)) < known
+    elif zero.any() and limit > _SURE * shift**2:
+        zero = values < _SURE * shift**2
+        if backend == "lapack":
+            raise ConvergenceError(
+                f"round-off of K, {limit:.1e} 1/s^2, hides the lowest eigenvalues: some elements are far flatter than "
+                "the others; mesh the body more evenly"
+            )
+    square = np.where(zero, 0.0, np.maximum(values, 0.0))
+    return Modes(
+        np.sqrt(square) / (2 * np.pi), shapes, eigen_residuals(model, square, shapes, shift), complete, backend
+    )
+
+
+def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift: float) -> Array:
+    """(m,) ||K y - w^2 M y|| / ((w^2 + s^2) ||M y||) with w^2 = ``square``."""
+    mass = model.M @ shapes
+    left = np.linalg.norm(model.K @ shapes - mass * square, axis=0)
+    return np.asarray(left / ((square + shift**2) * np.linalg.norm(mass, axis=0)))

@@ -1,0 +1,98 @@
+"""Patches on a ring, and the Fourier series of a uniform pressure on them.
+
+Over an arc of width w about th_i a force F presses on the ring of area A like F/A times
+
+    1 + 2 sum_n s_n cos n(th - th_i),      s_n = sin(n w/2)/(n w/2)
+
+and the mean of cos n(th - th_i) over the same arc is s_n again: reciprocity, term by term.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from seatfem.structures.model import Array, ModelError
+
+
+@dataclass(frozen=True)
+class RingPatch:
+    """An arc of a ring-shaped face, pushed uniformly and observed in the mean.
+
+    Attributes:
+        angle: of its middle [rad].
+        width: 0 < width <= 2 pi [rad].
+        boundary: name of the ring, a boundary of the meridian mesh.
+
+    Raises:
+        ModelError: a width outside its range (a line has no finite compliance), a value that is not finite.
+    """
+
+    angle: float
+    width: float
+    boundary: str = "contact"
+
+    def __post_init__(self) -> None:
+        if not (0 < self.width <= 2 * math.pi * (1 + 1e-12)):
+            raise ModelError(f"ring patch: width = {self.width} rad must be > 0 and at most 2 pi")
+        if not math.isfinite(self.angle):
+            raise ModelError(f"ring patch: angle = {self.angle} rad must be finite")
+
+    def coefficients(self, harmonics: ArrayLike) -> Array:
+        """s_n of each harmonic; 1 for n = 0."""
+        return np.asarray(np.sinc(np.asarray(harmonics) * min(self.width / (2 * math.pi), 1.0)))
+
+
+def check_patches(patches: Mapping[str, RingPatch]) -> None:
+    """Raise `ModelError` if there are none, or two of one ring overlap."""
+    if not patches:
+        raise ModelError("no ring patch: give at least one")
+    for (one, a), (other, b) in itertools.combinations(patches.items(), 2):
+        apart = abs(math.remainder(a.angle - b.angle, 2 * math.pi))
+        if a.boundary == b.boundary and apart < (a.width + b.width) / 2 - 1e-9:
+            raise ModelError(
+                f"ring patches {one!r} and {other!r} overlap: their middles are {apart:.4g} rad apart, less than half "
+                f"the sum of their widths {a.width:.4g} and {b.width:.4g} rad"
+            )
+
+
+def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> list[Array]:
+    """(p, rings) matrices that take a ring's harmonic, once as cos and once as sin n th, to the patches.
+
+    With them g_ij gains sum over the matrices of X g_n X'; matrices of zeros are left out.
+    """
+    found = []
+    for wave in (np.cos, np.sin):
+        weight = np.zeros((len(patches), len(rings)))
+        for i, patch in enumerate(patches.values()):
+            amplitude = float(patch.coefficients(harmonic) * wave(harmonic * patch.angle))
+            weight[i, rings.index(patch.boundary)] = amplitude if abs(amplitude) > 1e-12 else 0.0
+        if np.any(weight):
+            found.append(weight)
+    return found
+
+
+def pair_weights(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64]) -> Array:
+    """(n, p, p) s_ni s_nj cos n(th_i - th_j)."""
+    each = np.stack([patch.coefficients(harmonics) for patch in patches.values()], axis=1)
+    angles = np.array([patch.angle for patch in patches.values()])
+    turned = np.cos(harmonics[:, None, None] * (angles[:, None] - angles[None, :]))
+    return np.asarray(each[:, :, None] * each[:, None, :] * turned)
+
+
+def first_velocities_beyond(patches: Mapping[str, RingPatch], ring_impedance: Mapping[str, float], last: int) -> Array:
+    """(p, p) g(0+) that the harmonics above ``last`` have together [m/(N s)].
+
+    By Parseval's identity all of them give 1/Z_i of each patch, Z_i = rho c_p A_i, and nothing between disjoint ones.
+    """
+    listed = list(patches.values())
+    same = np.array([[float(a.boundary == b.boundary) for b in listed] for a in listed])
+    whole = np.diag([2 * math.pi / patch.width for patch in listed])
+    below = pair_weights(patches, np.arange(1, last + 1)).sum(axis=0)
+    root = np.array([ring_impedance[patch.boundary] for patch in listed]) ** -0.5
+    return np.asarray((whole - same * (1 + 2 * below)) * root[:, None] * root)

@@ -1,0 +1,291 @@
+"""The lowest eigenpairs of (K, M), complete by inertia, growing as more of them are asked for.
+
+The shift lies inside what is looked for: K - sigma M is then indefinite, and its negative pivots (Sylvester) say how
+many eigenvalues lie below. Lanczos goes on until they are found; those found above the shift are counted at a gap
+behind them. With the shift in the middle it takes two thirds of the solves that a shift below the spectrum would.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from impact.progress import Progress, silent
+from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.block_lanczos import BlockLanczos, RitzValues
+from seatfem.structures.reduction.eigen_search import (
+    ConvergenceError,
+    Counted,
+    CountError,
+    Shift,
+    between,
+    counting_shift,
+    expected,
+)
+from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.rigid import rigid_shapes
+
+TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off
+WIDEST: Final = 8  # columns of a block: 16 cost a fifth less each, and a third more of them are needed
+_AT_ONCE: Final = 160  # eigenvalues about one shift; more of them cost less about several
+_ROOM: Final = 3 * 2**30  # bytes of a basis, unless twice the eigenvalues need more
+_BELOW: Final = 0.6  # of those looked for, below the shift: fewest solves (half or less of them: a sixth more)
+_NEAR: Final = 1e8  # |theta sigma| of an eigenvalue so near to the shift that it leaves too few digits to the others
+_GAP: Final = 1e-4  # relative distance of two eigenvalues between which they are counted, where there is one
+_SEARCHES: Final = 14
+_FEW: Final = 40  # eigenvalues for which a better shift does not pay another factorization
+_MOST_SOLVES: Final = 60  # for each eigenvalue; three or four are usual
+
+
+class Spectrum:
+    """Eigenpairs of (K, M), the lowest first, none missing.
+
+    Args:
+        lowest: [1/s^2] of the order of the lowest that is not zero; ``None``: from the model.
+        room: bytes that a basis may take.
+        seed: of random starts; the same one gives the same vectors.
+
+    Attributes:
+        values, shapes: (m,) [1/s^2] and (n, m), M-orthonormal.
+        top: [1/s^2] below which there is no other.
+        counted: whether inertia proved that.
+        solves, restarts: right-hand sides and restarts that it took.
+        factorization: what factorized last.
+    """
+
+    def __init__(
+        self,
+        model: SecondOrderModel,
+        *,
+        backend: Backend = "auto",
+        lowest: float | None = None,
+        room: float = _ROOM,
+        seed: int = 0,
+        progress: Progress = silent,
+    ) -> None:
+        self.model, self.backend, self.room, self.seed, self.progress = model, backend, room, seed, progress
+        self.shapes = rigid_shapes(model)
+        self.values = np.zeros(self.shapes.shape[1])
+        self.top, self.counted = 0.0, True
+        self.solves = self.restarts = 0
+        self.factorization = "none"
+        self._lowest = lowest
+
+    def first(self, n: int, *, check: bool = True) -> None:
+        """Have at least the ``n`` lowest; without ``check`` the last of them are not counted."""
+        n = min(n, self.model.size)
+        while len(self.values) < n:
+            have = len(self.values)
+            upto = min(n, have + _AT_ONCE)
+            shift = self._search(have, upto)
+            if shift.count >= upto:
+                self._fill(shift)
+            else:
+                self._about(shift, upto, None, check)
+
+    def below(self, value: float, most: int | None = None) -> None:
+        """Have all below ``value`` [1/s^2], which moves a little where it is an eigenvalue.
+
+        Raises:
+            ConvergenceError: they are more than ``most``.
+        """
+        if value <= self.top:
+            return
+        top = self._shift(value)
+        if most is not None and top.count > most:
+            raise ConvergenceError(f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most})")
+        while top.count - len(self.values) > _AT_ONCE:
+            self.first(len(self.values) + _AT_ONCE)
+        if top.value > self.top:
+            self._fill(top)
+
+    def _shift(self, value: float) -> Shift:
+        self.progress("factorization", 0.0)
+        shift = counting_shift(self.model, value, self.backend)
+        self.progress("factorization", 1.0)
+        self.factorization = shift.factor.backend
+        return shift
+
+    def _fill(self, top: Shift) -> None:
+        """Have all below a shift whose number is known."""
+        missing = top.count - len(self.values)
+        if missing < 0:
+            raise CountError(
+                f"{len(self.values)} eigenvalues are found, {top.count} counted below {top.value:.6e} 1/s^2"
+            )
+        if missing > WIDEST:
+            lower = max(self.top, 0.0)
+            shift = self._shift(lower + 0.5 * (top.value - lower))
+            self._about(shift, top.count, top, True)
+        elif missing > 0:
+            self._about(top, top.count, top, True)
+        self.top = top.value
+
+    def _about(self, shift: Shift, upto: int, top: Shift | None, check: bool) -> None:
+        """Find all below a shift and above it up to the number ``upto``, which lie below ``top`` or before a gap."""
+        have, end = len(self.values), None if top is None else Counted(top.value, top.count)
+        shift, lanczos = self._started(shift, upto - have)
+        if shift.count < have:
+            raise CountError(f"{have} eigenvalues are found where {shift.count} are counted below {shift.value:.6e}")
+        aim = 2 * (upto - have) + lanczos.block
+        while True:
+            _grow(lanczos, aim)
+            ritz = lanczos.ritz()
+            found = _settled(ritz, shift, have, upto, end)
+            if found is not None and end is None and check and upto > shift.count:
+                end = self._counted_behind(ritz, shift, upto)
+                upto = end.count
+                found = _settled(ritz, shift, have, upto, end)
+            if found is not None:
+                break
+            need, good = upto - have, int(np.sum(ritz.errors <= TOLERANCE))
+            self.progress("modes", min(0.99, (have + good) / (upto + 1)))
+            if lanczos.exhausted or lanczos.solves > _MOST_SOLVES * (need + lanczos.block):
+                raise self._failure(lanczos, ritz, shift, need)
+            if good >= need + 2 * lanczos.block:  # all around is found: repeated more often than the block is wide
+                lanczos.renew()
+            aim = lanczos.size + max(lanczos.block, need // 8)
+        self._take(lanczos, ritz, found)
+        self.top = shift.value if end is None else end.value
+        self.counted = self.counted and (end is not None or upto == shift.count)
+        self.progress("modes", 1.0)
+
+    def _started(self, shift: Shift, need: int) -> tuple[Shift, BlockLanczos]:
+        """Lanczos about a shift, which moves where an eigenvalue is too near."""
+        block = min(WIDEST, max(4, need))
+        fits = int(self.room / (8 * self.model.size))
+        limit = max(2 * need + 4 * block, min(4 * need + 8 * block, fits))
+        for move in (1e-3, -7e-3, 2e-2, 0.0):
+            lanczos = BlockLanczos(
+                self.model, shift.factor, shift.value, self.shapes, block=block, limit=limit, seed=self.seed
+            )
+            lanczos.expand()
+            if move == 0.0 or np.abs(lanczos.ritz().theta).max() * abs(shift.value) < _NEAR:
+                break
+            self.solves += lanczos.solves
+            shift = self._shift(shift.value * (1 + move))
+        return shift, lanczos
+
+    def _counted_behind(self, ritz: RitzValues, shift: Shift, upto: int) -> Counted:
+        """The number of eigenvalues below the first gap behind the ``upto``-th."""
+        order = np.argsort(ritz.values)
+        order = order[ritz.values[order] > shift.value]
+        values, good = ritz.values[order], ritz.errors[order] <= TOLERANCE
+        ready = len(good) if good.all() else int(np.argmin(good))
+        ends = np.append(values, 1.05 * values[-1])
+        places = range(upto - shift.count, ready + 1)  # between ends[i - 1] and ends[i]
+        gaps = {i: (ends[i] - ends[i - 1]) / ends[i - 1] for i in places}
+        place = next((i for i in places if gaps[i] > _GAP), max(places, key=lambda i: gaps[i]))
+        counted = self._shift((ends[place - 1] + min(ends[place], 1.05 * ends[place - 1])) / 2)
+        return Counted(counted.value, counted.count)
+
+    def _take(self, lanczos: BlockLanczos, ritz: RitzValues, found: Array) -> None:
+        """Add what was found to what is known."""
+        shapes = lanczos.vectors(ritz, found)
+        values = np.concatenate([self.values, np.einsum("nm,nm->m", shapes, self.model.K @ shapes)])
+        order = np.argsort(values, kind="stable")
+        self.values, self.shapes = values[order], np.concatenate([self.shapes, shapes], axis=1)[:, order]
+        self.solves += lanczos.solves
+        self.restarts += lanczos.restarts
+
+    def _failure(self, lanczos: BlockLanczos, ritz: RitzValues, shift: Shift, need: int) -> ConvergenceError:
+        where = f"about {np.sqrt(abs(shift.value)) / (2 * np.pi):.4g} Hz"
+        if lanczos.exhausted:
+            return CountError(f"{need} modes are counted {where}, where there are {lanczos.size} at all")
+        worst = np.sort(ritz.errors)[min(need, len(ritz.errors)) - 1]
+        return ConvergenceError(
+            f"{lanczos.solves} solves leave an error of {worst:.1e} in the {need} modes {where} "
+            f"(limit {TOLERANCE:.0e}): the matrices are too badly scaled for their precision"
+        )
+
+    def _search(self, have: int, upto: int) -> Shift:
+        """A shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
+        want = upto - have
+        target, best = have + _BELOW * want, None
+        low: Counted | None = None
+        high: Counted | None = None
+        if self.top > 0 and have >= _FEW // 4:
+            low = Counted(self.top, have)
+            value = between(low, None, target)
+        elif self._lowest is not None:
+            value = self._lowest * max(target, 1.0) ** (2 / 3)
+        else:
+            value = expected(self.model, target)
+        for _ in range(_SEARCHES):
+            shift = self._shift(value)
+            part = shift.count - have
+            if want <= part <= 1.3 * want + 4:
+                return shift
+            if part > 0.85 * want:
+                high = Counted(shift.value, shift.count)
+            else:
+                best = shift
+                if part >= 0.1 * want or want <= _FEW:
+                    break
+                low = Counted(shift.value, shift.count)
+            value = between(low, high, target)
+        if best is None:
+            raise CountError(f"{shift.count} eigenvalues lie below {shift.value:.3e} 1/s^2, and none can be told apart")
+        return best
+
+
+def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted | None) -> Array | None:
+    """Which Ritz pairs are those from ``have`` to ``upto``; ``None`` while some are missing.
+
+    Raises:
+        CountError: more are found than there are by inertia.
+    """
+    good = ritz.errors <= TOLERANCE
+    below = np.flatnonzero(good & (ritz.values < shift.value))
+    order = np.argsort(ritz.values)
+    above = order[ritz.values[order] > shift.value]
+    if end is None:
+        above = above[: upto - shift.count]
+        settled = len(above) == upto - shift.count and bool(good[above].all())
+    else:
+        above = above[good[above] & (ritz.values[above] < end.value)]
+        settled = len(above) == upto - shift.count
+    if len(below) > shift.count - have or len(above) > upto - shift.count:
+        raise CountError(
+            f"{len(below)} and {len(above)} eigenvalues are found below and above {shift.value:.6e} 1/s^2, where "
+            f"inertia counts {shift.count - have} and {upto - shift.count}"
+        )
+    return np.concatenate([below, above]) if settled and len(below) == shift.count - have else None
+
+
+def _grow(lanczos: BlockLanczos, size: int) -> None:
+    """At least one block more, up to ``size`` vectors; a full basis is restarted from its better half."""
+    while not lanczos.exhausted:
+        if lanczos.full:
+            lanczos.restart(lanczos.limit // 2)
+            size = 0
+        lanczos.expand()
+        if lanczos.size >= size:
+            break
+
+
+def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) -> tuple[Array, Array]:
+    """The ``n`` lowest eigenvalues (n,) and vectors that Lanczos finds from the shift -``square``; some may be missing.
+
+    Raises:
+        ConvergenceError: the error of one is too large.
+    """
+    factor = factorize(model.K + square * model.M, backend=backend, name="K + s^2 M")
+    known = rigid_shapes(model)[:, :n]
+    need = n - known.shape[1]
+    if need == 0:
+        return np.zeros(n), known
+    lanczos = BlockLanczos(model, factor, -square, known, block=WIDEST, limit=4 * need + 8 * WIDEST)
+    _grow(lanczos, 2 * need + WIDEST)
+    while not np.all((ritz := lanczos.ritz()).errors[:need] <= TOLERANCE):
+        if lanczos.solves > _MOST_SOLVES * (need + WIDEST) or lanczos.exhausted:
+            raise ConvergenceError(
+                f"{lanczos.solves} solves leave an error of {ritz.errors[:need].max():.1e} in {need} modes (limit "
+                f"{TOLERANCE:.0e}): give a lower shift_hz"
+            )
+        _grow(lanczos, lanczos.size + WIDEST)
+    shapes = np.concatenate([known, lanczos.vectors(ritz, np.arange(need))], axis=1)
+    values = np.concatenate([np.zeros(known.shape[1]), ritz.values[:need]])
+    order = np.argsort(values)
+    return values[order], shapes[:, order]

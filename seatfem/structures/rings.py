@@ -1,0 +1,118 @@
+"""How a struck patch is divided into rings, each with a contact of its own.
+
+A rigid face presses hardest at the rim of the patch, where the pressure goes to infinity like 1/sqrt(distance). The
+rings are therefore narrow at both ends of the patch: ring k of p ends where
+
+    (1 - cos(pi k/p))/2
+
+of the area lies behind it. Of a strip these borders, Chebyshev's, give every ring the same force. The compliance of a
+rigid face then converges with p^-2, instead of p^-1 with rings of equal width. The shares of the area depend on p
+alone, and rings of p are unions of rings of m p.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
+
+MOST_RINGS = 16
+ENOUGH = 4  # rings of the patch behind the error of fewer than three
+_STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
+
+
+def ring_borders(rings: int) -> Array:
+    """(rings + 1,) share of the patch's area up to each border, from 0 to 1."""
+    return np.asarray((1 - np.cos(np.pi * np.arange(rings + 1) / rings)) / 2)
+
+
+def ring_shares(rings: int) -> Array:
+    """(rings,) share of the patch's area that each ring has."""
+    return np.diff(ring_borders(rings))
+
+
+def ring_names(port: str, rings: int) -> tuple[str, ...]:
+    """Names of the rings' ports: that of the patch where there is one ring."""
+    return (port,) if rings == 1 else tuple(f"{port}_{k + 1}" for k in range(rings))
+
+
+def rings_of(greens: GreensFunction, port: str = "contact") -> int:
+    """Into how many rings the patch of a Green's function is divided; 1 where its ports are no rings."""
+    count = len(greens.ports)
+    return count if greens.ports == ring_names(port, count) else 1
+
+
+def with_fewer_rings(greens: GreensFunction, rings: int, port: str = "contact") -> GreensFunction:
+    """The same patch in ``rings`` rings, a divisor of those it has: loads and displacements are means over the area.
+
+    Raises:
+        GreensFunctionError: rings that cannot be made of those there are.
+    """
+    there = rings_of(greens, port)
+    if rings == there:
+        return greens
+    if there % rings:
+        raise GreensFunctionError(
+            f"contact.rings = {rings}: the Green's function has its patch in {there}; take a divisor of that"
+        )
+    of_each = there // rings
+    weights = np.zeros((there, rings))
+    for k, share in enumerate(ring_shares(there)):
+        weights[k, k // of_each] = share / ring_shares(rings)[k // of_each]
+    return greens.combined(weights, ring_names(port, rings))
+
+
+def face_compliance(greens: GreensFunction) -> float:
+    """Static displacement of a rigid face on all rings per force [m/N]; ``inf`` of a body that is free to move.
+
+    Rings that the face would pull at are open.
+    """
+    compliance = greens.static_compliance()
+    rings = rings_of(greens)
+    if rings == 1 or not np.all(np.isfinite(compliance)):
+        return float(compliance[0, 0])
+    closed = np.ones(rings, dtype=bool)
+    while True:
+        forces = np.linalg.solve(compliance[np.ix_(closed, closed)], np.ones(int(closed.sum())))
+        if np.all(forces > 0) or closed.sum() == 1:
+            return float(1 / forces.sum())
+        closed[np.flatnonzero(closed)[forces <= 0]] = False
+
+
+def rings_behind(rings: int) -> int:
+    """Rings of the model that tells what ``rings`` rings leave: their own number where they converge, from three on."""
+    return rings if rings > 2 else ENOUGH
+
+
+def left_by(rings: int) -> float:
+    """Error that ``rings`` (3 and more) leave, over what they change against one: of a strip, the slowest to converge.
+
+    Of a strip the error falls to 0.49, 0.29, 0.079 of that of one ring with 3, 4 and 8; of a disk to 0.19, 0.11, 0.028.
+    """
+    return 1 / (rings**2 / _STRIP - 1)
+
+
+def share_left(rings: int) -> float:
+    """Error that ``rings`` leave, over that of a patch that moves as its mean."""
+    return min(1.0, _STRIP / rings**2)
+
+
+def divided(places: Array, weights: Array, rings: int) -> Array:
+    """(rings, n) parts of ``weights`` (n,): ring by ring in the order of ``places`` (n,), each with its share.
+
+    A point on a border counts to both sides, and so do all points at its place: the parts add up to the weights.
+    """
+    order = np.argsort(places, kind="stable")
+    reach = max(float(np.ptp(places)), np.finfo(float).tiny)
+    starts = np.flatnonzero(np.diff(places[order], prepend=-np.inf) > 1e-6 * reach)
+    group = np.searchsorted(starts, np.arange(len(places)), side="right") - 1
+    total = np.bincount(group, weights[order])
+    ends = np.cumsum(total) / total.sum()
+    begins = ends - total / total.sum()
+    borders = ring_borders(rings)
+    within = np.minimum(ends, borders[1:, None]) - np.maximum(begins, borders[:-1, None])
+    parts = np.clip(within / np.maximum(ends - begins, 1e-300), 0.0, 1.0)
+    parts = parts / parts.sum(axis=0)
+    out = np.empty((rings, len(places)))
+    out[:, order] = parts[:, group]
+    return np.asarray(out * weights)

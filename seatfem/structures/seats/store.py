@@ -1,0 +1,197 @@
+"""A folder of Green's functions found by the hash of what they were computed from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import impact
+from impact.files.atomic import FULL, write_whole
+from impact.greens.base import GreensFunction
+from seatfem.machine.code import numerics_version
+
+VARIABLE = "SEATFEM_STORE"
+_KEY = re.compile(r"[0-9a-f]{16,64}")
+Tell = Callable[[str], None]
+
+
+class StoreError(ValueError):
+    """A store that cannot be used; the message names folder and remedy."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A stored Green's function.
+
+    Attributes:
+        key: the content hash.
+        path: its file.
+        size: of the file and of what is kept beside it [bytes].
+        used: when it was last read or written [s since 1970].
+    """
+
+    key: str
+    path: Path
+    size: int
+    used: float
+
+
+def content_key(parts: Mapping[str, object]) -> str:
+    """Hash (64 hex digits) of everything a Green's function depends on, the code that computes it included.
+
+    ``parts``: JSON values, bytes, paths (their content counts, not their name) and arrays (dtype, shape and values), in
+    mappings and sequences of any depth; the order of keys does not count. Raises `TypeError` for anything else.
+    """
+    text = json.dumps({"code": numerics_version(), "parts": _plain(parts)}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Store:
+    """Green's functions by content hash, one file each; safe for several programs at once.
+
+    A file is written whole under a temporary name and renamed, so a reader meets an old or a new one, never half of
+    one; two writers of the same key write the same function, and the last one stays.
+
+    Attributes:
+        folder: made when first written to.
+        tell: receives a line when a damaged entry is set aside.
+    """
+
+    folder: Path
+    tell: Tell | None = None
+
+    @staticmethod
+    def default(tell: Tell | None = None) -> Store:
+        """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
+        if given := os.environ.get(VARIABLE):
+            return Store(Path(given), tell)
+        if cache := os.environ.get("XDG_CACHE_HOME"):
+            return Store(Path(cache) / "seatfem" / "greens", tell)
+        try:
+            return Store(Path.home() / ".cache" / "seatfem" / "greens", tell)
+        except RuntimeError:  # a user without a home, as in containers: nothing is kept, and `put` tells why
+            return Store(Path(os.devnull) / "seatfem", tell)
+
+    def path(self, key: str) -> Path:
+        """The file of a key; raises `StoreError` for what is no content hash."""
+        if not _KEY.fullmatch(key):
+            raise StoreError(f"{key!r} is no content hash (16 to 64 digits 0-9, a-f)")
+        return self.folder / f"{key}.h5"
+
+    def get(self, key: str) -> GreensFunction | None:
+        """The function, or ``None`` if it is not there or is not what was put: damaged, without a seal, of another key.
+
+        The latter is told; the next `put` replaces it.
+        """
+        path = self.path(key)
+        try:
+            there = path.is_file()
+        except OSError:  # a folder that may not be looked into
+            there = False
+        if not there:
+            return None
+        try:
+            greens = impact.load_greens(path, key=key)  # with h5py, on first use
+        except (impact.StorageError, OSError) as problem:
+            if self.tell is not None and os.path.lexists(path):
+                self.tell(f"stored Green's function set aside, it will be computed again: {problem}")
+            return None
+        with suppress(OSError):
+            os.utime(path)  # read now: the last to be pruned
+        return greens
+
+    def put(self, key: str, greens: GreensFunction) -> Path:
+        """Keep ``greens``; the file's path. Raises `StoreError` if the folder cannot be written to."""
+        path = self.path(key)
+        try:
+            impact.save_greens(greens, path, key=key)
+        except OSError as problem:
+            raise self._unwritable(problem) from problem
+        return path
+
+    def keep(self, key: str, file: Path) -> None:
+        """Keep a copy of ``file``, such as a picture, beside the function; it goes when the function is pruned."""
+        try:
+            self._copy(file, self.path(key).with_name(f"{key}.{file.name}"))
+        except OSError as problem:
+            raise self._unwritable(problem) from problem
+
+    def _unwritable(self, problem: OSError) -> StoreError:
+        remedy = f"{'free space there, or ' if problem.errno in FULL else ''}set {VARIABLE} to a folder of your own"
+        return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
+
+    def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
+        """Copies in ``folder``, under their own names, of what was kept beside the function."""
+        found = []
+        for kept in self._beside(key):
+            target = folder / kept.name.partition(".")[2]
+            with suppress(FileNotFoundError):  # pruned by another program
+                self._copy(kept, target)
+                found.append(target)
+        return tuple(found)
+
+    def _beside(self, key: str) -> list[Path]:
+        own = self.path(key)
+        return sorted(file for file in self.folder.glob(f"{key}.*") if file != own)
+
+    @staticmethod
+    def _copy(source: Path, target: Path) -> None:
+        write_whole(target, source.read_bytes())
+
+    def entries(self) -> tuple[Entry, ...]:
+        """What there is, the last used first."""
+        found = []
+        for path in self.folder.glob("*.h5") if self.folder.is_dir() else ():
+            if _KEY.fullmatch(path.stem):
+                with suppress(FileNotFoundError):  # pruned by another program
+                    status = path.stat()
+                    size = status.st_size + sum(file.stat().st_size for file in self._beside(path.stem))
+                    found.append(Entry(path.stem, path, size, status.st_mtime))
+        return tuple(sorted(found, key=lambda entry: -entry.used))
+
+    def prune(self, *, used_before: float | None = None, most_bytes: int | None = None) -> tuple[Entry, ...]:
+        """Delete what was last used before a time [s since 1970], then the longest unused beyond a total size.
+
+        Returns:
+            The deleted entries.
+        """
+        gone, total = [], 0
+        for entry in self.entries():
+            total += entry.size
+            old = used_before is not None and entry.used < used_before
+            if old or (most_bytes is not None and total > most_bytes):
+                for file in (entry.path, *self._beside(entry.key)):
+                    file.unlink(missing_ok=True)
+                gone.append(entry)
+                total -= entry.size
+        return tuple(gone)
+
+
+def _plain(value: object) -> object:
+    """JSON values that differ where the content does."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, bytes):
+        return {"bytes": hashlib.sha256(value).hexdigest()}
+    if isinstance(value, Path):
+        with value.open("rb") as file:
+            return {"file": hashlib.file_digest(file, "sha256").hexdigest()}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        digest = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return {"array": [value.dtype.str, list(value.shape), digest]}
+    raise TypeError(f"a key cannot be made of a {type(value).__name__}: give JSON values, bytes, paths or arrays")

@@ -1,0 +1,51 @@
+"""The straight bar along z: the 1-D rod in three dimensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from seatfem.structures.shapes.checks import require_positive
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.selectors import Patches, PlaneFace
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Rectangular bar along z, centred on the z axis (metres): ``width`` along x, ``height`` along y.
+
+    Groups: "fixed" is z = 0, "contact" is z = length, "sides_x" and "sides_y" are the side faces with normals
+    along x and y (fix u_x on the first and u_y on the second for sliding sides).
+    """
+
+    length: float
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "length", "width", "height")
+
+    @property
+    def patches(self) -> Patches:
+        return self.patches_in(1)
+
+    def patches_in(self, sectors: int) -> Patches:
+        """The groups of the whole bar (1), of its half y > 0 (2), or of its quarter x, y > 0 (4)."""
+        x, y = self.width / 2, self.height / 2
+        left, front = PlaneFace((-1.0, 0.0, 0.0), x), PlaneFace((0.0, -1.0, 0.0), y)
+        return {
+            "contact": (PlaneFace((0.0, 0.0, 1.0), self.length),),
+            "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),),
+            "sides_x": (PlaneFace((1.0, 0.0, 0.0), x), *([left] if sectors < 4 else [])),
+            "sides_y": (PlaneFace((0.0, 1.0, 0.0), y), *([front] if sectors < 2 else [])),
+        }
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.length, {"contact": (EVERYWHERE,)}, {"fixed": (EVERYWHERE,)})
+
+
+def build(bar: Bar, occ: Any) -> None:
+    """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
+    length, width, height = 1e3 * bar.length, 1e3 * bar.width, 1e3 * bar.height
+    occ.addBox(-width / 2, -height / 2, 0.0, width, height, length)

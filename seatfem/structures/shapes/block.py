@@ -1,0 +1,49 @@
+"""The rectangular block with a rectangular contact patch in the middle of its top."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from seatfem.structures.shapes.checks import require_below, require_positive
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.selectors import Patches, PlaneFace
+
+
+@dataclass(frozen=True)
+class Block:
+    """Block centred on the z axis, underside at z = 0 (metres): ``width`` along x, ``depth`` along y.
+
+    The group "contact" is the patch ``patch_width`` x ``patch_depth`` centred on the top, "fixed" the underside.
+    """
+
+    width: float
+    depth: float
+    thickness: float
+    patch_width: float
+    patch_depth: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")
+        require_below(self, "patch_width", self.width, "the width", inclusive=True)
+        require_below(self, "patch_depth", self.depth, "the depth", inclusive=True)
+
+    @property
+    def patches(self) -> Patches:
+        corner = math.hypot(self.patch_width, self.patch_depth) / 2
+        patch = PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=corner)
+        return {"contact": (patch,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+
+
+def build(block: Block, occ: Any) -> None:
+    """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
+    width, depth, top = 1e3 * block.width, 1e3 * block.depth, 1e3 * block.thickness
+    patch_width, patch_depth = 1e3 * block.patch_width, 1e3 * block.patch_depth
+    box = occ.addBox(-width / 2, -depth / 2, 0.0, width, depth, top)
+    patch = occ.addRectangle(-patch_width / 2, -patch_depth / 2, top, patch_width, patch_depth)
+    occ.fragment([(3, box)], [(2, patch)])

@@ -1,0 +1,200 @@
+"""Parts drawn in a CAD program: STEP and BREP files."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.shapes.faces import Colour
+from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
+from seatfem.structures.shapes.step_text import cad_text, entities
+
+STEP_SUFFIXES = (".step", ".stp")
+BREP_SUFFIXES = (".brep",)
+
+OTHER_FILES = ("DOCUMENT_FILE", "EXTERNALLY_DEFINED_ITEM")  # parts of an assembly in files of their own
+SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6}
+NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
+
+SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
+SMALLEST, LARGEST = 1e-4, 10.0  # metres; what a seat may measure
+
+_FACE = re.compile(r"\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)")
+_SHELL = re.compile(r"\s*'[^']*'\s*,\s*\(([^)]*)\)")
+_LENGTH_UNIT = re.compile(r"\bLENGTH_UNIT\s*\(\s*\)")
+_NAMED_UNIT = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'(\w+)'")
+_SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.")
+
+Selection = Selector | tuple[Selector, ...]
+
+RED_FACES = ColourFace(CONTACT_COLOUR)
+BLUE_FACES = ColourFace(FIXED_COLOUR)
+
+
+@dataclass(frozen=True)
+class Region:
+    """A name for solids of a CAD file, given by exactly one of their ``order`` in the file (from 1), their ``colour``
+    or their ``solid`` name. It is the subdomain of the mesh that a material is given to.
+    """
+
+    name: str
+    order: int | None = None
+    colour: Colour | None = None
+    solid: str | None = None
+
+    def __post_init__(self) -> None:
+        if sum(key is not None for key in (self.order, self.colour, self.solid)) != 1:
+            raise GeometryError(f"Region {self.name!r}: give exactly one of order, colour and solid")
+
+    def matches(self, number: int, colour: Colour | None, name: str) -> bool:
+        if self.colour is not None:
+            return colour is not None and all(abs(a - b) <= 3 for a, b in zip(colour, self.colour, strict=True))
+        return number == self.order or (self.solid is not None and name == self.solid)
+
+    def __str__(self) -> str:
+        if self.colour is not None:
+            return f"colour {self.colour}"
+        return f"number {self.order}" if self.solid is None else f"name {self.solid!r}"
+
+
+@dataclass(frozen=True)
+class Group:
+    """A further surface group of a CAD part, for a support or a symmetry plane."""
+
+    name: str
+    faces: Selection
+
+
+@dataclass(frozen=True)
+class CadPart:
+    """The solids of a STEP or BREP file, conformal where they touch.
+
+    ``unit``: metres per length unit of the file. None takes the unit that a STEP file states; a BREP file states
+    none, so it needs one. ``overrule``: take ``unit`` although the STEP file states another. ``contact`` and
+    ``fixed`` select the faces of the two groups, each by one selector or the union of several; by default the faces
+    painted pure red and pure blue; with ``fixed`` = () nothing is clamped. ``groups``: more of them. ``regions``:
+    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat".
+    """
+
+    path: Path
+    unit: float | None = None
+    contact: Selection = RED_FACES
+    fixed: Selection = BLUE_FACES
+    groups: tuple[Group, ...] = ()
+    regions: tuple[Region, ...] = ()
+    overrule: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", Path(self.path))
+        suffix = self.path.suffix.lower()
+        if suffix not in STEP_SUFFIXES + BREP_SUFFIXES:
+            known = ", ".join(STEP_SUFFIXES + BREP_SUFFIXES)
+            raise GeometryError(f"{self.path}: unknown CAD format {suffix!r}; known are {known}")
+        if self.unit is None and suffix in BREP_SUFFIXES:
+            raise GeometryError(f"{self.path}: a BREP file states no unit; give one (1e-3 for millimetres)")
+        if self.unit is not None and not (math.isfinite(self.unit) and self.unit > 0.0):
+            raise GeometryError(f"CadPart.unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
+        names = ["contact", "fixed", *(group.name for group in self.groups)]
+        if len(set(names)) < len(names):
+            raise GeometryError(f"CadPart.groups: each name may stand once, 'contact' and 'fixed' too; found {names}")
+
+    @property
+    def patches(self) -> Patches:
+        groups = {"contact": self.contact, "fixed": self.fixed} | {group.name: group.faces for group in self.groups}
+        chosen = {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
+        return chosen if chosen["fixed"] else {name: faces for name, faces in chosen.items() if name != "fixed"}
+
+
+def build(part: CadPart, occ: Any) -> None:
+    """Import the solids (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
+    imported = occ.importShapes(str(part.path), highestDimOnly=True)
+    solids = [entity for entity in imported if entity[0] == 3]
+    if not solids:
+        raise GeometryError(f"{part.path}: holds no solid, only surfaces or curves; close it in the CAD program")
+
+
+def check_readable(path: Path) -> None:
+    """Raise `GeometryError` for a file that is empty, of another kind, cut off, or points to other files."""
+    text = cad_text(path).strip()
+    if not text:
+        raise GeometryError(f"{path}: is empty")
+    if path.suffix.lower() in BREP_SUFFIXES:
+        if not re.match(r"(DBRep_DrawableShape\s+)?CASCADE Topology", text):
+            raise GeometryError(f"{path}: is no BREP file; it begins with {text[:20]!r}")
+    elif not text.startswith("ISO-10303-21"):
+        raise GeometryError(f"{path}: is no STEP file; it begins with {text[:20]!r} instead of 'ISO-10303-21;'")
+    elif not text.endswith("END-ISO-10303-21;"):
+        raise GeometryError(f"{path}: is cut off; it does not end with 'END-ISO-10303-21;'. Export it again")
+    elif other := next((number for number, keyword, _ in entities(text) if keyword in OTHER_FILES), None):
+        raise GeometryError(f"{path}: {other} points to another file, which is not read; export the part as one file")
+
+
+def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
+    """``extent``: of the bounding box as imported (metres). Raise `GeometryError` for a unit that cannot be right."""
+    unit = part.unit
+    if part.path.suffix.lower() in STEP_SUFFIXES:
+        stated = stated_unit(part.path)
+        if unit is not None and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
+            raise GeometryError(
+                f"{part.path}: the file states {stated:g} m per unit, CadPart.unit says {unit:g}; the part measures "
+                f"{_box(extent, stated / unit)} by the file, {_box(extent)} by CadPart.unit. Leave unit out, or set "
+                f"overrule = True",
+                "unit",
+            )
+        unit = stated if unit is None else unit
+    assert unit is not None
+    if not SMALLEST <= max(extent) <= LARGEST:
+        factor = 1e-3 if max(extent) > LARGEST else 1e3
+        raise GeometryError(
+            f"{part.path}: measures {_box(extent)} at {unit:g} m per unit; a seat is {SMALLEST:g} to {LARGEST:g} m. At "
+            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check CadPart.unit",
+            "unit",
+        )
+
+
+def _box(extent: tuple[float, ...], factor: float = 1.0) -> str:
+    return " x ".join(f"{1e3 * factor * side:.4g}" for side in extent) + " mm"
+
+
+def step_face_names(path: Path) -> list[tuple[str, str]]:
+    """Name and gmsh's type ("" for an uncommon one) of the faces, shell by shell in the file's order."""
+    faces: dict[str, tuple[str, str]] = {}
+    kinds: dict[str, str] = {}
+    ordered: list[str] = []
+    for number, keyword, body in entities(cad_text(path)):
+        if keyword in SURFACE_KINDS:
+            kinds[number] = SURFACE_KINDS[keyword]
+        elif keyword == "ADVANCED_FACE" and (face := _FACE.match(body)):
+            faces[number] = (face[1], face[2])
+        elif keyword == "CLOSED_SHELL" and (shell := _SHELL.match(body)):
+            ordered += re.findall(r"#\d+", shell[1])
+    found = [faces.get(face, ("", "")) for face in ordered]
+    return [(name, kinds.get(surface, "")) for name, surface in found]
+
+
+def imported_unit(part: CadPart) -> float:
+    """Metres per length unit of the imported model.
+
+    OpenCASCADE turns STEP lengths into millimetres by the unit the file states, and leaves BREP numbers as they are.
+    """
+    if part.unit is None:
+        return 1e-3
+    return 1e-3 * part.unit / stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else part.unit
+
+
+def stated_unit(path: Path) -> float:
+    """Metres per length unit, as the STEP file states it. Raises `GeometryError` where it states none."""
+    found = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
+    named = next(filter(None, (_NAMED_UNIT.search(body) for body in found)), None)
+    if named:
+        scale = NAMED_UNIT.get(named[1].upper())
+    else:
+        si = next(filter(None, (_SI_UNIT.search(body) for body in found)), None)
+        scale = SI_PREFIX.get(si[1]) if si else None
+    if scale is None:
+        raise GeometryError(f"{path}: states no length unit that is known")
+    return scale

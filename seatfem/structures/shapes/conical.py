@@ -1,0 +1,75 @@
+"""The conical valve seat: a ring whose port has a conical face, as under a poppet valve."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.shapes.profile import Point, Profile, polygon
+from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace
+
+
+@dataclass(frozen=True)
+class ConicalSeat:
+    """Solid of revolution about z, underside at z = 0 (metres, radians).
+
+    The bore widens upwards in a cone of ``half_angle`` between its generators and the axis (pi/4: the common 45
+    degree seat). ``face_width``: of the cone along its generators, from the bore to the top; ``contact_width``: of
+    the band in the middle of it that is struck (None: all of it). ``outer_radius``, ``thickness``: of the ring.
+    The group "contact" is that band, "fixed" the underside.
+    """
+
+    bore_radius: float = 4e-3
+    half_angle: float = math.pi / 4
+    face_width: float = 2e-3
+    contact_width: float | None = None
+    outer_radius: float = 12e-3
+    thickness: float = 8e-3
+
+    def __post_init__(self) -> None:
+        require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")
+        if not 0.0 < self.half_angle < math.pi / 2:
+            raise GeometryError(f"ConicalSeat.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
+        if self.contact_width is not None:
+            require_positive(self, "contact_width")
+            require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
+        depth = self.face_width * math.cos(self.half_angle)
+        if not depth < self.thickness:
+            raise GeometryError(
+                f"ConicalSeat.thickness = {self.thickness:g} m: must be > {depth:g} m (the cone's depth)"
+            )
+        if not self._along(self.face_width)[0] < self.outer_radius:
+            raise GeometryError(
+                f"ConicalSeat.outer_radius = {self.outer_radius:g} m: must be > {self._along(self.face_width)[0]:g} m "
+                f"(cone's top)"
+            )
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """The contact's distances from the cone's lower edge, along a generator."""
+        width = self.face_width if self.contact_width is None else self.contact_width
+        return (self.face_width - width) / 2, (self.face_width + width) / 2
+
+    @property
+    def patches(self) -> Patches:
+        low, high = (self._along(s)[0] for s in self.band)
+        contact = ConeFace(self.half_angle, radius_min=low, radius_max=high)
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def profile(self) -> Profile:
+        """The half section."""
+        low, high = self.band
+        marks = [self.face_width, high, low, 0.0] if low > 0.0 else [high, low]
+        cone = ["", "contact", ""] if low > 0.0 else ["contact"]
+        base: list[Point] = [(self.bore_radius, 0.0), (self.outer_radius, 0.0), (self.outer_radius, self.thickness)]
+        return Profile(polygon([*base, *map(self._along, marks)], ["fixed", "", "", *cone, ""]))
+
+    def _along(self, distance: float) -> Point:
+        """(r, z) on the cone at this distance from its lower edge."""
+        down = self.face_width - distance
+        return (
+            self.bore_radius + distance * math.sin(self.half_angle),
+            self.thickness - down * math.cos(self.half_angle),
+        )

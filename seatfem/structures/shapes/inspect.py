@@ -1,0 +1,125 @@
+"""Faces and measures of the solid in a gmsh model, in metres; ``unit``: metres per length unit of the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.shapes.faces import Colour, Face, Vector
+from seatfem.structures.shapes.selectors import Patches, select
+from seatfem.structures.shapes.surfaces import surface_of
+
+NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
+POINTS_PER_CURVE = 17
+STEP_OFF_FACE = 1e-3  # over the square root of its area
+
+
+class Mark(NamedTuple):
+    """What a face of a file is known by: colour, name, and its numbers in the file's order."""
+
+    colour: Colour | None = None
+    name: str = ""
+    numbers: tuple[int, ...] = ()
+
+
+def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
+    """Every face of the solids, described; ``marks``: of those that have any, where the model forgot them."""
+    return [_face(model, tag, unit, marks) for _, tag in model.getEntities(2)]
+
+
+def patch_tags(
+    model: Any, patches: Patches, unit: float, marks: Mapping[int, Mark] | None = None
+) -> dict[str, list[int]]:
+    """gmsh tags of the faces of each group. Raises `GeometryError` on an empty or ambiguous selection."""
+    faces = faces_of(model, unit, marks)
+    return {
+        name: sorted({face.tag for selector in selectors for face in select(faces, selector, name)})
+        for name, selectors in patches.items()
+    }
+
+
+def volume_of(model: Any, unit: float) -> float:
+    """Volume of the CAD solid in cubic metres."""
+    return unit**3 * float(sum(model.occ.getMass(3, tag) for _, tag in model.getEntities(3)))
+
+
+def area_of(model: Any, tags: list[int], unit: float) -> float:
+    """Area of CAD faces in square metres."""
+    return unit**2 * float(sum(model.occ.getMass(2, tag) for tag in tags))
+
+
+def _face(model: Any, tag: int, unit: float, marks: Mapping[int, Mark] | None) -> Face:
+    mark = Mark(colour_of(model, 2, tag), "", (tag,)) if marks is None else marks.get(tag, Mark())
+    curves = [abs(curve) for _, curve in model.getBoundary([(2, tag)], oriented=False)]
+    kind, axis = surface_of(model, tag, unit)
+    x, y, z = (unit * c for c in model.occ.getCenterOfMass(2, tag))
+    return Face(
+        tag=tag,
+        kind=kind,
+        centre=(x, y, z),
+        area=area_of(model, [tag], unit),
+        outline=outline_of(model, curves, unit),
+        curves=frozenset(curves),
+        normal=_normal(model, tag, curves) if kind == "Plane" else None,
+        colour=mark.colour,
+        name=mark.name,
+        numbers=mark.numbers,
+        axis=axis,
+        distance=lambda point: _distance(model, tag, point, unit),
+    )
+
+
+def _distance(model: Any, tag: int, point: Vector, unit: float) -> float:
+    marker = model.occ.addPoint(*(c / unit for c in point))
+    distance = model.occ.getDistance(0, marker, 2, tag)[0]
+    model.occ.remove([(0, marker)])
+    return unit * float(distance)
+
+
+def outline_of(model: Any, curves: list[int], unit: float) -> NDArray[np.float64]:
+    """Points on curves, (n, 3)."""
+    points = []
+    for curve in curves:
+        low, high = model.getParametrizationBounds(1, curve)
+        where = np.linspace(low[0], high[0], POINTS_PER_CURVE)
+        points.append(np.reshape(model.getValue(1, curve, where), (-1, 3)))
+    return unit * np.concatenate(points) if points else np.empty((0, 3))
+
+
+def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
+    """Out of the solid; gmsh's own normal points in on some faces that were imprinted. Between two solids: gmsh's."""
+    low, high = model.getParametrizationBounds(2, tag)
+    normal = np.asarray(model.getNormal(tag, [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]))
+    solids = model.getAdjacencies(2, tag)[0]
+    if len(solids) == 1:
+        step = STEP_OFF_FACE * math.sqrt(model.occ.getMass(2, tag))
+        inside = _point_inside(model, tag, curves, normal, step)
+        if inside is not None and model.isInside(3, solids[0], list(inside + step * normal)):
+            normal = -normal
+    x, y, z = normal
+    return float(x), float(y), float(z)
+
+
+def _point_inside(
+    model: Any, tag: int, curves: list[int], normal: NDArray[np.float64], step: float
+) -> NDArray[np.float64] | None:
+    """A point of a plane face, one step off the middle of a boundary curve."""
+    for curve in curves:
+        low, high = model.getParametrizationBounds(1, curve)
+        middle = [(low[0] + high[0]) / 2]
+        along = np.asarray(model.getDerivative(1, curve, middle))
+        across = step * np.cross(normal, along / np.linalg.norm(along))
+        for point in (model.getValue(1, curve, middle) + across, model.getValue(1, curve, middle) - across):
+            if model.isInside(2, tag, list(point)):
+                return np.asarray(point)
+    return None
+
+
+def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
+    """Of a face or solid, None where it was never painted."""
+    colour = tuple(int(c) for c in model.getColor(dimension, tag))
+    return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])

@@ -1,0 +1,145 @@
+"""The outline of a solid of revolution: lines and circular arcs in the half plane (r, z)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from seatfem.structures.shapes.checks import GeometryError
+
+Point = tuple[float, float]
+CLOSED = 1e-9  # metres
+
+
+@dataclass(frozen=True)
+class Edge:
+    """From ``start`` to ``end`` (r, z in metres): straight, or the shorter arc about ``centre``.
+
+    ``name``: the group it belongs to, "" for none.
+    """
+
+    start: Point
+    end: Point
+    centre: Point | None = None
+    name: str = ""
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Of an arc: angle of its start about the centre, and the signed angle it turns (radians)."""
+        assert self.centre is not None
+        first, last = (math.atan2(z - self.centre[1], r - self.centre[0]) for r, z in (self.start, self.end))
+        return first, math.remainder(last - first, 2 * math.pi)
+
+    @property
+    def volume(self) -> float:
+        """Contribution pi int r^2 dz to the volume of the solid (the outline runs counter-clockwise)."""
+        (r0, z0), (r1, z1) = self.start, self.end
+        if self.centre is None:
+            return math.pi / 3 * (z1 - z0) * (r0 * r0 + r0 * r1 + r1 * r1)
+        c, radius = self.centre[0], math.dist(self.centre, self.start)
+        first, turn = self.angles
+
+        def primitive(t: float) -> float:
+            return (c**2 * math.sin(t) + c * radius * (t + math.sin(2 * t) / 2)) + radius**2 * (
+                math.sin(t) - math.sin(t) ** 3 / 3
+            )
+
+        return math.pi * radius * (primitive(first + turn) - primitive(first))
+
+    @property
+    def area(self) -> float:
+        """Area 2 pi int r ds of the surface that the edge sweeps."""
+        (r0, _), (r1, _) = self.start, self.end
+        if self.centre is None:
+            return math.pi * (r0 + r1) * math.dist(self.start, self.end)
+        c, radius = self.centre[0], math.dist(self.centre, self.start)
+        first, turn = self.angles
+        mean = c * turn + radius * (math.sin(first + turn) - math.sin(first))
+        return 2 * math.pi * radius * abs(mean)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Closed outline, counter-clockwise in (r, z), r >= 0. Raises `GeometryError` where it is none of that.
+
+    The solid is what the outline sweeps about the z axis. Volume and areas are exact (theorems of Pappus).
+    """
+
+    edges: tuple[Edge, ...]
+
+    def __post_init__(self) -> None:
+        for edge, following in zip(self.edges, self.edges[1:] + self.edges[:1], strict=True):
+            if math.dist(edge.end, following.start) > CLOSED:
+                raise GeometryError(f"Profile: the outline is open at {edge.end}; the next edge starts elsewhere")
+            if min(edge.start[0], edge.end[0]) < 0.0:
+                raise GeometryError(f"Profile: {edge}: lies at r < 0")
+        if not self.volume > 0.0:
+            raise GeometryError("Profile: encloses no volume; its edges must run counter-clockwise in (r, z)")
+
+    @property
+    def volume(self) -> float:
+        """Of the full solid, in cubic metres."""
+        return sum(edge.volume for edge in self.edges)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the groups, in the order of the outline."""
+        return tuple(dict.fromkeys(edge.name for edge in self.edges if edge.name))
+
+    def area(self, name: str) -> float:
+        """Of the named group's surface on the full solid, in square metres."""
+        return sum(edge.area for edge in self.edges if edge.name == name)
+
+    def cut(self, name: str, shares: Sequence[float]) -> Profile:
+        """The same outline with corners in the named group, where these shares of its area lie behind."""
+        whole, behind, edges = self.area(name), 0.0, []
+        for edge in self.edges:
+            if edge.name == name:
+                inside = [(share * whole - behind) / edge.area for share in shares]
+                behind += edge.area
+                edges += _pieces(edge, [share for share in inside if CLOSED < share < 1 - CLOSED])
+            else:
+                edges.append(edge)
+        return Profile(tuple(edges))
+
+    @property
+    def outer_radius(self) -> float:
+        return max(edge.start[0] for edge in self.edges)
+
+
+def _pieces(edge: Edge, shares: Sequence[float]) -> list[Edge]:
+    """``edge``, cut where these shares of the area that it sweeps lie behind."""
+    ends = [edge.start, *(_at_share(edge, share) for share in shares), edge.end]
+    return [replace(edge, start=a, end=b) for a, b in itertools.pairwise(ends)]
+
+
+def _at_share(edge: Edge, share: float) -> Point:
+    """The point of an edge with this share of the swept area behind it."""
+
+    def point(t: float) -> Point:
+        if edge.centre is None:
+            (r0, z0), (r1, z1) = edge.start, edge.end
+            return r0 + t * (r1 - r0), z0 + t * (z1 - z0)
+        first, turn = edge.angles
+        radius, angle = math.dist(edge.centre, edge.start), first + t * turn
+        return edge.centre[0] + radius * math.cos(angle), edge.centre[1] + radius * math.sin(angle)
+
+    from scipy.optimize import brentq  # of rings only: plans of one ring need not wait for it
+
+    return point(brentq(lambda t: replace(edge, end=point(t)).area / edge.area - share, 1e-12, 1.0, xtol=1e-14))
+
+
+def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:
+    """Straight edges through the points and back to the first; ``names``: one per edge."""
+    ends = [*points[1:], points[0]]
+    return tuple(Edge(a, b, name=name) for a, b, name in zip(points, ends, names, strict=True))
+
+
+def profile_of(geometry: object) -> Profile:
+    """The outline of a solid of revolution. Raises `GeometryError` for another solid."""
+    profile = getattr(geometry, "profile", None)
+    if not isinstance(profile, Profile):
+        raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")
+    return profile

@@ -1,0 +1,291 @@
+"""Selectors of faces: add a new way of selecting here, and to ``SELECTORS``. Lengths in metres, angles in radians."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
+
+LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
+ANGLE_TOLERANCE = 1e-3  # radians
+
+UP: Vector = (0.0, 0.0, 1.0)
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+
+CONTACT_COLOUR: Colour = (255, 0, 0, 255)
+FIXED_COLOUR: Colour = (0, 0, 255, 255)
+
+
+@dataclass(frozen=True)
+class PlaneFace:
+    """The flat face with outward ``normal`` n in the plane n.x = ``offset`` (metres).
+
+    ``radius_min`` and ``radius_max`` keep only faces whose boundary curves lie between these distances from the
+    axis along n through ``axis_point``. ``several``: accept faces that do not touch each other.
+    """
+
+    normal: Vector
+    offset: float
+    radius_min: float = 0.0
+    radius_max: float = math.inf
+    axis_point: Vector = (0.0, 0.0, 0.0)
+    several: bool = False
+
+    def __post_init__(self) -> None:
+        if not np.linalg.norm(self.normal) > 0.0:
+            raise GeometryError(f"PlaneFace.normal = {self.normal}: must not be zero")
+
+    def matches(self, face: Face) -> bool:
+        if face.normal is None:
+            return False
+        n = np.asarray(self.normal) / np.linalg.norm(self.normal)
+        aligned = np.linalg.norm(n - face.normal) < ANGLE_TOLERANCE
+        in_plane = abs(n @ face.centre - self.offset) < LENGTH_TOLERANCE
+        radii = face.radii(self.axis_point, self.normal)
+        return bool(aligned and in_plane and _between(radii, self.radius_min, self.radius_max))
+
+    def __str__(self) -> str:
+        text = f"plane face with normal {self.normal}, offset {1e3 * self.offset:g} mm"
+        if self.radius_min > 0.0 or math.isfinite(self.radius_max):
+            text += f", radius {1e3 * self.radius_min:g} to {1e3 * self.radius_max:g} mm"
+        return text
+
+
+@dataclass(frozen=True)
+class CylinderFace:
+    """The cylindrical face of this ``radius`` about the line through ``axis_point`` along ``axis``.
+
+    Without the two, about any line; of several separate faces then those about the z axis, where there are such.
+    ``several``: accept faces that do not touch each other.
+    """
+
+    radius: float
+    axis: Vector | None = None
+    axis_point: Vector | None = None
+    several: bool = False
+
+    def __post_init__(self) -> None:
+        _check_axis("CylinderFace", UP if self.axis is None else self.axis)
+        if not (math.isfinite(self.radius) and self.radius > 0.0):
+            raise GeometryError(f"CylinderFace.radius = {self.radius:g} m: must be a finite length > 0")
+
+    def matches(self, face: Face) -> bool:
+        if face.axis is None or face.axis.half_angle > 0.0:
+            return False
+        if not self._anywhere and not _coaxial(face, self.axis or UP, self.axis_point or ORIGIN):
+            return False
+        return _between(face.radii(face.axis.point, face.axis.direction), self.radius, self.radius)
+
+    def preferred(self, faces: Sequence[Face]) -> list[Face]:
+        """Of several separate faces those about the z axis, where there are such and no axis is given."""
+        central = [face for face in faces if _coaxial(face, UP, ORIGIN)]
+        return central if central and self._anywhere and not self.several and not connected(faces) else list(faces)
+
+    @property
+    def _anywhere(self) -> bool:
+        return self.axis is None and self.axis_point is None
+
+    def __str__(self) -> str:
+        text = f"cylindrical face of radius {1e3 * self.radius:g} mm"
+        if self._anywhere:
+            return text
+        place = ", ".join(f"{1e3 * c:g}" for c in self.axis_point or ORIGIN)
+        return f"{text} about {self.axis or UP} through ({place}) mm"
+
+
+@dataclass(frozen=True)
+class ConeFace:
+    """The conical face with this ``half_angle`` about the line through ``axis_point`` along ``axis``.
+
+    ``radius_min`` and ``radius_max`` keep only faces between these distances from the axis. ``several``: accept
+    faces that do not touch each other.
+    """
+
+    half_angle: float
+    axis: Vector = (0.0, 0.0, 1.0)
+    axis_point: Vector = (0.0, 0.0, 0.0)
+    radius_min: float = 0.0
+    radius_max: float = math.inf
+    several: bool = False
+
+    def __post_init__(self) -> None:
+        _check_axis("ConeFace", self.axis)
+        if not 0.0 < self.half_angle < math.pi / 2:
+            raise GeometryError(f"ConeFace.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
+
+    def matches(self, face: Face) -> bool:
+        if face.axis is None or not _coaxial(face, self.axis, self.axis_point):
+            return False
+        if abs(face.axis.half_angle - self.half_angle) > ANGLE_TOLERANCE:
+            return False
+        return _between(face.radii(self.axis_point, self.axis), self.radius_min, self.radius_max)
+
+    def __str__(self) -> str:
+        text = f"conical face of half angle {math.degrees(self.half_angle):g} deg about {self.axis}"
+        if self.radius_min > 0.0 or math.isfinite(self.radius_max):
+            text += f", radius {1e3 * self.radius_min:g} to {1e3 * self.radius_max:g} mm"
+        return text
+
+
+@dataclass(frozen=True)
+class PointFace:
+    """The one face that contains ``point``, to ``tolerance``."""
+
+    point: Vector
+    tolerance: float = LENGTH_TOLERANCE
+
+    def matches(self, face: Face) -> bool:
+        return face.distance is not None and face.distance(self.point) <= self.tolerance
+
+    def __str__(self) -> str:
+        return "face at the point ({:g}, {:g}, {:g}) mm".format(*(1e3 * c for c in self.point))
+
+
+@dataclass(frozen=True)
+class NamedFace:
+    """The faces that the CAD file calls ``name``."""
+
+    name: str
+    several: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            raise GeometryError("NamedFace.name = '': must not be empty")
+
+    def matches(self, face: Face) -> bool:
+        return face.name == self.name
+
+    def __str__(self) -> str:
+        return f"faces named {self.name!r}"
+
+
+@dataclass(frozen=True)
+class NumberedFace:
+    """The faces with these ``numbers`` in the file's order, from 1, as `seatfem faces` shows them."""
+
+    numbers: tuple[int, ...]
+    several: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.numbers or min(self.numbers) < 1:
+            raise GeometryError(f"NumberedFace.numbers = {self.numbers}: must be one or more numbers from 1")
+
+    def matches(self, face: Face) -> bool:
+        return bool(set(self.numbers) & set(face.numbers))
+
+    def __str__(self) -> str:
+        return f"number {', '.join(map(str, self.numbers))}"
+
+
+@dataclass(frozen=True)
+class HalfPlaneFace:
+    """The flat faces in the half plane that the z axis bounds at this ``azimuth`` (radians from the x axis).
+
+    They are the cut faces of a sector.
+    """
+
+    azimuth: float
+    several: bool = True
+
+    def matches(self, face: Face) -> bool:
+        if face.normal is None:
+            return False
+        c, s = math.cos(self.azimuth), math.sin(self.azimuth)
+        along, across = face.outline @ (c, s, 0.0), face.outline @ (-s, c, 0.0)
+        return bool(np.all(np.abs(across) < LENGTH_TOLERANCE) and np.all(along > -LENGTH_TOLERANCE))
+
+    def __str__(self) -> str:
+        return f"flat faces at the azimuth {math.degrees(self.azimuth):g} deg"
+
+
+@dataclass(frozen=True)
+class ColourFace:
+    """The faces painted in one colour (red, green, blue, alpha: 0-255); ``tolerance`` is per channel."""
+
+    colour: Colour
+    tolerance: int = 3
+    several: bool = True
+
+    def __post_init__(self) -> None:
+        if len(self.colour) != 4 or not all(0 <= c <= 255 for c in self.colour):
+            raise GeometryError(f"ColourFace.colour = {self.colour}: must be four numbers from 0 to 255")
+
+    def matches(self, face: Face) -> bool:
+        if face.colour is None:
+            return False
+        return all(abs(a - b) <= self.tolerance for a, b in zip(self.colour, face.colour, strict=True))
+
+    def __str__(self) -> str:
+        return f"faces of colour {self.colour}"
+
+
+Selector = PlaneFace | CylinderFace | ConeFace | PointFace | NamedFace | NumberedFace | HalfPlaneFace | ColourFace
+Patches = dict[str, tuple[Selector, ...]]
+"""Surface groups by name, each the union of what its selectors pick."""
+
+SELECTORS: dict[str, type[Selector]] = {
+    "plane": PlaneFace,
+    "cylinder": CylinderFace,
+    "cone": ConeFace,
+    "point": PointFace,
+    "name": NamedFace,
+    "number": NumberedFace,
+    "half_plane": HalfPlaneFace,
+    "colour": ColourFace,
+}
+
+
+def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
+    """The faces for the group ``name``.
+
+    Raises `GeometryError`, listing the faces there are, where none matches or where the matching faces do not
+    touch each other although the selector asks for one patch.
+    """
+    found = [face for face in faces if selector.matches(face)]
+    if not found:
+        lost = ""
+        if isinstance(selector, NamedFace) and not any(face.name for face in faces):
+            lost = ", and no face of the file has a name: names did not survive the export; select by another way"
+        raise GeometryError(f"no face for {name!r} ({selector}{lost}); the solid has:\n{listing(faces)}")
+    if isinstance(selector, NumberedFace) and (
+        lacking := set(selector.numbers) - {n for f in found for n in f.numbers}
+    ):
+        there = f"number {', '.join(map(str, sorted(lacking)))}"
+        raise GeometryError(f"no face for {name!r} ({there}); the solid has:\n{listing(faces)}")
+    if isinstance(selector, CylinderFace):
+        found = selector.preferred(found)
+    if isinstance(selector, PointFace):
+        if len(found) > 1:
+            raise GeometryError(
+                f"ambiguous selection for {name!r} ({selector}): {len(found)} faces meet there; choose a point inside "
+                f"one of them. They are:\n{listing(found)}"
+            )
+    elif not selector.several and not connected(found):
+        raise GeometryError(
+            f"ambiguous selection for {name!r} ({selector}): {len(found)} separate faces match; "
+            f"narrow it, or set several = true. They are:\n{listing(found)}"
+        )
+    return found
+
+
+def _between(radii: NDArray[np.float64], low: float, high: float) -> bool:
+    return bool(np.all((radii > low - LENGTH_TOLERANCE) & (radii < high + LENGTH_TOLERANCE)))
+
+
+def _coaxial(face: Face, direction: Vector, point: Vector) -> bool:
+    assert face.axis is not None
+    n = np.asarray(direction) / np.linalg.norm(direction)
+    arm = np.asarray(face.axis.point) - point
+    parallel = np.linalg.norm(np.cross(n, face.axis.direction)) < ANGLE_TOLERANCE
+    return bool(parallel and np.linalg.norm(arm - (arm @ n) * n) < LENGTH_TOLERANCE)
+
+
+def _check_axis(kind: str, axis: Vector) -> None:
+    if not np.linalg.norm(axis) > 0.0:
+        raise GeometryError(f"{kind}.axis = {axis}: must not be zero")

@@ -1,0 +1,90 @@
+"""The stopper: the disc, flat or domed, that limits a valve's lift."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.shapes.faces import Vector
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
+from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace
+
+INSIDE = 1e-2  # radians from the plane y = 0
+
+
+@dataclass(frozen=True)
+class Stopper:
+    """Solid disc about z, underside at z = 0 (metres).
+
+    ``radius``, ``thickness``: of the disc (at its axis). ``contact_radius``: of the struck patch around the axis.
+    ``dome_radius``: of the spherical top, None for a flat one.
+    The group "contact" is the patch, "fixed" the underside; a meridian's edge on the axis is called "axis".
+    """
+
+    radius: float = 6e-3
+    thickness: float = 5e-3
+    contact_radius: float = 2e-3
+    dome_radius: float | None = None
+
+    def __post_init__(self) -> None:
+        require_positive(self, "radius", "thickness", "contact_radius")
+        require_below(self, "contact_radius", self.radius, "the radius", inclusive=True)
+        if self.dome_radius is None:
+            return
+        require_positive(self, "dome_radius")
+        if not self.dome_radius > self.radius:
+            raise GeometryError(
+                f"Stopper.dome_radius = {self.dome_radius:g} m: must be > {self.radius:g} m, the radius"
+            )
+        if not self.top(self.radius) > 0.0:
+            drop = self.thickness - self.top(self.radius)
+            raise GeometryError(f"Stopper.thickness = {self.thickness:g} m: must be > {drop:g} m (the dome's height)")
+
+    def top(self, r: float) -> float:
+        """Height of the upper side at the radius r."""
+        if self.dome_radius is None:
+            return self.thickness
+        return self.thickness - self.dome_radius + math.sqrt(self.dome_radius**2 - r * r)
+
+    @property
+    def patches(self) -> Patches:
+        contact = (
+            PlaneFace((0.0, 0.0, 1.0), self.thickness, radius_max=self.contact_radius)
+            if self.dome_radius is None
+            else PointFace(self._inside_patch)
+        )
+        return {"contact": (contact,), "fixed": (PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+
+    @property
+    def _inside_patch(self) -> Vector:
+        """A point of the patch beside the axis and within every sector."""
+        r = self.contact_radius / 2
+        return r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
+
+    @property
+    def profile(self) -> Profile:
+        """The half section, its side on the axis included."""
+        rim: list[Point] = [(0.0, 0.0), (self.radius, 0.0), (self.radius, self.top(self.radius))]
+        split = self.contact_radius < self.radius
+        ring: list[Point] = [(self.contact_radius, self.top(self.contact_radius))] if split else []
+        names = ["fixed", "", *([""] if split else []), "contact", "axis"]
+        edges = polygon([*rim, *ring, (0.0, self.thickness)], names)
+        if self.dome_radius is None:
+            return Profile(edges)
+        centre = (0.0, self.thickness - self.dome_radius)
+        domed = tuple(Edge(edge.start, edge.end, centre, edge.name) for edge in edges[2:-1])
+        return Profile((*edges[:2], *domed, edges[-1]))
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
+
+
+def plan(stopper: Stopper, occ: Any) -> dict[str, list[int]]:
+    """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
+    disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (stopper.radius, stopper.contact_radius))
+    _, pieces = occ.fragment([(2, disc)], [(2, patch)])
+    return {"patch": [tag for _, tag in pieces[1]]}

@@ -1,0 +1,151 @@
+"""The valve plate: a flat plate with several round ports, each with a sealing land around it, and webs between."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.shapes.plan import Plan
+from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
+
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True)
+class ValvePlate:
+    """Plate with its underside at z = 0 and its centre on the z axis (metres).
+
+    ``ports`` holes of ``port_radius``, their centres ``pitch`` apart: on a circle in a round plate (``layout``
+    "circle", the first on the x axis) or along x in a rectangular one ("row"); the webs are pitch - 2 port_radius
+    wide. ``margin``: from the outer ports to the plate's edge. ``land_width``: of the ring around each port on which
+    the valve closes, flush with the plate's top. ``clamp_width``: of the underside's rim.
+    The group "contact" is all lands, "land_1", "land_2", ... each of them, "fixed" the underside's rim.
+    """
+
+    ports: int = 6
+    port_radius: float = 3e-3
+    pitch: float = 10e-3
+    margin: float = 5e-3
+    thickness: float = 6e-3
+    land_width: float = 1e-3
+    clamp_width: float = 2e-3
+    layout: Literal["circle", "row"] = "circle"
+
+    def __post_init__(self) -> None:
+        require_positive(self, "port_radius", "pitch", "margin", "thickness", "land_width", "clamp_width")
+        if self.ports < 1:
+            raise GeometryError(f"ValvePlate.ports = {self.ports}: must be >= 1")
+        if self.layout not in ("circle", "row"):
+            raise GeometryError(f"ValvePlate.layout = {self.layout!r}: must be 'circle' or 'row'")
+        apart = 2 * (self.port_radius + self.land_width)
+        if self.ports > 1 and not self.pitch > apart:
+            raise GeometryError(f"ValvePlate.pitch = {self.pitch:g} m: must be > {apart:g} m (two ports with lands)")
+        require_below(self, "land_width", self.margin, "the margin")
+        require_below(self, "clamp_width", self.margin, "the margin")
+
+    @property
+    def centres(self) -> tuple[tuple[float, float], ...]:
+        """(x, y) of the ports, the first first."""
+        if self.layout == "row":
+            return tuple(((k - (self.ports - 1) / 2) * self.pitch, 0.0) for k in range(self.ports))
+        angles = [2 * math.pi * k / self.ports for k in range(self.ports)]
+        return tuple((self.circle_radius * math.cos(a), self.circle_radius * math.sin(a)) for a in angles)
+
+    @property
+    def circle_radius(self) -> float:
+        """Of the circle that the ports' centres lie on."""
+        return 0.0 if self.ports == 1 else self.pitch / (2 * math.sin(math.pi / self.ports))
+
+    @property
+    def outer_radius(self) -> float:
+        """Of the round plate."""
+        return self.circle_radius + self.port_radius + self.margin
+
+    @property
+    def half_sides(self) -> tuple[float, float]:
+        """Of the rectangular plate, along x and y."""
+        half = self.port_radius + self.margin
+        return (self.ports - 1) / 2 * self.pitch + half, half
+
+    def has_sectors(self, sectors: int) -> bool:
+        """Whether the plate is that many equal sectors from the plane y = 0 on, each between planes of symmetry."""
+        if self.layout == "row":
+            return sectors in (2, 4)
+        return self.ports == 1 or (2 * self.ports) % sectors == 0
+
+    def lands_in(self, sectors: int) -> dict[str, tuple[float, float]]:
+        """Name and centre of the lands with some part in the first of that many sectors."""
+        half = math.pi / sectors
+        reach = self.port_radius + self.land_width
+        names = {}
+        for number, (x, y) in enumerate(self.centres, 1):
+            beyond = abs(math.remainder(math.atan2(y, x) - half, 2 * math.pi)) - half
+            away = math.hypot(x, y) * (math.sin(beyond) if beyond < math.pi / 2 else 1.0)
+            if sectors == 1 or away < reach * (1 - 1e-9):
+                names[f"land_{number}"] = (x, y)
+        return names
+
+    def patches_in(self, sectors: int) -> Patches:
+        """The groups in the first of that many sectors."""
+        reach, top = self.port_radius + self.land_width, self.thickness
+        lands: Patches = {
+            name: (PlaneFace(UP, top, radius_max=reach, axis_point=(x, y, 0.0)),)
+            for name, (x, y) in self.lands_in(sectors).items()
+        }
+        rim: Selector = PlaneFace(DOWN, 0.0, radius_min=self.outer_radius - self.clamp_width)
+        if self.layout == "row":
+            rim = PointFace((self.half_sides[0] - self.clamp_width / 2, self.clamp_width / 4, 0.0))
+        return {"contact": tuple(land for (land,) in lands.values()), "fixed": (rim,), **lands}
+
+    @property
+    def patches(self) -> Patches:
+        return self.patches_in(1)
+
+    @property
+    def plan(self) -> Plan:
+        lands = tuple(f"land_{number}" for number in range(1, self.ports + 1))
+        top = {"contact": lands} | {name: (name,) for name in lands}
+        return Plan(self.thickness, top, {"fixed": ("rim",)})
+
+
+def build(plate: ValvePlate, occ: Any) -> None:
+    """Extrude the outline (millimetres) and imprint the lands and the rim, in the given gmsh OpenCASCADE model."""
+    solid = occ.extrude([(2, _base(plate, occ, 0.0))], 0, 0, 1e3 * plate.thickness)
+    lands = [(2, _land(plate, occ, centre, 1e3 * plate.thickness)) for centre in plate.centres]
+    occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, (2, _rim(plate, occ))])
+
+
+def plan(plate: ValvePlate, occ: Any) -> dict[str, list[int]]:
+    """The plan (millimetres), split into its areas; returns their surface tags."""
+    lands = [(2, _land(plate, occ, centre, 0.0)) for centre in plate.centres]
+    _, pieces = occ.fragment([(2, _base(plate, occ, 0.0))], [*lands, (2, _rim(plate, occ))])
+    names = [f"land_{number}" for number in range(1, plate.ports + 1)]
+    return {name: [tag for _, tag in piece] for name, piece in zip([*names, "rim"], pieces[1:], strict=True)}
+
+
+def _outline(plate: ValvePlate, occ: Any, z: float, inset: float) -> int:
+    if plate.layout == "circle":
+        radius = 1e3 * (plate.outer_radius - inset)
+        return int(occ.addDisk(0, 0, z, radius, radius))
+    x, y = (1e3 * (side - inset) for side in plate.half_sides)
+    return int(occ.addRectangle(-x, -y, z, 2 * x, 2 * y))
+
+
+def _base(plate: ValvePlate, occ: Any, z: float) -> int:
+    radius = 1e3 * plate.port_radius
+    holes = [(2, occ.addDisk(1e3 * x, 1e3 * y, z, radius, radius)) for x, y in plate.centres]
+    return int(occ.cut([(2, _outline(plate, occ, z, 0.0))], holes)[0][0][1])
+
+
+def _land(plate: ValvePlate, occ: Any, centre: tuple[float, float], z: float) -> int:
+    x, y = 1e3 * centre[0], 1e3 * centre[1]
+    outer, inner = 1e3 * (plate.port_radius + plate.land_width), 1e3 * plate.port_radius
+    ring = occ.cut([(2, occ.addDisk(x, y, z, outer, outer))], [(2, occ.addDisk(x, y, z, inner, inner))])
+    return int(ring[0][0][1])
+
+
+def _rim(plate: ValvePlate, occ: Any) -> int:
+    inner = _outline(plate, occ, 0.0, plate.clamp_width)
+    return int(occ.cut([(2, _outline(plate, occ, 0.0, 0.0))], [(2, inner)])[0][0][1])

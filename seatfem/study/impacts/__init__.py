@@ -1,0 +1,1 @@
+"""The contact problem of a scene, its measures, and what changes them: the parts of an error budget."""

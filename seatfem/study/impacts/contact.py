@@ -1,0 +1,192 @@
+"""The contact of a scene: who strikes, how finely time is stepped, and one run of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import impact
+from impact.after.result import ImpactResult, as_one
+from impact.after.stresses import ReedStress, reed_stress
+from impact.greens.base import Array, GreensFunction
+from impact.march.engines import Engine
+from impact.march.laws import Law
+from impact.march.replay import port_displacement
+from impact.progress import Progress, silent
+from impact.runs.budget import Values
+from impact.runs.variations import with_body
+from seatfem.machine.memory import available_memory
+from seatfem.structures.rings import ring_shares, rings_of
+from seatfem.study.impacts.budget import values_of
+from seatfem.study.impacts.validity import thick_reed
+from seatfem.study.scene import Cantilever, ElasticSeat, Scene
+
+STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
+STEPS_PER_FILTER = 20
+LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
+MAX_STEPS = 20_000_000
+STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
+
+
+class RunError(ValueError):
+    """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
+
+
+def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
+    """The scene's striker; ``n_modes``: beam modes in place of the scene's own number."""
+    reed = scene.reed
+    if isinstance(reed, Cantilever):
+        return impact.cantilever_reed(
+            young=reed.material.young,
+            density=reed.material.density,
+            length=reed.length,
+            width=reed.width,
+            thickness=reed.thickness,
+            damping_ratio=reed.damping_ratio,
+            n_modes=n_modes or reed.n_modes,
+            tip_deflection=reed.release.tip_deflection,
+            contact_at=scene.contact.at,
+        )
+    return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
+
+
+def stress_of(
+    scene: Scene, striker: impact.Body, force: Array, dt: float, *, coarsely: bool = False
+) -> ReedStress | None:
+    """The reed's largest bending stresses under a contact force (n + 1,); ``None`` for a rigid mass."""
+    reed = scene.reed
+    if not isinstance(reed, Cantilever):
+        return None
+    beam = impact.Cantilever(reed.material.young, reed.material.density, reed.length, reed.width, reed.thickness)
+    return reed_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
+
+
+def law_of(scene: Scene, share: float = 1.0) -> Law:
+    """The contact law of the scene, or of a ``share`` of the patch's area."""
+    law = scene.contact.law
+    match law.kind:
+        case "signorini":
+            return impact.Signorini()
+        case "spring":
+            return impact.LinearSpring(share * law.stiffness)
+        case "hertz":
+            return impact.Hertz(share * law.stiffness)
+        case "hunt_crossley":
+            return impact.HuntCrossley(share * law.stiffness, law.damping)
+
+
+def run_contact(
+    scene: Scene,
+    striker: impact.Body,
+    seat: GreensFunction,
+    dt: float,
+    progress: Progress = silent,
+    *,
+    engine: Engine = "auto",
+) -> ImpactResult:
+    """One run: contact between striker and seat by the scene's law; of rings, their sum."""
+    return whole_patch(solve_contact(scene, striker, seat, dt, progress, engine=engine))
+
+
+def solve_contact(
+    scene: Scene,
+    striker: impact.Body,
+    seat: GreensFunction,
+    dt: float,
+    progress: Progress = silent,
+    *,
+    engine: Engine = "auto",
+) -> ImpactResult:
+    """The same, ring by ring."""
+    problem = problem_of(scene, striker, impact.Body(seat))
+    return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+
+
+def whole_patch(result: ImpactResult) -> ImpactResult:
+    """The rings of a patch, seen as one contact."""
+    return result if result.force.ndim == 1 else as_one(result, ring_shares(result.force.shape[1]))
+
+
+def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.ContactProblem:
+    """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
+    presses as a rigid body."""
+    gap, rings = scene.contact.gap, rings_of(seat.greens)
+    if rings == 1:
+        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene))
+    shares = ring_shares(rings)
+    contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
+    return impact.ContactProblem(striker, contacts=contacts)
+
+
+def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
+    """`measures_of` striker and seat."""
+    return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), dt)
+
+
+def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
+    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
+    bare = impact.Body(problem.target.greens.forces_only())
+    striker, problem = problem.striker, with_body(problem, problem.target, bare)
+    prepared = impact.prepare(problem, dt, scene.run.duration)
+    stepper = impact.ContactStepper(prepared)
+    stepper.advance(prepared.steps)
+    force, displacement = force_of(stepper), displacement_of(stepper)
+    wanted = "stress" in scene.accuracy.measures
+    stress = stress_of(scene, striker, force, dt, coarsely=True) if wanted else None
+    return values_of(force, dt, scene.run.filter_width, displacement, stress)
+
+
+def force_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) contact force of the whole patch at every step done [N]."""
+    return np.concatenate([[stepper.prepared.rest.sum()], stepper.force[: stepper.done].sum(axis=1)])
+
+
+def displacement_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) displacement of the seat's patch, its mean [m]."""
+    seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done]
+    if force.shape[1] == 1:
+        return port_displacement(seat, -force[:, 0])
+    return np.asarray(ring_shares(force.shape[1]) @ seat.motion(-force.T).displacement)
+
+
+def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
+    """Step [s]: a quarter radian of the highest rate in either body, a twentieth of the filter."""
+    limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
+    limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (reed.highest_rate, seat.highest_rate) if rate > 0]
+    return min(limits)
+
+
+def check_step(scene: Scene) -> None:
+    """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
+    if thick := thick_reed(scene):
+        raise RunError(thick)
+    if isinstance(scene.seat, ElasticSeat) and not scene.seat.held:
+        raise RunError(
+            "seat.fixed names no face and no entry of seat.supports holds the seat, so it has no static stiffness to "
+            "compare with; clamp a face or add a support (foundation, bolted, absorbing with centre). seatfem modes "
+            "shows the modes of a free body"
+        )
+    step, width = scene.run.time_step, scene.run.filter_width
+    if width > scene.run.duration:
+        raise RunError(
+            f"run.filter_width = {width:g} s is longer than run.duration = {scene.run.duration:g} s: state a shorter "
+            "run.filter_width, or watch longer"
+        )
+    check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
+    if step is not None and 2 * step > width:
+        raise RunError(
+            f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "
+            f"(half of run.filter_width = {width:g} s); use a shorter step or a wider filter"
+        )
+
+
+def check_length(scene: Scene, dt: float) -> None:
+    """Refuse more steps than can be stored, or than memory holds."""
+    steps = scene.run.duration / dt
+    most = min(MAX_STEPS, available_memory() / STEP_BYTES)
+    if steps > most:
+        chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
+        raise RunError(
+            f"run.duration = {scene.run.duration:g} s takes {steps:.2g} steps of {dt:.2g} s ({chosen}), at most "
+            f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, keep fewer modes "
+            "(reed.n_modes), or give a longer run.time_step"
+        )

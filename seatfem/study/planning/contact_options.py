@@ -1,0 +1,83 @@
+"""Time steps and numbers of reed modes that can be chosen: the error that each leaves, and its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from seatfem.study.impacts.contact import MAX_STEPS
+from seatfem.study.planning.contact_costs import BUDGET_RUNS, ContactModel, contact_model, contact_seconds
+from seatfem.study.planning.filling import filled, is_given
+from seatfem.study.planning.options import MODES, STEP, Seen, fitted
+from seatfem.study.planning.sensitivity import Changes, Rung, no_better_than_finer
+from seatfem.study.scene import Cantilever
+
+
+@dataclass(frozen=True)
+class ContactOption:
+    """One way to march.
+
+    Attributes:
+        dt: time step [s].
+        n_modes: of the reed; ``None`` for a rigid mass.
+        changes: by key, the relative error left in each measure.
+        seconds, per_pole: cost with a seat without poles, and of each of its poles [s].
+    """
+
+    dt: float
+    n_modes: int | None
+    changes: Mapping[str, Changes]
+    seconds: float
+    per_pole: float
+
+
+def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
+    """Every time step with every number of modes; a key that the file states is a ladder of one.
+
+    ``closed``: the seat is a closed form, whose poles follow from the step.
+    """
+    return tuple(_option(seen, step, modes, closed) for step in _steps(seen) for modes in _modes(seen))
+
+
+def _steps(seen: Seen) -> tuple[Rung, ...]:
+    scene, sensitivity = seen.scene, seen.sensitivity
+    if scene.run.time_step is not None:
+        return (Rung(scene.run.time_step, sensitivity.of_stated_step(scene.run.time_step)),)
+    stored = [rung for rung in sensitivity.steps if scene.run.duration <= MAX_STEPS * rung.value]
+    rungs = (Rung(fitted(rung.value, scene.run.duration), rung.changes) for rung in stored or sensitivity.steps[:1])
+    return no_better_than_finer(tuple(rungs))
+
+
+def _modes(seen: Seen) -> Iterator[Rung | None]:
+    reed = seen.scene.reed
+    if not isinstance(reed, Cantilever):
+        yield None
+    elif is_given(seen.scene, MODES):
+        yield Rung(reed.n_modes, seen.sensitivity.of_modes(reed.n_modes))
+    else:
+        yield from no_better_than_finer(seen.sensitivity.modes)
+
+
+def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
+    left = _known_to_a_step(seen, step)
+    changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
+    number = None if modes is None else round(modes.value)
+    if closed:
+        scene = filled(seen.scene, {STEP: step.value, MODES: number or 1})
+        model = contact_model(scene, None)
+        return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
+    bare, one = (_seconds(seen, step.value, float(number or 1), poles) for poles in (0.0, 1.0))
+    return ContactOption(step.value, number, changes, bare, one - bare)
+
+
+def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
+    """A contact's duration is known to a step at best, as the error budget has it."""
+    duration = seen.sensitivity.base.get("contact_duration", 0.0)
+    if duration == 0.0:
+        return step.changes
+    return {**step.changes, "contact_duration": max(step.changes["contact_duration"], step.value / duration)}
+
+
+def _seconds(seen: Seen, dt: float, modes: float, poles: float) -> float:
+    model = ContactModel(max(1.0, seen.scene.run.duration / dt), poles, modes, poles, BUDGET_RUNS)
+    return sum(contact_seconds(model, seen.machine).values())

@@ -1,0 +1,107 @@
+"""A plan: a scene with every open key filled, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from seatfem.structures.seats.levels import Level
+from seatfem.study.impacts.budget import Source
+from seatfem.study.scene import Scene
+
+PlannedLevel = Level | Literal["spring", "closed form"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One key of the scene, and what became of it.
+
+    Attributes:
+        key: dotted, as in the file.
+        value: with unit.
+        reason: in words, with numbers.
+        given: whether the file states it; it is obeyed then.
+    """
+
+    key: str
+    value: str
+    reason: str
+    given: bool
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Predicted effort.
+
+    Attributes:
+        seconds: wall time of the whole run.
+        memory: peak of the process [bytes].
+        parts: seconds by stage, adding up to ``seconds``.
+    """
+
+    seconds: float
+    memory: float
+    parts: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another plan for the same scene.
+
+    Attributes:
+        what: what would be different.
+        cost: of it.
+        error: predicted relative error of each measure.
+    """
+
+    what: str
+    cost: Cost
+    error: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is going to be computed.
+
+    Attributes:
+        scene: every open key filled; it runs through the pipeline as it is.
+        level: the model of the seat; "closed form" where nothing is discretised.
+        choices: every key that matters for cost and error.
+        cost: predicted.
+        error: predicted relative error of each measure asked for.
+        alternatives: cheaper and more accurate plans.
+        shares: by source, then measure, the predicted relative error that it leaves.
+        kept: whether the seat's Green's function is there already.
+        notes: what is worth telling, such as a target out of reach.
+        asked: the scene as in the file.
+        without: levels that were found too coarse before.
+    """
+
+    scene: Scene
+    level: PlannedLevel
+    choices: tuple[Choice, ...]
+    cost: Cost
+    error: Mapping[str, float]
+    alternatives: tuple[Alternative, ...] = ()
+    shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
+    kept: bool = False
+    notes: tuple[str, ...] = ()
+    asked: Scene | None = None
+    without: tuple[PlannedLevel, ...] = ()
+
+    @property
+    def meets_target(self) -> bool:
+        """Whether every measure's predicted error is within the target."""
+        return all(error <= self.scene.accuracy.target for error in self.error.values())
+
+    def choice(self, key: str) -> Choice:
+        """The choice of a key. Raises `KeyError` where the plan has none."""
+        for choice in self.choices:
+            if choice.key == key:
+                return choice
+        raise KeyError(key)
+
+    def is_given(self, key: str) -> bool:
+        """Whether the file states the key."""
+        return any(choice.key == key and choice.given for choice in self.choices)

@@ -1,0 +1,161 @@
+"""Cheap runs before the run: a surrogate seat, and only the impact that the measures come from.
+
+The reed's free flight is exact, so a pre-run starts shortly before the first contact and ends with the contact group
+that carries the filtered peak.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact import measures
+from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.bodies.body import Body, ModalState
+from impact.greens import oscillator
+from impact.greens.base import Array, GreensFunction
+from impact.march.motion import Discrete
+from impact.march.stepper import Prepared, step_count
+from impact.runs.budget import Values
+from seatfem.study.impacts.budget import values_of
+from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, stress_of, striker_of
+from seatfem.study.scene import Cantilever, Scene
+
+FEW: Final = 16  # reed modes of the first look
+LOOK: Final = 20_000  # steps of the first look ...
+MOST_OF_LOOK: Final = 100_000  # ... and at most, where the filter asks for more
+BEFORE: Final = 10e-6  # start of the window before the first contact [s]
+MOST: Final = 60_000  # steps of a pre-run at most
+LEAST: Final = 8  # steps per filter width that every pre-run can afford
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of the run that pre-runs march.
+
+    Attributes:
+        start: [s] of the run.
+        duration: [s].
+        groups: contact groups in the whole run, at a first look.
+    """
+
+    start: float
+    duration: float
+    groups: int
+
+    @property
+    def touches(self) -> bool:
+        """Whether there is any contact."""
+        return self.groups > 0
+
+
+def first_look(scene: Scene, seat: GreensFunction) -> Window:
+    """Where the contact is that matters: a coarse run with few modes over the whole duration."""
+    few = striker_of(scene, min(FEW, _modes_of(scene)))
+    width = scene.run.filter_width
+    dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
+    dt = max(dt, scene.run.duration / MOST_OF_LOOK)
+    return window_of(scene, _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration)), dt)
+
+
+def window_of(scene: Scene, force: Array, dt: float) -> Window:
+    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N]."""
+    width = scene.run.filter_width
+    longest = MOST * width / LEAST
+    groups = measures.merged(dt * measures.closed_steps(force))
+    if len(groups) == 0:
+        return Window(0.0, min(scene.run.duration, longest), 0)
+    peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
+    carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
+    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
+    stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
+    return Window(start, min(stop - start, longest), len(groups))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Pre-runs of one scene: the same window again and again, one thing changed at a time."""
+
+    scene: Scene
+    seat: GreensFunction
+    window: Window
+    _strikers: dict[tuple[float, int | None], Discrete] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+    _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def affords(self, dt: float) -> bool:
+        """Whether a pre-run with this step [s] is cheap."""
+        return self.window.duration <= MOST * dt * (1 + 1e-9)
+
+    def affordable(self, dt: float) -> float:
+        """``dt``, or the shortest step that a pre-run can afford [s]."""
+        return max(dt, self.window.duration / MOST)
+
+    def measures(self, *, dt: float, n_modes: int | None = None, seat: GreensFunction | None = None) -> Values:
+        """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
+        asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
+        striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
+        problem = problem_of(self.scene, striker.body, target.body)
+        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
+        stepper = _marched(prepared)
+        force, displacement = force_of(stepper), displacement_of(stepper) if "seat_displacement" in asked else None
+        stress = stress_of(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
+        return values_of(force, dt, width, displacement, stress)
+
+    def _striker(self, dt: float, n_modes: int | None) -> Discrete:
+        """With its free motion, which all runs of this step share."""
+        if (dt, n_modes) not in self._strikers:
+            start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
+            body = advanced(striker_of(self.scene, n_modes), start)
+            discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
+            self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
+        return self._strikers[dt, n_modes]
+
+    def _target(self, dt: float, seat: GreensFunction) -> Discrete:
+        """The step weights of a closed form take longer than the march."""
+        if seat is not self.seat:
+            return Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+        if dt not in self._seats:
+            self._seats[dt] = Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+        return self._seats[dt]
+
+
+def advanced(body: Body, time: float) -> Body:
+    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity."""
+    g = body.greens.modal
+    if time == 0.0 or g is None:
+        return body
+    start = body.modal_start()
+    a, _ = oscillator.transition(time, g.omega, g.zeta)
+    q = a[0, 0] * start.displacement + a[0, 1] * start.velocity
+    v = a[1, 0] * start.displacement + a[1, 1] * start.velocity
+    return replace(body, state=ModalState(q, v), velocity=0.0)
+
+
+def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
+    """|other - one|/|one|, measure by measure; 0 where both are 0."""
+    return {
+        name: abs(other[name] - one[name]) / abs(one[name]) if one[name] else (0.0 if not other[name] else math.inf)
+        for name in one
+    }
+
+
+def _modes_of(scene: Scene) -> int:
+    return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
+
+
+def _marched(prepared: Prepared) -> impact.ContactStepper:
+    stepper = impact.ContactStepper(prepared)
+    stepper.advance(prepared.steps)
+    return stepper
+
+
+def _force(prepared: Prepared) -> Array:
+    """(n,) contact force of each step [N]."""
+    return force_of(_marched(prepared))[1:]

@@ -1,0 +1,259 @@
+"""How much each open key moves the measures: pre-runs with one thing changed at a time.
+
+Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
+bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few
+percent (`seatfem.study.impacts.variations`). The pre-runs of a ladder go on while something is still to be gained.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact.runs.budget import Values, larger, times
+from impact.runs.variations import NARROWER, left_by_step, narrowed
+from seatfem.structures.rings import face_compliance
+from seatfem.study.impacts.variations import FEWER, other_modes
+from seatfem.study.planning.prerun import Bench, relative_changes
+from seatfem.study.scene import Cantilever
+
+COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
+MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
+FEWEST: Final = 5  # reed modes looked at ...
+MOST: Final = 320
+LONGEST: Final = 4  # steps per filter width looked at ...
+SHORTEST: Final = 640
+MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with
+STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
+MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
+ENOUGH: Final = 10.0  # change of the reed's modes with which steps are compared, over the finest that is looked at
+ALWAYS: Final = ("impulse", "filtered_peak")  # measures whose ladders are followed although they are not asked for
+OFF: Final = 0.02  # relative change of g behind its sensitivity
+
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One value of a ladder, and the relative change of each measure against the coarser one."""
+
+    value: float
+    changes: Changes
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Pre-runs of one scene, carried out when asked for.
+
+    Attributes:
+        bench: where they run.
+        asked: measures that count; changes are told of all that a pre-run knows.
+        finest: relative change below which no ladder is followed further.
+        exact: whether the seat of the bench is the scene's own.
+    """
+
+    bench: Bench
+    asked: tuple[str, ...]
+    finest: float
+    exact: bool = False
+    _runs: dict[tuple[int, float], Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _steps: dict[float, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _cuts: dict[int, Values] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _rungs: dict[int, Changes] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def step(self) -> float:
+        """[s] of the pre-runs that compare models."""
+        return self.bench.affordable(self.bench.scene.run.filter_width / COARSE)
+
+    @property
+    def n_modes(self) -> int | None:
+        """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
+        reed = self.bench.scene.reed
+        if not isinstance(reed, Cantilever):
+            return None
+        return min(MODES, reed.n_modes) if "n_modes" in reed.model_fields_set else MODES
+
+    @cached_property
+    def step_modes(self) -> int | None:
+        """Reed modes of the pre-runs that compare steps: about as many as the run, for high modes ask for short steps.
+
+        Where the file does not say, enough for changes of `ENOUGH` times `finest`.
+        """
+        reed = self.bench.scene.reed
+        if not isinstance(reed, Cantilever):
+            return None
+        if "n_modes" in reed.model_fields_set:
+            return min(MOST, reed.n_modes)
+        enough = (r.value for r in no_better_than_finer(self.modes) if self.worst(r.changes) <= ENOUGH * self.finest)
+        return max(MODES, round(next(enough, self.modes[-1].value)))
+
+    @cached_property
+    def base(self) -> Values:
+        """The measures that all else is compared with."""
+        return self.bench.measures(dt=self.step, n_modes=self.n_modes)
+
+    def of_modes(self, n_modes: int) -> Changes:
+        """What other numbers of modes of the reed than ``n_modes`` change, as the budget sees it."""
+        found: Changes = dict.fromkeys(self.base, 0.0)
+        for number, weight in other_modes(n_modes):
+            found = larger(found, times(weight, self._between_modes(number, n_modes)))
+        return found
+
+    @cached_property
+    def modes(self) -> tuple[Rung, ...]:
+        """Numbers of reed modes from few to many, up to where they change nothing any more."""
+        rungs: list[Rung] = []
+        numbers = [max(1, round(FEWEST / FEWER)), FEWEST]
+        while numbers[-1] < MOST and not self._settled(rungs):
+            numbers.append(min(MOST, round(numbers[-1] * FEWER)))
+            half, some, n = numbers[-3:]  # two ratios of 1.4 are two
+            change = larger(self._between_modes(some, n), times(1 / 2, self._between_modes(half, n)))
+            rungs.append(Rung(n, change))
+        return tuple(rungs)
+
+    def _between_modes(self, other: int, n_modes: int) -> Changes:
+        """With the seat, and with one that yields less: whether a mode counts depends on what it meets."""
+        seats = [1.0] if self.exact else [1.0, STIFFER]
+        found: Changes = dict.fromkeys(self.base, 0.0)
+        for factor in seats:
+            runs = (self._with_modes(n, factor) for n in (n_modes, other))
+            found = larger(found, relative_changes(*runs))
+        return times(1.0 if self.exact else MARGIN, found)
+
+    def _with_modes(self, n_modes: int, factor: float) -> Values:
+        if (n_modes, factor) not in self._runs:
+            seat = self.bench.seat if factor == 1.0 else self.bench.seat.scaled(factor)
+            self._runs[n_modes, factor] = self.bench.measures(dt=self.step, n_modes=n_modes, seat=seat)
+        return self._runs[n_modes, factor]
+
+    def of_step(self, dt: float) -> Changes:
+        """What a step of ``dt`` leaves, as the budget sees it: from steps of 2 ``dt`` and 4 ``dt``, or ``dt``/2.
+
+        Of one that a pre-run cannot afford, in proportion to what the shortest affordable one leaves.
+        """
+        width, least = self.bench.scene.run.filter_width, self.bench.affordable(dt)
+        if least > dt * (1 + 1e-9):
+            return times(dt / least, self.of_step(least))
+        return left_by_step(dt, width, lambda other: self._between_steps(dt, other))
+
+    def of_stated_step(self, dt: float) -> Changes:
+        """`of_step`, and no less than a step `MUCH_SHORTER` (or the shortest affordable one) changes.
+
+        Where waves cross the seat within a step, it and all longer ones agree with each other, not with the truth.
+        """
+        shorter = self.bench.affordable(dt / MUCH_SHORTER)
+        if shorter > dt / 2:
+            return self.of_step(dt)
+        left = dt / (dt - shorter)  # the march is of first order
+        return larger(self.of_step(dt), times(left, self._between_steps(dt, shorter)))
+
+    def _with_step(self, dt: float) -> Values:
+        if dt not in self._steps:
+            self._steps[dt] = self.bench.measures(dt=dt, n_modes=self.step_modes)
+        return self._steps[dt]
+
+    @cached_property
+    def steps(self) -> tuple[Rung, ...]:
+        """Time steps from long to short [s], each half as long as the one before; what the last changes counts, too."""
+        width = self.bench.scene.run.filter_width
+        rungs: list[Rung] = []
+        parts = LONGEST
+        while parts < SHORTEST and not self._settled(rungs):
+            parts *= 2
+            rungs.append(Rung(width / parts, self.of_step(width / parts)))
+        last = self.bench.affordable(rungs[-1].value)
+        return tuple(Rung(rung.value, larger(rung.changes, self._between_steps(rung.value, last))) for rung in rungs)
+
+    def _between_steps(self, dt: float, other: float) -> Changes:
+        """From a step to another one; nothing of steps that a pre-run cannot afford."""
+        if not self.bench.affords(min(dt, other)):
+            return dict.fromkeys(self.base, 0.0)
+        return relative_changes(self._with_step(dt), self._with_step(other))
+
+    def above(self, frequency: float) -> Changes:
+        """What a seat with its modes up to ``frequency`` [Hz] leaves: those from there down to 1.6 below, or all above.
+
+        No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
+        """
+        seat = self.bench.seat.modal
+        found: Changes = dict.fromkeys(self.base, 0.0)
+        if seat is None or len(seat.omega) == 0:
+            return found
+        rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
+        while NARROWER ** (rung - 1) < highest:
+            found, rung = larger(found, self._at_rung(rung)), rung + 1
+        return found
+
+    def _at_rung(self, rung: int) -> Changes:
+        if rung not in self._rungs:
+            here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
+            self._rungs[rung] = larger(relative_changes(here, below), relative_changes(self.base, here))
+        return self._rungs[rung]
+
+    def _up_to(self, frequency: float) -> Values:
+        seat = self.bench.seat.modal
+        assert seat is not None
+        kept = int(np.sum(seat.omega <= 2 * math.pi * frequency))
+        if kept not in self._cuts:
+            less = seat if kept == len(seat.omega) else narrowed(seat, frequency)
+            self._cuts[kept] = self._with(less)
+        return self._cuts[kept]
+
+    @cached_property
+    def of_g(self) -> Changes:
+        """Relative change of each measure per relative change of g."""
+        runs = [
+            relative_changes(self.base, self._with(self.bench.seat.scaled(factor))) for factor in (1 - OFF, 1 + OFF)
+        ]
+        return {name: change / OFF for name, change in larger(*runs).items()}
+
+    @cached_property
+    def spring(self) -> Changes:
+        """What a spring of the same static stiffness changes."""
+        return self._spring_of(1.0)
+
+    @cached_property
+    def guessed(self) -> Changes:
+        """What a spring changes whose stiffness is guessed within a factor of two."""
+        return larger(self._spring_of(0.5), self._spring_of(2.0))
+
+    def _spring_of(self, factor: float) -> Changes:
+        """What a spring of ``factor`` times the static stiffness changes."""
+        compliance = face_compliance(self.bench.seat)
+        if not (math.isfinite(compliance) and compliance > 0):
+            return dict.fromkeys(self.base, math.inf)
+        return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
+
+    def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:
+        """What one seat in place of another changes."""
+        return relative_changes(self._with(one), self._with(other))
+
+    def _with(self, seat: impact.GreensFunction) -> Values:
+        return self.bench.measures(dt=self.step, n_modes=self.n_modes, seat=seat)
+
+    def worst(self, changes: Changes) -> float:
+        """The largest change of the measures asked for."""
+        return max((changes[name] for name in self.asked), default=0.0)
+
+    def _settled(self, rungs: list[Rung]) -> bool:
+        """Whether two rungs in a row change less than `finest`: one may do so by accident.
+
+        Also where they are not asked for, `ALWAYS` counts: every run states their bars.
+        """
+        names = {*self.asked, *ALWAYS}
+        return len(rungs) > 1 and all(rung.changes[name] <= self.finest for rung in rungs[-2:] for name in names)
+
+
+def no_better_than_finer(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
+    """From coarse to fine; a rung counts as no better than any finer one: a small change may be an accident."""
+    found: list[Rung] = []
+    for rung in reversed(rungs):
+        found.append(Rung(rung.value, larger(rung.changes, found[-1].changes)) if found else rung)
+    return tuple(reversed(found))

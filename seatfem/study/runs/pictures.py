@@ -1,0 +1,145 @@
+"""Which pictures belong to a run, and what to say where one cannot be made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from impact.after.result import ImpactResult
+from impact.greens.modal import ModalGreens
+from impact.greens.poles import PoleGreens
+from impact.pictures.drawing import gap_of
+from impact.pictures.greens_plots import plot_greens
+from impact.pictures.plots import plot_energy, plot_force, plot_motion
+from impact.progress import Progress
+from seatfem.machine.libraries import picture_library_gap
+from seatfem.pictures.apart import Picture, drawn_apart
+from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.fit_plot import plot_fit
+from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes
+from seatfem.pictures.revolved_grid import revolve
+from seatfem.pictures.section_plot import plot_section
+from seatfem.structures.inspection.imported import response_of
+from seatfem.structures.kinds.imported import FrequencyResponseFile
+from seatfem.structures.kinds.seats import ElasticSeat, RevolvedSeat
+from seatfem.structures.mesh.meridian import MeridianMesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.model import Array
+from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.seats.store import Store, StoreError
+from seatfem.study.scene import Scene
+
+SHOWN_MODES = 6
+BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
+
+
+def draw_run(
+    scene: Scene, seat: SeatAnswer, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
+
+    Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
+    """
+    title, width = scene.title or "Impact", scene.run.filter_width
+    elastic = isinstance(scene.seat, ElasticSeat)
+    band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
+    memory = min(scene.run.duration, (40 if elastic else 200) / band)
+    pictures: list[Picture] = [
+        ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
+        ("energy.png", lambda path: plot_energy(result, path, title=title)),
+        ("greens.png", lambda path: plot_greens(seat.greens, path, duration=memory, width=1 / band)),
+    ]
+    of_seat = _seat_pictures(scene, seat)
+    files, gaps = draw_all(pictures + of_seat, folder, progress)
+    if not isinstance(scene.seat, ElasticSeat):
+        return files, gaps
+    names = [name for name, _ in of_seat]
+    try:
+        more = _through_store(scene.seat_key(), [file for file in files if file.name in names], names, folder)
+    except (StoreError, OSError) as problem:
+        return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
+    return (*files, *more), gaps
+
+
+def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:
+    """Keep what was drawn of the seat; where nothing of it can be drawn, copies of what was kept."""
+    store = Store.default()
+    for file in drawn:
+        store.keep(key, file)
+    return () if names else store.fetch(key, folder)
+
+
+def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
+    measured, fitted = scene.seat, seat.greens
+    if isinstance(measured, FrequencyResponseFile) and isinstance(fitted, ModalGreens | PoleGreens):
+        width = scene.run.filter_width
+        return [("fit.png", lambda path: plot_fit(response_of(measured), fitted, path, width=width))]
+    if seat.model is None or seat.mesh is None:
+        return []
+    pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
+    if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
+        return pictures
+    count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
+    frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
+    try:
+        grid, shapes = _shapes(seat, count)
+    except Exception as problem:  # numbers are known already, as in `gap_of`
+        return [*pictures, ("modes.png", partial(_raise, problem))]
+    title = "Modes of the seat" if _whole(seat) else "Modes of the seat that this load excites"
+    pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
+    pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
+    return pictures
+
+
+def _whole(seat: SeatAnswer) -> bool:
+    """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
+    assert seat.modes is not None
+    return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
+
+
+def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
+    """Whichever suits the mesh."""
+    if isinstance(mesh, MeridianMesh):
+        return lambda path: plot_section(mesh.mesh, path)
+    return partial(plot_mesh, None if mesh is None else mesh.mesh)
+
+
+def _raise(problem: Exception, path: Path) -> None:
+    raise problem
+
+
+def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
+    """In space, whatever the level of modelling."""
+    assert seat.model is not None
+    assert seat.modes is not None
+    found = [seat.model.expand(seat.modes.shapes[:, k]) for k in range(count)]
+    if not isinstance(seat.mesh, MeridianMesh):
+        return CellGrid.of_model(seat.model), found
+    body = revolve(seat.model)
+    return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
+
+
+def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
+    assert seat.modes is not None
+    return [float(f) for f in seat.modes.frequencies_hz[:count]]
+
+
+def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words)."""
+    files, gaps = [], []
+    apart = [] if picture_library_gap() else [picture for picture in pictures if picture[0] in BODIES]
+    with drawn_apart(apart, folder) as drawn:
+        for number, (name, draw) in enumerate(sorted(pictures, key=lambda p: p in apart), start=1):
+            if gap := drawn(name) if (name, draw) in apart else gap_of(_by_name(draw), folder / name):
+                gaps.append(f"skipped pictures: {gap}")
+            else:
+                files.append(folder / name)
+            progress("pictures", number / len(pictures))
+    return tuple(files), tuple(dict.fromkeys(gaps))
+
+
+def _by_name(draw: Callable[..., None]) -> Callable[[Path], None]:
+    return lambda path: draw(path=path)

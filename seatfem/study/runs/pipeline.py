@@ -1,0 +1,262 @@
+"""A scene, carried out: plan, seat, contact, spring baseline, measures, error bars, files and pictures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact.after.result import ImpactResult
+from impact.after.stresses import ReedStress
+from impact.files.atomic import check_writable
+from impact.greens.base import GreensFunction
+from impact.pictures.drawing import text
+from impact.progress import Progress, Tell, silent, untold
+from impact.storage.hdf5 import save_results
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.inspection.checks import check_files
+from seatfem.structures.kinds.seats import DrawnSeat
+from seatfem.structures.rings import face_compliance, with_fewer_rings
+from seatfem.structures.seats.kept_seats import seat_of
+from seatfem.structures.seats.natural_modes import Mode, Wanted, natural_modes
+from seatfem.study.impacts.budget import KEYS, bar_keys
+from seatfem.study.impacts.contact import RunError, check_step, run_contact, stress_of
+from seatfem.study.impacts.validity import validity_advice
+from seatfem.study.planning.options import MODES, STEP
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.mode_pictures import draw_modes
+from seatfem.study.runs.pictures import draw_run
+from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
+from seatfem.study.runs.summary import (
+    accuracy_keys,
+    greens_error_keys,
+    plan_keys,
+    regime_keys,
+    summarise,
+    timing_keys,
+    write_json,
+)
+from seatfem.study.scene import Cantilever, Matrices, MeshFile, Scene
+
+__all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
+
+
+SUMMARY_FILE: Final = "summary.json"
+RESULT_FILE: Final = "result.h5"
+NARROWER: Final = "a narrower seat.greens.bandwidth"
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes."""
+
+    summary: Mapping[str, object]
+    messages: tuple[str, ...]
+    files: tuple[Path, ...]
+    stages: Mapping[str, float] = field(default_factory=dict)
+    met: bool = True
+    modes: tuple[Mode, ...] = ()
+
+
+def run_scene(
+    scene: Scene,
+    folder: Path,
+    progress: Progress = silent,
+    *,
+    tell: Tell = untold,
+    limits: Limits = ANY,
+    pictures: bool = True,
+) -> RunOutcome:
+    """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
+
+    The plan fills what the scene leaves open; the run measures the error left in it, and refines what dominates while
+    the target of accuracy is missed. A seat computed before, in ``folder`` or in the store, is used again. The numbers
+    of each round are on file before the next begins, marked as not the last, and all of them before the first
+    picture; one that cannot be drawn is told, and named in summary.json.
+
+    Args:
+        tell: hears of each round what it left and took, and the price of the next.
+        limits: number of rounds and time.
+        pictures: whether to draw.
+
+    Raises:
+        OutputError: ``folder`` cannot be written to.
+        RunError: a time step that cannot resolve the measures asked for, a striker nothing can stop.
+        Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+    """
+    start, watch = time.perf_counter(), Stopwatch()
+    check_step(scene)
+    check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
+    with watch("plan"):
+        plan = plan_scene(scene, progress=progress, folder=folder)
+    baseline: _Baseline | None = None
+    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
+        if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
+            baseline = _baseline(done, watch)
+        summary = _summary(scene, done, baseline, watch)
+        with watch("files"):
+            rings = {} if done.rings is None else {"rings": done.rings}
+            all_of_them = {"wave": done.result, "spring": baseline.result, **rings}
+            save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
+            write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    assert baseline is not None
+    drawn: tuple[Path, ...] = ()
+    gaps: tuple[str, ...] = ()
+    if pictures:
+        with watch("pictures"):  # whatever becomes of them, all numbers are on file
+            drawn, gaps = draw_run(done.plan.scene, done.seat, done.result, baseline.result, folder, progress)
+        summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
+        try:
+            write_json(folder / SUMMARY_FILE, summary)
+        except OSError as problem:
+            gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
+    advice = (
+        *_assumed_reed(scene),
+        *map(str, validity_advice(scene, done.seat.greens)),
+        *_advice(done),
+        *_no_bar(done),
+    )
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
+    summary |= timing_keys(watch, start)
+    return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)
+
+
+@dataclass(frozen=True)
+class _Baseline:
+    """The spring of equal static stiffness, struck as the seat was in ``beside``."""
+
+    beside: ImpactResult
+    stiffness: float
+    result: ImpactResult
+    stress: ReedStress | None
+
+
+def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
+    stiffness, scene = _static_stiffness(done.seat.greens), done.plan.scene
+    with watch("spring baseline"):
+        result = run_contact(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
+    with watch("reed stress"):
+        coarsely = "stress" not in scene.accuracy.measures
+        stress = stress_of(scene, done.striker, result.force, result.dt, coarsely=coarsely)
+    return _Baseline(done.result, stiffness, result, stress)
+
+
+def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
+    width = scene.run.filter_width
+    return {
+        "title": scene.title,
+        **summarise(done.result, width, done.stress),
+        **{f"spring_{k}": v for k, v in summarise(baseline.result, width, baseline.stress).items()},
+        "spring_wall_time_s": watch.stages["spring baseline"],
+        "contact_wall_time_s": watch.stages["contact"],
+        **bar_keys(done.left, done.without_bar),
+        **accuracy_keys(done),
+        **plan_keys(done.plan, watch.stages["plan"]),
+        "seat_static_stiffness_N_per_m": baseline.stiffness,
+        **greens_error_keys(done.seat.greens),
+        **done.seat.about,
+        "seat_reused": done.reused,
+        "seat_kind": scene.seat.kind,
+        **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
+    }
+
+
+def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
+    """Only the seat's Green's function, as a run of the scene would plan it, written to ``path``."""
+    watch = Stopwatch()
+    check_writable(path)
+    with watch("plan"):
+        scene = plan_scene(scene, progress=progress).scene
+    seat, reused = seat_of(scene, path, watch, progress)
+    summary = {
+        "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
+        **greens_error_keys(seat.greens),
+        **seat.about,
+        "seat_reused": reused,
+    }
+    return RunOutcome(summary, (), (path,), watch.stages)
+
+
+def write_modes(
+    scene: Scene,
+    folder: Path,
+    progress: Progress = silent,
+    *,
+    count: int | None = None,
+    up_to_hz: float | None = None,
+) -> RunOutcome:
+    """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+    check_writable(folder / "modes.csv")
+    watch = Stopwatch()
+    seat = scene.seat
+    if not isinstance(seat, DrawnSeat | MeshFile | Matrices):
+        raise RunError(
+            f"seat.kind = {seat.kind!r} has neither finite elements nor matrices to take modes from; use a geometry "
+            "(annular, bar, block, cad, ...), mesh or matrices"
+        )
+    check_files(scene)
+    found = natural_modes(seat, Wanted.of(count, up_to_hz), watch, progress)
+    with watch("pictures"):
+        files, gaps = draw_modes(found, folder, progress)
+    counted = "as many as inertia counts" if found.complete else "NOT counted: some may be missing"
+    note = f"{len(found.modes)} modes of {found.searched}, {found.dof} unknowns, {counted}"
+    summary = {
+        "frequencies_hz": [float(f) for f in found.frequencies_hz],
+        "complete": found.complete,
+        "seat_dof": found.dof,
+    }
+    return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
+
+
+def _no_bar(done: Round) -> tuple[str, ...]:
+    if not done.without_bar:
+        return ()
+    keys, names = (", ".join(words) for words in ([KEYS[n] for n in done.without_bar], done.without_bar))
+    return (
+        f"{keys} has no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
+        f"that leaves out of others is not known; add {names} to accuracy.measures",
+    )
+
+
+def _static_stiffness(greens: GreensFunction) -> float:
+    compliance = face_compliance(greens)
+    if not np.isfinite(compliance) or compliance <= 0:
+        raise RunError(
+            "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
+            "to compare with; hold the seat somewhere"
+        )
+    return 1.0 / compliance
+
+
+def _advice(done: Round) -> tuple[str, ...]:
+    """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
+    measured = done.met and not done.plan.is_given(STEP)
+    told = []
+    for advice in done.result.advice:
+        of_the_step = "dt <=" in advice.remedy
+        if not (measured and of_the_step):
+            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else NARROWER}
+            remedy = advice.remedy
+            for word, key in keys.items():
+                remedy = remedy.replace(word, key)
+            told.append(str(replace(advice, remedy=remedy)))
+    return tuple(told)
+
+
+def _assumed_reed(scene: Scene) -> tuple[str, ...]:
+    """What of the reed was not given and taken from the paper's, with its value."""
+    reed = scene.reed
+    if not isinstance(reed, Cantilever):
+        return ()
+    values = {
+        "width": text(reed.width, "m"),
+        "thickness": text(reed.thickness, "m"),
+        "material": f"{text(reed.material.young, 'Pa')}, {reed.material.density:g} kg/m^3",
+    }
+    assumed = [f"reed.{key} = {value}" for key, value in values.items() if key not in reed.model_fields_set]
+    return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()

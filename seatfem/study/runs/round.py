@@ -1,0 +1,98 @@
+"""One plan, carried out: its answer, the error left in it, what it took; and all that in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import impact
+from impact.after.result import ImpactResult
+from impact.after.stresses import ReedStress
+from impact.runs.budget import Budget
+from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.study.impacts.budget import KEYS, Source
+from seatfem.study.planning.plan import Plan
+
+REMEDIES: Final[Mapping[Source, str]] = {
+    "mesh": "refine seat.mesh",
+    "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
+    "time_step": "shorten run.time_step",
+    "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+    "patch": "divide the struck patch by contact.rings = 4, or more",
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """One plan, carried out.
+
+    Attributes:
+        plan: its scene was run.
+        seat: its answer, and whether it was there before (``reused``).
+        striker: of the run.
+        result, stress: what came out, and the reed's largest stresses.
+        left: the errors in it.
+        rings: ``result`` ring by ring, where the patch has several.
+        number: 1, 2, ...
+        stopped: why no further round follows; "" where the target is met.
+        spent: wall time of this round by stage [s].
+        memory: largest of the process up to its end [bytes].
+        paces: measured over predicted time of seat and contact, where a round so far has measured them.
+    """
+
+    plan: Plan
+    seat: SeatAnswer
+    reused: bool
+    striker: impact.Body
+    result: ImpactResult
+    stress: ReedStress | None
+    left: Budget
+    rings: ImpactResult | None = None
+    number: int = 1
+    stopped: str = ""
+    spent: Mapping[str, float] = field(default_factory=dict)
+    memory: float = math.nan
+    paces: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def met(self) -> bool:
+        """Whether the bar of every measure asked for is within the target."""
+        accuracy = self.plan.scene.accuracy
+        return all(self.left.relative(name) <= accuracy.target for name in accuracy.measures)
+
+    @property
+    def without_bar(self) -> tuple[str, ...]:
+        """Measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know waves, did not
+        look at them, and the budget's own first-order look may miss most of what they do."""
+        if self.plan.level != "spring":
+            return ()
+        looked_at = {*self.plan.scene.accuracy.measures, *self.plan.shares.get("model", {})}
+        return tuple(name for name in self.left.values if name not in looked_at)
+
+
+def missed(done: Round) -> tuple[str, ...]:
+    """What misses the target, by how much, because of what; and why the run stopped short."""
+    target = done.plan.scene.accuracy.target
+    found = []
+    for name in done.plan.scene.accuracy.measures:
+        if (bar := done.left.relative(name)) > target:
+            source = done.left.dominant(name)
+            remedy = next((words for known, words in REMEDIES.items() if known == source), "")
+            found.append(
+                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{source.replace('_', ' ')}'s: {remedy}"
+            )
+    if found and done.stopped:
+        found.append(f"stopped short of the target after {done.number} round{'s'[: done.number > 1]}: {done.stopped}")
+    return tuple(found)
+
+
+def in_words(done: Round) -> str:
+    """The bar of each measure asked for, time and memory."""
+    accuracy, left = done.plan.scene.accuracy, done.left
+    bars = ", ".join(f"{name.replace('_', ' ')} +-{100 * left.relative(name):.2g} %" for name in accuracy.measures)
+    memory = "" if math.isnan(done.memory) else f", {done.memory / 1e9:.2g} GB"
+    verdict = "target met" if done.met else f"target {100 * accuracy.target:.3g} % missed"
+    return f"round {done.number}: {bars} ({verdict}); {sum(done.spent.values()):.3g} s{memory}"

@@ -1,0 +1,195 @@
+"""A plan carried out, its error measured, and the plan refined until the target is met or cannot be."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from impact.progress import Progress, Tell, untold
+from impact.runs.budget import Budget, Values
+from impact.storage.hdf5 import save_greens
+from seatfem.machine.memory import peak_memory
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.seats.kept_seats import seat_of
+from seatfem.study.impacts.budget import Source
+from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
+from seatfem.study.impacts.variations import error_budget
+from seatfem.study.planning.filling import replaced
+from seatfem.study.planning.options import TOLERANCE
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
+from seatfem.study.runs.round import Round, in_words, missed
+from seatfem.study.scene import ElasticSeat
+
+__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
+
+ANY: Final = Limits()
+SEAT_FILE: Final = "seat.h5"
+LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
+FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
+"""What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
+of the disk. What else there is, is a bug."""
+BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
+
+
+def carry_out(
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *,
+    limits: Limits = ANY,
+    tell: Tell = untold,
+) -> Round:
+    """The last of `rounds`."""
+    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell):
+        last = done
+    return last
+
+
+def rounds(
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *,
+    limits: Limits = ANY,
+    tell: Tell = untold,
+    start: float | None = None,
+) -> Iterator[Round]:
+    """Rounds of run, measured error and refinement, until the target is met or nothing more can be done.
+
+    What dominates the error is made finer; keys that the file states are left alone, and no round is begun that would
+    take more than the ``limits`` or `MEMORY` by prediction, or more steps than can be stored. Where a finer round
+    fails, the one before is the answer, its seat on file again, and comes once more, ``stopped`` telling why.
+
+    Args:
+        tell: hears of each round what error it left and what it took, and what the next one would.
+        start: of the run (`time.perf_counter`), from which ``limits.seconds`` count.
+
+    Yields:
+        Each finished round, before the next begins; one that is not the last has that in ``stopped``.
+    """
+    deadline = limits.seconds + (time.perf_counter() if start is None else start)
+    done = _measured(_first_round, plan, folder, watch, progress)
+    while True:
+        further: Plan | None = None
+        why = ""
+        try:
+            if not done.met:
+                further, why = next_plan(done, limits, deadline - time.perf_counter())
+        except FAILURES as problem:
+            why = _impossible(problem)
+        tell(in_words(done))
+        if further is None:
+            yield replace(done, stopped=why)
+            return
+        number = done.number + 1
+        yield replace(done, stopped=f"round {number} was begun and not finished")
+        cost = f"about {price(done, further):.2g} s and {further.cost.memory / 1e9:.2g} GB predicted"
+        tell(f"round {done.number} is on file; round {number} follows, {cost}: {changed(done, further)}")
+        try:
+            done = _measured(_round, further, folder, watch, _until(deadline, progress), done)
+        except FAILURES as problem:
+            yield replace(done, stopped=_impossible(problem) + _seat_again(done, further, folder))
+            return
+        except KeyboardInterrupt:
+            _seat_again(done, further, folder)
+            raise
+
+
+class OutOfTime(RuntimeError):
+    """A further round has outlasted the time allowed."""
+
+
+def _until(deadline: float, progress: Progress) -> Progress:
+    """``progress``, which ends the work that reports to it once the time is over."""
+
+    def listen(stage: str, done: float) -> None:
+        if time.perf_counter() > deadline:
+            raise OutOfTime(f"--max-time is over ({stage})")
+        progress(stage, done)
+
+    return listen
+
+
+def _measured(
+    carried_out: Callable[..., Round], plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *more: Round
+) -> Round:
+    """A round with its number, and what it took."""
+    before = dict(watch.stages)
+    done = carried_out(plan, folder, watch, progress, *more)
+    spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
+    number, known = (more[0].number + 1, more[0].paces) if more else (1, {})
+    return replace(done, number=number, spent=spent, memory=peak_memory(), paces=paces(spent, plan, known))
+
+
+def _impossible(problem: Exception) -> str:
+    if isinstance(problem, OutOfTime):
+        return f"the next round was stopped: {problem}"
+    told = str(problem) or ("out of memory" if isinstance(problem, MemoryError) else type(problem).__name__)
+    return f"a finer round is not possible: {told}"
+
+
+def _seat_again(done: Round, further: Plan, folder: Path) -> str:
+    """The seat of ``done`` on file where the round that failed may have written a finer one; if it cannot be, words."""
+    if further.scene.seat_key() == done.plan.scene.seat_key():
+        return ""
+    try:
+        save_greens(done.seat.greens, folder / SEAT_FILE, key=done.plan.scene.seat_key())
+    except OSError as unwritten:
+        return f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
+    return ""
+
+
+def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
+    """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
+    if not any(choice.key == TOLERANCE and not choice.given for choice in plan.choices):
+        return _round(plan, folder, watch, progress)
+    for tolerance in (t for t in LOOSER if isinstance(plan.scene.seat, ElasticSeat)):
+        try:
+            return _round(plan, folder, watch, progress)
+        except ConvergenceError:
+            plan = replace(plan, scene=replaced(plan.scene, {TOLERANCE: tolerance}))
+    return _round(plan, folder, watch, progress)
+
+
+def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None) -> Round:
+    """``before``: the round whose seat serves again if nothing of it has become finer."""
+    scene = plan.scene
+    if before is not None and before.plan.scene.seat_key() == scene.seat_key():
+        seat, reused = before.seat, before.reused
+    else:
+        seat, reused = seat_of(scene, folder / SEAT_FILE, watch, progress)
+    striker = striker_of(scene)
+    dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
+    check_length(scene, dt)
+    with watch("contact"):
+        contacts = solve_contact(scene, striker, seat.greens, dt, progress)
+        result, rings = whole_patch(contacts), contacts if contacts.force.ndim > 1 else None
+    wanted = "stress" in scene.accuracy.measures
+    with watch("reed stress"):
+        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
+    with watch("error budget"):
+        left = error_budget(scene, seat, striker, result, stress if wanted else None)
+    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left), rings)
+
+
+def _at_least_planned(plan: Plan, left: Budget) -> Budget:
+    """No less of step and model than the plan's pre-runs say, which also know finer steps, more modes, and waves.
+
+    A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
+    """
+
+    def at_least(source: Source, part: Values) -> Values:
+        planned = plan.shares.get(source, {})
+        return {name: max(value, planned.get(name, 0.0) * abs(left.values[name])) for name, value in part.items()}
+
+    raised: dict[str, Values] = {
+        source: at_least(source, left.parts[source]) for source in BY_PRE_RUNS if source in left.parts
+    }
+    return replace(left, parts={**left.parts, **raised})

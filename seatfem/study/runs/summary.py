@@ -1,0 +1,125 @@
+"""The flat keys of summary.json, units in their names."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from impact import measures
+from impact.after.regime import in_words, regime
+from impact.after.result import ImpactResult
+from impact.after.stresses import PeakStress, ReedStress
+from impact.bodies.body import Body
+from impact.files.atomic import whole_file
+from impact.greens.base import GreensFunction
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.study.impacts.budget import KEYS
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.rounds import Round
+
+
+def summarise(result: ImpactResult, filter_width: float, stress: ReedStress | None = None) -> dict[str, object]:
+    """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress."""
+    raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
+    touched = len(groups) > 0
+    return {
+        "peak_force_N": measures.peak_force(result),
+        "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
+        "filter_width_s": filter_width,
+        "impulse_Ns": measures.impulse(result),
+        "first_contact_s": float(groups[0, 0]) if touched else None,
+        "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
+        "contact_count": len(groups),
+        "contact_count_raw": len(raw),
+        "restitution": _restitution(result),
+        "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
+        "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
+        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
+        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
+        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
+        "energy_residual": result.energy.residual,
+        "energy_by_work": ", ".join(result.energy.by_work),
+        "contact_loss_J": float(result.energy.contact_loss[-1]),
+        "time_step_s": result.dt,
+        "history_engine": result.engine,
+    }
+
+
+def _restitution(result: ImpactResult) -> float | None:
+    """``None`` where it is not defined: no contact, one that is not over, no approach."""
+    try:
+        found = measures.restitution(result)
+    except measures.MeasureError:
+        return None
+    return found if math.isfinite(found) else None
+
+
+def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
+    """Where the impact stands among the regimes, in one line and in numbers; ``None`` for a number without meaning."""
+    found = regime(striker, Body(seat), result)
+    return {"regime": in_words(found)} | {
+        f"regime_{name}": value if math.isfinite(value) else None
+        for name, value in (
+            ("mass_ratio", found.mass_ratio),
+            ("round_trips_per_contact", found.round_trips_per_contact),
+            ("zener_lambda", found.zener_lambda),
+            ("predicted_peak_error", found.predicted_peak_error),
+        )
+    }
+
+
+def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
+    value, at, time_of = (peak.value, peak.at, peak.time) if peak else (None, None, None)
+    return {f"{name}_Pa": value, f"{name}_at_m": at, f"{name}_time_s": time_of}
+
+
+def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
+    """The stated error of the seat's Green's function."""
+    error = greens.error_estimate
+    return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
+
+
+def accuracy_keys(done: Round) -> dict[str, object]:
+    """The target, whether it was met, and in how many rounds."""
+    accuracy = done.plan.scene.accuracy
+    return {
+        "accuracy_target": accuracy.target,
+        "accuracy_measures": ", ".join(accuracy.measures),
+        "accuracy_met": done.met,
+        "accuracy_rounds": done.number,
+        "accuracy_round_time_s": sum(done.spent.values()),
+        "peak_memory_bytes": done.memory if math.isfinite(done.memory) else None,
+        "accuracy_stopped_because": done.stopped,
+    }
+
+
+def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
+    """Every choice of the plan that was carried out, with its unit, and what was predicted of it."""
+    return {
+        "plan_wall_time_s": seconds,
+        "plan_seat_level": plan.level,
+        **{f"plan_{choice.key.replace('.', '_')}": choice.value for choice in plan.choices},
+        "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
+        "plan_predicted_time_s": plan.cost.seconds,
+        "plan_predicted_memory_bytes": plan.cost.memory,
+        **{f"plan_predicted_error_{KEYS[name]}": error for name, error in plan.error.items()},
+    }
+
+
+def timing_keys(watch: Stopwatch, start: float) -> dict[str, object]:
+    """Time spent up to now [s], in all since ``start`` (`time.perf_counter`) and by stage."""
+    return {
+        "wall_time_s": time.perf_counter() - start,
+        "stages_s": {stage: round(spent, 3) for stage, spent in watch.stages.items()},
+    }
+
+
+def write_json(path: Path, data: Mapping[str, object]) -> None:
+    """Whole or not at all."""
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(data, indent=2, default=str) + "\n", encoding="utf-8")

@@ -1,0 +1,215 @@
+"""Writes docs/scene.md from the models, so that it cannot lag behind (`make docs`)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel, BeforeValidator
+from pydantic.fields import FieldInfo
+
+from impact.files.atomic import write_whole
+from seatfem.fields import ReadQuantity
+from seatfem.structures.kinds.parts import Material
+from seatfem.structures.kinds.selectors import ByColour
+from seatfem.structures.named_materials import NAMED_MATERIALS
+from seatfem.study.scene import Scene
+from seatfem.units import DIMENSIONS
+
+_HEAD = """\
+# Scene files
+
+A scene is a TOML file. Quantities are strings with a unit (`"3 mm"`); pure numbers are bare (`0.1`) or percentages
+(`"10 %"`). Unknown keys are errors, and all errors are reported at once, each with its line. Files are looked for from
+the folder of the scene. This page is made from the program's own definitions (`make docs`).
+
+"""
+_MATERIALS = """\
+Materials by name; a value beside the name overrules it, as in `material = { name = "steel", young = "210 GPa" }`. The
+values are generic ones at room temperature: a casting may be a tenth off.
+
+| name | E (GPa) | nu | density (kg/m^3) | source |
+|---|---|---|---|---|
+"""
+_FACES = """\
+## Faces
+
+Faces of a CAD seat are named by colour, place, surface, name or number; `seatfem faces part.step` shows them, as
+a table and as a picture with their numbers, and `seatfem faces scene.toml` those that a scene selects. A key that only
+one kind of selector has stands for the kind:
+
+    contact = { number = 7 }                                   # or { numbers = [7, 9] }
+    fixed = { radius = "2.25 mm", several = true }             # all bolt holes, wherever their axes are
+    fixed = { radius = "4 mm", axis_point = ["15 mm", "0 mm", "0 mm"] }
+    contact = { normal = [0, 0, 1], offset = "14 mm", radius_max = "10 mm" }
+    groups.rim = { colour = [0, 255, 0] }                      # for supports: on = "rim"
+    contact = { of = [{ number = 3 }, { name = "SEAT" }] }
+
+Numbers are places in the file's order: they stay as long as the file does, and may change with the next export.
+
+"""
+_PLAIN = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
+_NUMBERS = {2: "two", 3: "three", 4: "four"}
+_COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
+
+
+def scene_page() -> str:
+    """The whole page, as Markdown. A table that stands in several others is described once, at the end."""
+    sections = [(name, table) for name, field in Scene.model_fields.items() for table in _tables(field.annotation)]
+    inner = dict.fromkeys(
+        (name, part)
+        for _, table in sections
+        for name, field in table.model_fields.items()
+        for part in _tables(field.annotation)
+    )
+    parts = [_HEAD, "## Top level\n\n", _table(Scene)]
+    parts += [_section(f"[{name}]", table) for name, table in sections]
+    for name, table in _once(inner):
+        if table is ByColour:
+            parts.append(_FACES)
+        parts.append(_section(f"{name} = {{ ... }}", table))
+        if table is Material:
+            parts.append(_named_materials())
+    return "".join(parts).rstrip() + "\n"
+
+
+def _named_materials() -> str:
+    rows = (
+        f"| `{_toml(name)}` | {found.young / 1e9:g} | {found.poisson:g} | {found.density:g} | {found.source} |\n"
+        for name, found in NAMED_MATERIALS.items()
+    )
+    return _MATERIALS + "".join(rows) + "\n"
+
+
+def _once(inner: Iterable[tuple[str, type[BaseModel]]]) -> Iterator[tuple[str, type[BaseModel]]]:
+    """Each table once, under all the names it goes by."""
+    names: dict[type[BaseModel], list[str]] = {}
+    for name, table in inner:
+        names.setdefault(table, []).append(name)
+    for table, known_as in names.items():
+        yield ", ".join(known_as), table
+
+
+def _section(name: str, table: type[BaseModel]) -> str:
+    kind = f', kind = "{_kind(table)}"' if "kind" in table.model_fields else ""
+    return f"## {name}{kind}\n\n{_summary(table)}\n\n{_table(table)}"
+
+
+def _table(table: type[BaseModel]) -> str:
+    rows = (
+        f"| `{key}` | {_holds(field)} | {_default(field)} | {field.description or ''} |\n"
+        for key, field in table.model_fields.items()
+        if key != "kind"
+    )
+    return _COLUMNS + "".join(rows) + "\n"
+
+
+def _summary(table: type[BaseModel]) -> str:
+    return " ".join((table.__doc__ or "").split())
+
+
+def _holds(field: FieldInfo) -> str:
+    if elements := _elements(field):
+        return _several(field, elements)
+    if (quantity := _measured(_notes(field))) is not None:
+        return quantity
+    options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
+    if options:
+        return ", ".join(f"`{_toml(option)}`" for option in options)
+    if _tables(field.annotation):
+        origin = get_origin(field.annotation)
+        return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
+    return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
+
+
+def _measured(notes: Iterable[object]) -> str | None:
+    """A quantity with its unit, or a number: what the reader among a key's notes takes."""
+    for note in notes:
+        if isinstance(note, BeforeValidator):
+            reader: Any = note.func
+            return _quantity(reader.dimension) if isinstance(reader, ReadQuantity) else "number"
+    return None
+
+
+def _elements(field: FieldInfo) -> tuple[Any, ...]:
+    """The types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
+    for kind in (field.annotation, *get_args(field.annotation)):
+        if get_origin(kind) is tuple and not _tables(kind):
+            return get_args(kind)
+    return ()
+
+
+def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
+    """How many of what, with an example."""
+    first = elements[0]
+    if elements[1:] == (Ellipsis,):
+        return f"list of {_one_of(first)}"
+    if get_origin(first) is tuple:
+        return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
+    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(_leaves(first)))]
+    dimension = measured.partition(",")[0]
+    example = (field.examples or [[DIMENSIONS[dimension].example] * len(elements)])[0]
+    return f"list of {_NUMBERS[len(elements)]} {dimension}s, `{_toml(example)}`"
+
+
+def _one_of(kind: Any) -> str:
+    if get_origin(kind) is Literal:
+        return ", ".join(f"`{_toml(option)}`" for option in get_args(kind))
+    return f"{_PLAIN[next(iter(_leaves(kind)))]}s"
+
+
+def _quantity(dimension: str) -> str:
+    return f'{dimension}, `"{DIMENSIONS[dimension].example}"`'
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    if field.default is None:
+        return "absent"
+    if field.default == () or (field.default == {} and get_origin(field.annotation) is dict):
+        return "none"
+    if isinstance(field.default, BaseModel) or field.default == {}:
+        return "see below"
+    return f"`{_toml(field.default)}`"
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _kind(table: type[BaseModel]) -> str:
+    return str(get_args(table.model_fields["kind"].annotation)[0])
+
+
+def _notes(field: FieldInfo) -> Iterator[object]:
+    """What is annotated to the field, or to one side of `... | None`."""
+    yield from field.metadata
+    for kind in get_args(field.annotation):
+        if get_origin(kind) is Annotated:
+            yield from get_args(kind)[1:]
+
+
+def _leaves(annotation: object) -> Iterator[Any]:
+    """The plain types behind unions and annotations."""
+    if get_origin(annotation) is Literal or not get_args(annotation):
+        yield annotation
+        return
+    for part in get_args(annotation):
+        yield from _leaves(part)
+
+
+def _tables(annotation: object) -> list[type[BaseModel]]:
+    return [kind for kind in _leaves(annotation) if isinstance(kind, type) and issubclass(kind, BaseModel)]
+
+
+if __name__ == "__main__":
+    write_whole(sys.argv[1], scene_page().encode("utf-8"))

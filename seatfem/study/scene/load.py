@@ -1,0 +1,91 @@
+"""A scene file, read and checked."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from impact.files.input_files import MB, read_text
+from seatfem.study.scene.locate import KeyPath, key_lines
+from seatfem.study.scene.models import Scene
+from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+
+LIMIT: Final = 1 * MB
+DEEPEST: Final = 32
+_DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
+"""Reading them takes the square of their length."""
+
+
+class _Unreadable(ValueError):
+    """Why a file is no scene."""
+
+
+def load_scene(path: Path | str) -> Scene:
+    """Read a scene file (TOML, up to 1 MB). Files that it names are looked for from its own folder.
+
+    Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
+    units, values out of range, and keys that contradict each other.
+    """
+    path = Path(path)
+    text = _read(path)
+    data = _parse(text, path)
+    try:
+        return Scene.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise SceneError(explain(error, Scene, data, path, _lines(text))) from None
+
+
+def located(error: SceneError, path: Path) -> SceneError:
+    """The same problems with the scene's file, and the lines of their keys in it."""
+    if all(problem.file for problem in error.problems):
+        return error
+    lines = _lines(_read(path))
+    problems = (
+        problem if problem.file else replace(problem, file=path, line=line_of(problem.path, lines))
+        for problem in error.problems
+    )
+    return SceneError(tuple(sorted(problems, key=lambda problem: problem.line)))
+
+
+def _read(path: Path) -> str:
+    try:
+        return read_text(path, LIMIT, _Unreadable)
+    except (OSError, _Unreadable) as error:
+        raise _whole_file(path, f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from None
+    except UnicodeDecodeError as error:
+        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}); a scene is a TOML file") from None
+
+
+def _parse(text: str, path: Path) -> dict[str, Any]:
+    if found := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; a scene has four levels"),))
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(place[1]) if place else text.count("\n") + 1
+        message = re.sub(r"\s*\(at .*\)$", "", str(error))
+        column = f" (column {place[2]})" if place else " (end of file)"
+        raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}"),)) from None
+    except RecursionError:
+        raise _whole_file(path, "tables or arrays are nested too deeply; a scene has four levels") from None
+    except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
+        raise _whole_file(path, f"TOML: {error}") from None
+
+
+def _lines(text: str) -> dict[KeyPath, int]:
+    """Without lines where nesting is deeper than the reader of places goes."""
+    try:
+        return key_lines(text)
+    except RecursionError:
+        return {}
+
+
+def _whole_file(path: Path, message: str) -> SceneError:
+    return SceneError((Problem(path, 0, "", message),))

@@ -1,0 +1,185 @@
+"""What is wrong with a scene, in words: all of it at once, each with file, line and key."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Final, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from seatfem.fields import KeyProblem
+from seatfem.study.scene.locate import KeyPath
+
+MOST: Final = 100
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing to mend. `line` counts from 1; 0 where the whole file is meant; `file` is None where it is not known.
+
+    `path`: of the key, part by part, for who knows the file (`seatfem.study.scene.located`).
+    """
+
+    file: Path | None
+    line: int
+    key: str
+    message: str
+    path: KeyPath = ()
+
+    def __str__(self) -> str:
+        if self.file is None:
+            return f"{self.key}: {self.message}"
+        place = f"{self.file}:{self.line}" if self.line else str(self.file)
+        told = f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+        return told.replace("\n", "\\n")  # keys may hold line ends
+
+
+class SceneError(ValueError):
+    """A scene cannot be used; `problems` lists everything that is wrong with it."""
+
+    def __init__(self, problems: tuple[Problem, ...]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = problems
+
+
+def explain(
+    error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
+) -> tuple[Problem, ...]:
+    """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
+    found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
+    found.sort(key=lambda place: place.line)
+    problems = [
+        Problem(file, place.line, place.key, _message(place.details, place.path, place.table, data))
+        for place in found[:MOST]
+    ]
+    if len(found) > MOST:
+        problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on"))
+    return tuple(problems)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """What pydantic found, and where in the file."""
+
+    details: ErrorDetails
+    path: KeyPath
+    table: type[BaseModel] | None
+    line: int
+
+    @property
+    def key(self) -> str:
+        return ".".join(str(part) for part in self.path)
+
+    @staticmethod
+    def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
+        path, table = _walk(model, details["loc"])
+        cause = details.get("ctx", {}).get("error")
+        if isinstance(cause, KeyProblem):
+            path = (*path, *cause.key.split("."))
+        if details["type"].startswith("union_tag"):
+            path = (*path, "kind")
+        return _Place(details, path, table, line_of(path, lines))
+
+
+def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
+    """The line of the key, or of the nearest table around it."""
+    return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
+
+
+def _message(details: ErrorDetails, path: KeyPath, table: type[BaseModel] | None, data: Mapping[str, Any]) -> str:
+    context = details.get("ctx", {})
+    written = _written(data, path)
+    match details["type"]:
+        case "extra_forbidden":
+            return "unknown key" + _known(str(path[-1]), list(table.model_fields) if table else [])
+        case "missing":
+            return "required key is missing" + _purpose(table, path[-1])
+        case "union_tag_not_found":
+            return "required key is missing"
+        case "union_tag_invalid":
+            return _not_one_of(context["tag"], context["expected_tags"])
+        case "literal_error":
+            return _not_one_of(written, context["expected"])
+        case "greater_than" if context["gt"] == 0:
+            return f"{written!r} is not positive"
+        case "greater_than_equal" if context["ge"] == 0:
+            return f"{written!r} is negative"
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"{written!r} is no table; write [{path[-1]}] or {path[-1]} = {{ ... }}"
+        case "value_error":
+            return str(context["error"])
+    return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _not_one_of(written: object, expected: str) -> str:
+    allowed = expected.replace(" or ", ", ")
+    names = [name.strip().strip("'") for name in allowed.split(",")]
+    return f"{written!r} is not one of {allowed}" + _did_you_mean(str(written), names)
+
+
+def _did_you_mean(written: str, known: list[str]) -> str:
+    close = get_close_matches(written, known, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def _known(written: str, known: list[str]) -> str:
+    return _did_you_mean(written, known) or f"; known here: {', '.join(known)}"
+
+
+def _purpose(table: type[BaseModel] | None, key: object) -> str:
+    field = table.model_fields.get(str(key)) if table else None
+    return f": {field.description}" if field and field.description else ""
+
+
+def _written(data: object, path: KeyPath) -> object:
+    """What the file says at `path`; None where it says nothing."""
+    for part in path:
+        among = isinstance(data, Mapping) and part in data
+        if not (among or (isinstance(data, list) and isinstance(part, int) and part < len(data))):
+            return None
+        data = data[part]  # type: ignore[index]
+    return data
+
+
+def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None]:
+    """The path in the file (without the tags that pydantic puts in), and the table its last key belongs to."""
+    table: type[BaseModel] | None = model
+    tables: tuple[type[BaseModel], ...] = ()
+    named = False  # the next part is a name that the user chose
+    path: KeyPath = ()
+    for part in location:
+        if isinstance(part, int) or named:
+            path, named = (*path, part), False
+            continue
+        if len(tables) > 1 and part in (tags := {_kind(each): each for each in tables}):
+            table, tables = tags[str(part)], ()
+            continue
+        if len(tables) == 1:
+            table = tables[0]
+        field = table.model_fields.get(str(part)) if table else None
+        tables = _tables(field.annotation) if field else ()
+        named = field is not None and _by_name(field.annotation)
+        path = (*path, part)
+    return path, table
+
+
+def _by_name(annotation: object) -> bool:
+    """Whether the user chooses the keys of this table."""
+    return get_origin(annotation) is dict
+
+
+def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return (annotation,)
+    if get_origin(annotation) in (Union, types.UnionType, Annotated, dict, tuple, list):
+        return tuple(table for part in get_args(annotation) for table in _tables(part))
+    return ()
+
+
+def _kind(table: type[BaseModel]) -> str:
+    return str(get_args(table.model_fields["kind"].annotation)[0])

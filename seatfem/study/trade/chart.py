@@ -1,0 +1,167 @@
+"""Time against error, one panel for each measure, with the Pareto front and the planner's choice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from seatfem.study.trade.ladder import BY_HAND
+from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+
+COLOURS: Final = {
+    "spring": GREY,
+    "rod": ORANGE,
+    "axisymmetric": BLUE,
+    "harmonics": BLUE,
+    "sector": GREEN,
+    "3d": PURPLE,
+    "as given": SKY,
+}
+FAMILIES: Final = {
+    "spring": "spring",
+    "rod": "rod",
+    "axisymmetric": "axisymmetric",
+    "harmonics": "Fourier harmonics",
+    "sector": "sector",
+    "3d": "3-D",
+    "as given": "seat as given",
+}
+MARKERS: Final = {
+    "diagonal": ("o", "mesh and band"),
+    "by hand": ("s", "guess by hand, no error bar"),
+    "mesh": ("v", "mesh alone"),
+    "order": ("D", "order 1"),
+    "band": ("^", "band alone"),
+    "tolerance": ("<", "tolerance"),
+    "road": (">", "road to g"),
+    "reed modes": ("P", "reed modes"),
+    "time step": ("X", "time step"),
+    "history": ("p", "history engine"),
+}
+PER_ROW: Final = 3
+_MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
+
+
+def draw_trade(trade: Trade, path: Path) -> None:
+    """One panel for each measure the scene asks for.
+
+    Errors below the reference's own uncertainty (shaded) are drawn at its edge. Line: Pareto front, without the guesses
+    (hollow).
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    count = len(trade.measures)
+    columns = min(count, PER_ROW)
+    rows = math.ceil(count / PER_ROW)
+    with sheet(path, 0.6 + 3.3 * columns, 1.5 + 3.0 * rows) as figure:
+        figure.suptitle(f"{trade.title}: speed for accuracy")
+        panels = figure.subplots(rows, columns, squeeze=False, sharex=True).flat
+        for axes, measure in zip(panels, trade.measures, strict=False):
+            _panel(axes, trade, measure)
+        for axes in list(panels)[count:]:
+            axes.set_axis_off()
+        figure.legend(
+            handles=_legend(trade),
+            loc="outside lower center",
+            ncols=2 * columns + 1,
+            columnspacing=1.2,
+            handletextpad=0.3,
+        )
+
+
+def _panel(axes: Axes, trade: Trade, measure: str) -> None:
+    floor = 100 * trade.floor[measure]
+    axes.set(xscale="log", yscale="log", xlabel="processor time [s]", ylabel="error [%]")
+    axes.set_title(measure.replace("_", " ").capitalize())
+    for point in trade.done():
+        if point.varied in MARKERS:
+            cost, error = trade.cost(point.name), 100 * trade.trusted_error(point.name, measure)
+            marker = MARKERS[point.varied][0]
+            guess, colour = point.varied == BY_HAND, COLOURS[point.family]
+            axes.plot(
+                cost, error, marker, color="none" if guess else colour, markersize=5, alpha=0.85,
+                markeredgecolor=colour if guess else "white", markeredgewidth=1.0 if guess else 0.4, zorder=3,
+            )  # fmt: skip
+    _front(axes, trade, measure)
+    axes.axhline(100 * trade.target, color="black", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1.6)
+    low, high = _limits(trade, measure)
+    axes.set_ylim(low, high)
+    costs = [trade.cost(point.name) for point in trade.done()]
+    _ticks(axes.xaxis, math.log10(max(costs) / min(costs)))
+    _ticks(axes.yaxis, math.log10(high / low))
+    axes.axhspan(low, floor, color=GREY, alpha=0.22, linewidth=0, zorder=1.4)
+    axes.annotate(
+        "target", (1.0, 100 * trade.target), (-2, 2), xycoords=("axes fraction", "data"),
+        textcoords="offset points", ha="right", va="bottom", fontsize=7.5,
+    )  # fmt: skip
+    axes.annotate(
+        "the reference's own uncertainty", (0.02, low), (0, 3), xycoords=("axes fraction", "data"),
+        textcoords="offset points", ha="left", va="bottom", fontsize=7, color="#555555",
+    )  # fmt: skip
+    for name, marker, size in _marked(trade):
+        axes.plot(
+            trade.cost(name), 100 * trade.trusted_error(name, measure), marker, markersize=size, zorder=5,
+            markerfacecolor="#F0E442", markeredgecolor="black", markeredgewidth=0.9,
+        )  # fmt: skip
+
+
+def _limits(trade: Trade, measure: str) -> tuple[float, float]:
+    """Of the error [%]: from below the floor to above the largest error."""
+    errors = [100 * trade.trusted_error(point.name, measure) for point in trade.done()]
+    shown = [*(e for e in errors if math.isfinite(e) and e > 0), 100 * trade.target]
+    return max(min(shown) / 4, 1e-12), 2.5 * max(shown)
+
+
+def _front(axes: Axes, trade: Trade, measure: str) -> None:
+    names = trade.front(measure)
+    costs = [trade.cost(name) for name in names]
+    errors = [100 * trade.trusted_error(name, measure) for name in names]
+    longest = max((trade.cost(point.name) for point in trade.done()), default=1.0)
+    axes.plot(
+        [*costs, longest], [*errors, *errors[-1:]], drawstyle="steps-post", color="black", linewidth=1.0, zorder=2
+    )
+
+
+def _marked(trade: Trade) -> list[tuple[str, str, float]]:
+    return [m for m in _MARKS if m[0] in trade.outcomes and trade.outcomes[m[0]].state == "done"]
+
+
+def _ticks(axis: Axis, decades: float) -> None:
+    """Plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
+    from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _legend(trade: Trade) -> Sequence[Any]:
+    """Families by colour, what is varied by shape, then the lines."""
+    from matplotlib.lines import Line2D  # pictures are optional
+
+    def handle(label: str, marker: str, colour: str, size: float = 5.0) -> Line2D:
+        return Line2D([], [], color=colour, marker=marker, linestyle="", markersize=size, label=label)
+
+    shown = trade.done()
+    families = [f for f in COLOURS if any(p.family == f and p.varied in MARKERS for p in shown)]
+    varied = [v for v in MARKERS if any(p.varied == v for p in shown)]
+    handles = [handle(FAMILIES[f], "o", COLOURS[f], 7.0) for f in families]
+    handles += [handle(MARKERS[v][1], MARKERS[v][0], "#333333") for v in varied]
+    handles.append(Line2D([], [], color="black", linewidth=1.0, label="Pareto front"))
+    for name, marker, size in _MARKS:
+        if name in trade.outcomes:
+            outcome = trade.outcomes[name]
+            there = outcome.state == "done"
+            words = name if there else f"{name}: {outcome.reason[:60]}"
+            mark = handle(words, marker, "#F0E442" if there else "white", size - 2)
+            mark.set_markeredgecolor("black" if there else GREY)
+            handles.append(mark)
+    return handles

@@ -1,0 +1,253 @@
+"""The fidelity ladder of a scene: every model that describes its seat, coarse to fine.
+
+Not the full product of all choices, but
+- the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
+- around one centre, each choice varied alone: mesh, order, band, tolerance, road, reed modes, step, history engine;
+- the column under the contact as a spring and as a rod: what is used where there are no finite elements.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final, get_args
+
+from impact.march.engines import Engine
+from seatfem.structures.seats.levels import Level, applicable
+from seatfem.structures.seats.needs import PER_WAVELENGTH
+from seatfem.structures.seats.solids import solid
+from seatfem.study.planning.filling import is_given
+from seatfem.study.scene import BarSeat, Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
+from seatfem.study.trade.column import column_of
+from seatfem.study.trade.point import Point
+from seatfem.study.trade.settings import Settings, written
+
+BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
+RATIO: Final = 1.6  # between neighbouring rungs
+BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
+DEPTH: Final = 3  # rungs of the diagonal below the centre
+ACROSS: Final = {True: 1, False: 2}  # elements over the column's height and the patch's width; true: in 3-D
+TOLERANCES: Final = (0.1, 0.003)  # beside the centre's
+REED_MODES: Final = (10, 20, 80)
+STEPS_PER_FILTER: Final = (2, 8, 32)
+SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
+ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
+ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
+REFERENCE_MODES: Final = 128
+
+
+@dataclass(frozen=True)
+class Centre:
+    """The fidelity that the ladder is built around, SI.
+
+    ``level``: the cheapest that leaves nothing out; ``None`` for seats that are not drawn.
+    """
+
+    level: Level | None
+    size: float | None
+    contact_size: float | None
+    bandwidth: float | None
+    tolerance: float | None
+    n_modes: int | None
+
+    def settings(self, fineness: float = 0.0, *, band: bool = True) -> Settings:
+        """As stated keys, mesh (and ``band``) finer by `RATIO` to the power ``fineness``."""
+        factor = RATIO**fineness
+        values: dict[str, object] = {
+            "seat.model": self.level,
+            "seat.mesh.size": _over(self.size, factor),
+            "seat.mesh.contact_size": _over(self.contact_size, factor),
+            "seat.mesh.order": 2 if self.size else None,
+            "seat.greens.bandwidth": _over(self.bandwidth, 1 / factor if band else 1.0),
+            "seat.greens.tolerance": self.tolerance,
+            "reed.n_modes": self.n_modes,
+        }
+        return {key: written(key, value) for key, value in values.items() if value is not None}
+
+
+def centre_of(scene: Scene) -> Centre:
+    """What the file states; what it leaves open follows the filter's band, the waves in it and the struck face."""
+    seat, reed = scene.seat, scene.reed
+    n_modes = reed.n_modes if isinstance(reed, Cantilever) else None
+    if not isinstance(seat, ElasticSeat | Matrices):
+        return Centre(None, None, None, None, None, n_modes)
+    given, tolerance = is_given(scene, "seat.greens.bandwidth"), seat.greens.tolerance
+    bandwidth = seat.greens.bandwidth if given else BAND_PER_FILTER / scene.run.filter_width
+    if not isinstance(seat, DrawnSeat):
+        return Centre(None, None, None, bandwidth, tolerance, n_modes)
+    level = next(a.level for a in applicable(seat) if a.applies and a.error == 0.0)
+    size, contact = _sizes(seat, level, bandwidth)
+    return Centre(level, size, contact, bandwidth, tolerance, n_modes)
+
+
+def _sizes(seat: DrawnSeat, level: Level, bandwidth: float) -> tuple[float, float]:
+    """Bulk and contact: `ACROSS` the column's height and the patch's width, and what the slowest wave needs."""
+    slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
+    wave, column = slowest / (PER_WAVELENGTH[level] * bandwidth), column_of(seat)
+    across = ACROSS[level in SOLID]
+    size = seat.mesh.size or (wave if column is None else min(wave, column.height / across))
+    contact = seat.mesh.contact_size or (0.4 * size if column is None else min(size, column.width / across))
+    return size, min(contact, size)
+
+
+def ladder(scene: Scene, *, quick: bool = False) -> tuple[Point, ...]:
+    """Every rung that applies to the scene, each family from coarse to fine; ``quick``: about a third of them."""
+    centre = centre_of(scene)
+    depth = 2 if quick else DEPTH
+    points = [*_by_hand(scene), *_diagonals(scene, centre, depth), *_around(scene, centre)]
+    if not quick:
+        return tuple(points)
+    return tuple(p for p in points if p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
+
+
+_QUICK: Final = ("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter")
+
+
+def _by_hand(scene: Scene) -> Iterator[Point]:
+    """The column as a spring and as a rod."""
+    seat = scene.seat
+    if isinstance(seat, Rod):
+        stiffness = seat.young * seat.cross_section / seat.length
+        yield _spring_point("spring, E A/L", stiffness)
+    if not isinstance(seat, DrawnSeat) or (column := column_of(seat)) is None:
+        return
+    yield _spring_point("spring, column E A/h", column.stiffness)
+    if isinstance(seat, BarSeat):  # its column is what the level "rod" is
+        return
+    rod = {
+        "kind": "rod",
+        "young": f"{column.young!r} Pa",
+        "density": f"{column.density!r} kg/m^3",
+        "length": f"{column.height!r} m",
+        "area": f"{column.area!r} m^2",
+        "damping_ratio": seat.damping_ratio,
+    }
+    yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
+
+
+def _spring_point(name: str, stiffness: float) -> Point:
+    return Point(name, "spring", BY_HAND, {"seat": {"kind": "spring", "stiffness": f"{stiffness!r} N/m"}})
+
+
+def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
+    """Mesh and band together, for each level; that of the centre last, and up to the centre."""
+    if centre.size is None:
+        yield Point("as given", "as given", "diagonal", centre.settings())
+        return
+    assert isinstance(scene.seat, DrawnSeat)
+    if "spring" in get_args(type(scene.seat).model_fields["model"].annotation):
+        for k in (-1, 0):
+            yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
+    for found in applicable(scene.seat):
+        if found.applies and found.error > 0:  # a closed form: nothing to refine
+            yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
+        elif found.applies and found.level != centre.level:
+            yield from _chain(replace(centre, level=found.level), -depth, -1)
+    yield from _chain(centre, -depth, 0)
+
+
+def solid_level(centre: Centre) -> bool:
+    """Whether the centre's meshes are three-dimensional."""
+    return centre.level in SOLID
+
+
+def finer_rung(scene: Scene, fineness: int) -> Point:
+    """The diagonal beyond the centre, for as far as it can be afforded."""
+    centre = centre_of(scene)
+    return replace(_rung(centre, str(centre.level), fineness), after=_name(str(centre.level), fineness - 1))
+
+
+def _chain(centre: Centre, first: int, last: int) -> Iterator[Point]:
+    """Rungs of one level; none is tried beyond one that did not end."""
+    before = ""
+    for k in range(first, last + 1):
+        rung = replace(_rung(centre, str(centre.level), k), after=before)
+        before = rung.name
+        yield rung
+
+
+def _rung(centre: Centre, family: str, fineness: int) -> Point:
+    settings = {**centre.settings(fineness), "seat.model": family}
+    return Point(_name(family, fineness), family, "diagonal", settings)
+
+
+def _name(family: str, fineness: int) -> str:
+    return f"{family}, size / {RATIO**fineness:.2f}" if fineness else f"{family}, centre"
+
+
+def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
+    """Each choice varied alone; the rest is the centre's."""
+    family = str(centre.level or "as given")
+    base = centre.settings()
+
+    def vary(name: str, varied: str, key: str, value: object) -> Point:
+        return Point(name, family, varied, {**base, key: written(key, value)})
+
+    if centre.size is not None:
+        for k in (-2, -1):
+            yield Point(f"mesh / {RATIO**k:.2f}", family, "mesh", centre.settings(k, band=False))
+        yield vary("order 1", "order", "seat.mesh.order", 1)
+    if centre.bandwidth is not None:
+        for k in (-1, 1):
+            value = centre.bandwidth * RATIO**k
+            yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
+        for tolerance in TOLERANCES:
+            yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
+        yield from (replace(p, settings={**base, **p.settings}) for p in _roads(scene, centre, family))
+    if isinstance(scene.reed, Cantilever):
+        for number in REED_MODES:
+            yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
+    yield from _in_time(scene, base, family)
+
+
+def _roads(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
+    """Roads to g; Lanczos needs the diagonal mass of hexahedra, time stepping takes no modal damping."""
+    if centre.level == "harmonics":
+        return
+    seat = scene.seat
+    for road in ("krylov", "modes", "second_order"):
+        yield Point(f"road {road}", family, "road", {"seat.greens.method": road})
+    if isinstance(seat, ElasticSeat) and seat.damping_ratio == 0 and seat.rayleigh is not None:
+        yield Point("road transient", family, "road", {"seat.greens.method": "transient"})
+    hexes = {"seat.mesh.shape": "hex"}
+    if solid_level(centre):
+        yield Point("hexahedra, road krylov", family, "road", {**hexes, "seat.greens.method": "krylov"})
+        yield Point("hexahedra, road lanczos", family, "road", {**hexes, "seat.greens.method": "lanczos"})
+
+
+def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
+    """Steps, and engines at one step that all of them can afford."""
+    width, duration = scene.run.filter_width, scene.run.duration
+    for number in STEPS_PER_FILTER:
+        step = written("run.time_step", width / number)
+        if width / number <= duration / 8:
+            yield Point(f"{number} steps per filter", family, "time step", {**base, "run.time_step": step})
+    number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
+    step = written("run.time_step", width / number)
+    for engine in ENGINES:
+        if engine != "poles" or not isinstance(scene.seat, Rod):
+            yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
+
+
+def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> Point:
+    """Finer than the whole ladder in every choice; ``coarser``: the same, one notch back in every choice.
+
+    ``fineness``: of the mesh, above the centre's.
+    """
+    centre, back = centre_of(scene), 1 if coarser else 0
+    settings = dict(centre.settings(fineness - back, band=False))
+    if centre.bandwidth is not None:
+        band = max(2.0, fineness) - back
+        settings["seat.greens.bandwidth"] = written("seat.greens.bandwidth", centre.bandwidth * RATIO**band)
+        settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
+    if centre.n_modes is not None:
+        settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
+    settings["run.time_step"] = None
+    steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
+    name = "reference, one notch back" if coarser else "reference"
+    return Point(f"{name} ({fineness:g})", str(centre.level or "as given"), "reference", settings, least_steps=steps)
+
+
+def _over(value: float | None, factor: float) -> float | None:
+    return None if value is None else value / factor

@@ -1,0 +1,150 @@
+"""One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
+
+`python -m seatfem.study.trade.point JOB.json ANSWER.json`
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from impact.files.atomic import whole_file
+from impact.march.engines import Engine
+from seatfem.jobs.worker import end_with_parent
+from seatfem.machine.memory import peak_memory
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.seats.seat import build_seat
+from seatfem.study.impacts.budget import measured
+from seatfem.study.impacts.contact import check_length, check_step, run_contact, stress_of, striker_of, time_step
+from seatfem.study.scene import Scene
+from seatfem.study.trade.settings import Settings, scene_with
+
+REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
+
+
+@dataclass(frozen=True)
+class Point:
+    """A scene at one fidelity.
+
+    Attributes:
+        name: unique in its ladder.
+        family: the model of the seat: "spring", "rod", "axisymmetric", "harmonics", "sector", "3d", "as given".
+        varied: what of the centre is changed: "diagonal" (mesh and band together), "mesh", "order", "band", ...
+        settings: what the scene is made to say.
+        engine: of the history.
+        after: name of a coarser point without whose end this one is not tried.
+        least_steps: in the width of the filter, where the scene leaves the step open.
+        predicted: seconds, where they are; what is predicted to take far too long is not tried.
+    """
+
+    name: str
+    family: str
+    varied: str
+    settings: Settings = field(default_factory=dict)
+    engine: Engine = "auto"
+    after: str = ""
+    least_steps: int = 1
+    predicted: float = 0.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a point.
+
+    Attributes:
+        state: "done"; "stopped" at the time limit; "failed" with the reason.
+        wall, processor: seconds of the computation by the clock and of all its threads, mesher included; of a stopped
+            one ``processor`` is the limit.
+        memory: largest of the process [bytes].
+        start: seconds from the start of the process to the beginning of the computation.
+        values: measures [SI] by name.
+        about: level, unknowns, poles, step and such.
+    """
+
+    state: Literal["done", "stopped", "failed"]
+    reason: str = ""
+    wall: float = math.nan
+    processor: float = math.nan
+    memory: float = math.nan
+    start: float = math.nan
+    values: Mapping[str, float] = field(default_factory=dict)
+    about: Mapping[str, object] = field(default_factory=dict)
+
+
+def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
+    """The point's seat, contact and measures; without error bars, files and pictures. Whatever fails is the outcome.
+
+    ``start``: seconds that the program took to load.
+    """
+    try:
+        scene = scene_with(path, point.settings)
+        check_step(scene)
+        wall, processor, values, about = _timed(scene, point)
+        if processor < REPEATED_BELOW:
+            wall, processor, values, about = _timed(scene, point)
+    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        return Outcome("failed", f"{type(error).__name__}: {error}", start=start)
+    return Outcome("done", "", wall, processor, peak_memory(), start, values, about)
+
+
+def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float], dict[str, object]]:
+    wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
+    seat = build_seat(scene, watch, mesh_error=False)
+    striker = striker_of(scene)
+    longest = scene.run.filter_width / point.least_steps
+    step = scene.run.time_step or min(longest, time_step(scene, striker.greens, seat.greens))
+    check_length(scene, step)
+    with watch("contact"):
+        result = run_contact(scene, striker, seat.greens, step, engine=point.engine)
+    stress = stress_of(scene, striker, result.force, result.dt)
+    values = measured(result, scene.run.filter_width, stress)
+    about: dict[str, object] = {
+        "seat_model": seat.about.get("seat_model", ""),
+        "seat_dof": seat.about.get("seat_dof", 0),
+        "seat_poles": len(getattr(seat.greens, "omega", ())),
+        "road": getattr(seat.greens, "origin", {}).get("method", ""),
+        "time_step_s": step,
+        "engine": result.engine,
+        "stages_s": {name: round(spent, 4) for name, spent in watch.stages.items()},
+    }
+    return time.perf_counter() - wall, _processor_time() - processor, values, about
+
+
+def _processor_time() -> float:
+    """Seconds of all threads of this process and of those it started (the mesher)."""
+    try:
+        import resource  # absent on Windows
+    except ImportError:
+        return time.process_time()
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(u.ru_utime + u.ru_stime for u in used)
+
+
+def _limit_processor_time(seconds: float) -> None:
+    """Where the system can: it ends this process (SIGXCPU) after so many seconds, rounded up."""
+    try:
+        import resource  # absent on Windows
+    except ImportError:
+        return
+    most = math.ceil(seconds)
+    resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))
+
+
+def main(job_file: Path, answer_file: Path) -> None:
+    """Read a job, carry it out, write the answer."""
+    end_with_parent()
+    job: dict[str, Any] = json.loads(job_file.read_text(encoding="utf-8"))
+    _limit_processor_time(float(job["limit"]))
+    outcome = carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - float(job["begun"]))
+    with whole_file(answer_file) as temporary:
+        temporary.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -1,0 +1,104 @@
+"""The trade as a table: CSV, JSON, and in words."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+
+from impact.files.atomic import whole_file
+from impact.files.table import without_nan, write_rows
+from seatfem.study.impacts.budget import KEYS
+from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
+
+
+def rows_of(trade: Trade) -> list[dict[str, object]]:
+    """One row per point, units in the keys; NaN where a point did not end."""
+    fronts = {name: trade.front(name) for name in trade.measures}
+    together = trade.front()
+    rows = []
+    for point in trade.points:
+        outcome, name = trade.outcomes[point.name], point.name
+        row: dict[str, object] = {
+            "name": name,
+            "family": point.family,
+            "varied": point.varied,
+            "state": outcome.state,
+            "processor_s": outcome.processor,
+            "wall_s": outcome.wall,
+            "start_s": outcome.start,
+            "memory_MB": outcome.memory / 1e6,
+            "unknowns": outcome.about.get("seat_dof", 0),
+            "poles": outcome.about.get("seat_poles", 0),
+            "time_step_s": outcome.about.get("time_step_s", math.nan),
+        }
+        row |= {KEYS.get(m, m): outcome.values.get(m, math.nan) for m in trade.measures}
+        row |= {f"error_{m}": trade.error(name, m) for m in trade.measures}
+        row |= {f"front_{m}": name in fronts[m] for m in trade.measures}
+        row |= {"front": name in together, "reason": " ".join(outcome.reason.split())}
+        rows.append(row)
+    return rows
+
+
+def summary_of(trade: Trade) -> dict[str, object]:
+    """What the trade comes to."""
+    exact = trade.outcomes[trade.reference]
+    planner = trade.outcomes[PLANNED]
+    return {
+        "title": trade.title,
+        "target": trade.target,
+        "measures": list(trade.measures),
+        "reference": trade.reference,
+        "reference_values": {m: exact.values[m] for m in trade.measures},
+        "reference_processor_s": exact.processor,
+        "floor": {m: trade.floor[m] for m in trade.measures},
+        "front": list(trade.front()),
+        "planner_state": planner.state,
+        "planner_reason": planner.reason,
+        "planner_processor_s": planner.processor,
+        "planner_planning_s": trade.planning,
+        "planner_error": {m: trade.error(PLANNED, m) for m in trade.measures},
+        "planner_excess": trade.excess(PLANNED),
+        "planner_excess_of_measure": {m: trade.excess(PLANNED, m) for m in trade.measures},
+        "planner_excess_at_target": trade.excess_at_target(PLANNED),
+        "planner_excess_with_guesses": trade.excess(PLANNED, guesses=True),
+    }
+
+
+def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
+    """The table as CSV; table, settings and summary as JSON. Files are whole or absent."""
+    write_rows(csv_path, rows_of(trade))
+    points = [asdict(point) | {"outcome": asdict(trade.outcomes[point.name])} for point in trade.points]
+    data = summary_of(trade) | {"reference_outcome": asdict(trade.outcomes[trade.reference]), "points": points}
+    with whole_file(json_path) as temporary:
+        temporary.write_text(json.dumps(without_nan(data), indent=1) + "\n", encoding="utf-8")
+
+
+def in_words(trade: Trade) -> str:
+    """The front, the planner's place, and what did not end."""
+    ended = len(trade.done())
+    floors = ", ".join(f"{_words(m)} {trade.floor[m]:.1e}" for m in trade.measures)
+    lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
+    lines.append("Pareto front, processor time and worst relative error:")
+    lines += [f"  {trade.cost(n):9.3g} s  {trade.trusted_error(n):8.1e}  {n}" for n in trade.front()]
+    for name in (PLANNED, AS_FILED):
+        if name in trade.outcomes:
+            lines.append(_place(trade, name))
+    return "\n".join(lines)
+
+
+def _place(trade: Trade, name: str) -> str:
+    outcome = trade.outcomes[name]
+    if outcome.state != "done":
+        return f"{name}: {outcome.state}, {outcome.reason}"
+    error, excess = trade.trusted_error(name), trade.excess(name)
+    verdict = "meets" if error <= trade.target else "misses"
+    return (
+        f"{name}: {outcome.processor:.3g} s, error {error:.1e}, {verdict} the target {trade.target:g}; "
+        f"{excess:.2f} times the cost of the front"
+    )
+
+
+def _words(measure: str) -> str:
+    return measure.replace("_", " ")

@@ -1,0 +1,235 @@
+"""The measured trade of speed for accuracy: ladder, planner's choice and reference, and what follows from them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from impact.brief import brief
+from impact.files.atomic import check_writable
+from impact.progress import Progress, silent
+from seatfem.structures.seats.store import Store
+from seatfem.study.planning.filling import OPEN_KEYS, has_key, is_given
+from seatfem.study.planning.plan import Plan
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point, solid_level
+from seatfem.study.trade.pareto import cost_excess, pareto_front
+from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
+from seatfem.study.trade.settings import ALL_OPEN, scene_with, stated_choices
+
+PLANNED: Final = "planner's choice"
+AS_FILED: Final = "as the file says"
+LONGER: Final = 4.0  # time limits that the reference and the planner's choice may take
+FINEST: Final = 3  # notches of the diagonal above the centre, where they are cheap
+CARRIED_OUT: Final = ("mesh", "assembly", "reduction", "contact")  # stages of a plan that a point carries out
+GROWTH: Final = {True: RATIO**4, False: RATIO**3}  # of the time from one rung to the next; true: in three dimensions
+
+
+class TradeError(ValueError):
+    """A trade that cannot be measured; the message says why and what to change."""
+
+
+@dataclass(frozen=True)
+class Trade:
+    """Times and errors of a scene at every fidelity.
+
+    Attributes:
+        title: of the scene.
+        measures: names of what the scene asks for.
+        target: relative error asked for.
+        points: the ladder and the planner's choice.
+        outcomes: by name of the point; also those of the reference.
+        reference: name of the point that errors are taken against.
+        floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
+        planning: seconds that the planner took.
+    """
+
+    title: str
+    measures: tuple[str, ...]
+    target: float
+    points: tuple[Point, ...]
+    outcomes: Mapping[str, Outcome]
+    reference: str
+    floor: Mapping[str, float]
+    planning: float = math.nan
+
+    __repr__ = brief
+
+    def done(self) -> tuple[Point, ...]:
+        """The points that ended."""
+        return tuple(point for point in self.points if self.outcomes[point.name].state == "done")
+
+    def cost(self, name: str) -> float:
+        """Processor seconds of a point; not a number where it did not end."""
+        outcome = self.outcomes[name]
+        return outcome.processor if outcome.state == "done" else math.nan
+
+    def error(self, name: str, measure: str) -> float:
+        """|value - reference|/|reference| of a point; not a number where it did not end."""
+        outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
+        if outcome.state != "done":
+            return math.nan
+        return _relative(outcome.values[measure] - exact, exact)
+
+    def trusted_error(self, name: str, measure: str | None = None) -> float:
+        """The error, but at least the floor; without a ``measure`` that of the worst of them, in floors or above.
+
+        The worst is the largest error of all measures, each of which counts as at least its floor.
+        """
+        if measure is None:
+            return max(self.trusted_error(name, each) for each in self.measures)
+        error = self.error(name, measure)
+        return error if math.isnan(error) else max(error, self.floor[measure])
+
+    def contenders(self, *, guesses: bool = False) -> tuple[str, ...]:
+        """Names of the points that can be chosen; ``guesses``: also those by hand.
+
+        A stiffness guessed by hand has no error bar: that it is right is known only once the reference is there.
+        """
+        return tuple(point.name for point in self.points if guesses or point.varied != BY_HAND)
+
+    def front(self, measure: str | None = None) -> tuple[str, ...]:
+        """The contenders that none beats in time and error, the cheapest first; by default in the worst error."""
+        names = self.contenders()
+        errors = [self.trusted_error(name, measure) for name in names]
+        return tuple(names[i] for i in pareto_front([self.cost(name) for name in names], errors))
+
+    def excess(self, name: str, measure: str | None = None, *, guesses: bool = False) -> float:
+        """Cost of a point over the least cost of an equal or smaller error; by default of the worst error."""
+        names = self.contenders(guesses=guesses)
+        errors = [self.trusted_error(each, measure) for each in names]
+        costs = [self.cost(each) for each in names]
+        return cost_excess(self.cost(name), self.trusted_error(name, measure), costs, errors)
+
+    def excess_at_target(self, name: str) -> float:
+        """Cost of a point over that of the cheapest that meets the target in all measures; NaN where it misses it."""
+        if not self.trusted_error(name) <= self.target:
+            return math.nan
+        meeting = [self.cost(n) for n in self.contenders() if self.trusted_error(n) <= self.target]
+        return self.cost(name) / min(meeting, default=self.cost(name))
+
+
+def measure_trade(
+    path: Path,
+    journal: Path,
+    *,
+    quick: bool = False,
+    time_limit: float = TIME_LIMIT,
+    progress: Progress = silent,
+) -> Trade:
+    """Run the scene at ``path`` at every fidelity; outcomes go to ``journal`` and are taken from there.
+
+    Raises:
+        SceneError: the scene.
+        TradeError: no reference ended within the time allowed.
+    """
+    scene = load_scene(path)
+    check_writable(journal)
+    begun = time.perf_counter()
+    planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
+    planning = time.perf_counter() - begun
+    rungs = ladder(scene, quick=quick)
+    _warm_up(path, rungs, journal, time_limit)
+    found = run_points(path, rungs, journal, time_limit=time_limit, progress=progress)
+    found = run_points(path, planned, journal, time_limit=LONGER * time_limit, known=found)
+    finer, found = _finer(path, scene, journal, found, time_limit, 1 if quick else FINEST)
+    exact, back, found = _reference(path, scene, journal, found, len(finer), time_limit, progress)
+    values, others = found[exact].values, found[back].values
+    floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
+    measures = tuple(scene.accuracy.measures)
+    title = scene.title or path.stem
+    return Trade(title, measures, scene.accuracy.target, (*rungs, *finer, *planned), found, exact, floor, planning)
+
+
+def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
+    """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
+    points = [_as_point(PLANNED, plan_scene(scene_with(path, ALL_OPEN), store=empty))]
+    if any(has_key(scene, key) and is_given(scene, key) for key in OPEN_KEYS):
+        points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
+    return tuple(points)
+
+
+def _as_point(name: str, plan: Plan) -> Point:
+    seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
+    settings = {**ALL_OPEN, **stated_choices(plan.scene)}
+    return Point(name, _family(plan.level), "planned", settings, predicted=seconds)
+
+
+def _family(level: str) -> str:
+    return "as given" if level == "closed form" else level
+
+
+def _warm_up(path: Path, points: Sequence[Point], journal: Path, time_limit: float) -> None:
+    """Compiled code is on the disk before anything is measured: the coarsest of each family once, for nothing."""
+    if journal.exists():
+        return
+    coarsest = {p.family: p for p in reversed(points) if p.varied == "diagonal"}
+    for point in coarsest.values():
+        run_point(path, point, LONGER * time_limit)
+
+
+def _finer(
+    path: Path, scene: Scene, journal: Path, found: Mapping[str, Outcome], time_limit: float, most: int
+) -> tuple[tuple[Point, ...], dict[str, Outcome]]:
+    """The diagonal goes on above the centre while a rung is predicted to end within half the time limit."""
+    added: list[Point] = []
+    while len(added) < most and _seconds(scene, found, len(added), 1) <= time_limit / 2:
+        point = finer_rung(scene, len(added) + 1)
+        found = run_points(path, [point], journal, time_limit=time_limit, known=found)
+        added.append(point)
+    return tuple(added), dict(found)
+
+
+def _seconds(scene: Scene, found: Mapping[str, Outcome], top: int, notches: int) -> float:
+    """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite where unknown."""
+    centre = centre_of(scene)
+    if centre.size is None:
+        return math.inf
+    last = found.get(finer_rung(scene, top).name, Outcome("failed"))
+    return last.processor * GROWTH[solid_level(centre)] ** notches if last.state == "done" else math.inf
+
+
+def _reference(
+    path: Path,
+    scene: Scene,
+    journal: Path,
+    found: Mapping[str, Outcome],
+    top: int,
+    time_limit: float,
+    progress: Progress,
+) -> tuple[str, str, dict[str, Outcome]]:
+    """The finest that can be afforded: its name, that of the same one notch back, and all outcomes.
+
+    All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
+    allowed.
+    """
+    allowed = LONGER * time_limit
+    notches = [n for n in (3.0, 2.0, 1.0) if n == 1.0 or _seconds(scene, found, top, int(n)) <= allowed / 2]
+    tried = []
+    for fineness in [top + n for n in (*notches, 0.5)] if centre_of(scene).size else [float(FINEST)]:
+        pair = [reference_point(scene, fineness, coarser=coarser) for coarser in (False, True)]
+        found = run_points(path, pair, journal, time_limit=allowed, known=found, progress=_as_reference(progress))
+        names = [point.name for point in pair]
+        if all(found[name].state == "done" for name in names):
+            return names[0], names[1], dict(found)
+        tried += [f"{name}: {found[name].reason}" for name in names if found[name].state != "done"]
+    raise TradeError(f"{path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
+
+
+def _as_reference(progress: Progress) -> Progress:
+    def tell(stage: str, done: float) -> None:
+        progress("reference", done)
+
+    return tell
+
+
+def _relative(difference: float, exact: float) -> float:
+    if exact == 0.0:
+        return 0.0 if difference == 0.0 else math.inf
+    return abs(difference / exact)

@@ -1,0 +1,24 @@
+"""Numerical stability at the extremes: every cell ends right, warned or refused, never silently wrong.
+
+`battery` makes the cells, `run_battery` carries them out in a process of their own and can be resumed, `write_table`
+and `draw_map` show the outcomes; `seatfem verify --extremes` does all of it.
+"""
+
+from tests.extremes.battery import battery, subset
+from tests.extremes.cell import Cell, Finding, Outcome, carry_out
+from tests.extremes.picture import draw_map
+from tests.extremes.runner import run_battery
+from tests.extremes.table import in_words, write_table
+
+__all__ = [
+    "Cell",
+    "Finding",
+    "Outcome",
+    "battery",
+    "carry_out",
+    "draw_map",
+    "in_words",
+    "run_battery",
+    "subset",
+    "write_table",
+]

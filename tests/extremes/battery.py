@@ -1,0 +1,44 @@
+"""The whole battery, and seeded parts of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from tests.extremes.alike import alike_cells
+from tests.extremes.bodies import body_cells
+from tests.extremes.bouncing import bouncing_cells
+from tests.extremes.cell import Cell
+from tests.extremes.encounters import encounter_cells
+from tests.extremes.marching import marching_cells
+from tests.extremes.ports import port_cells
+from tests.extremes.records import record_cells
+from tests.extremes.scene_files import scene_file_cells
+from tests.extremes.solids import solid_cells
+from tests.extremes.together import together_cells
+
+# To add an axis: a function that returns cells, here. Making the cells is cheap; only their checks work.
+PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
+    marching_cells,
+    encounter_cells,
+    bouncing_cells,
+    body_cells,
+    port_cells,
+    record_cells,
+    solid_cells,
+    alike_cells,
+    scene_file_cells,
+    together_cells,
+)
+
+
+def battery() -> tuple[Cell, ...]:
+    """All cells, in the order of the map."""
+    return tuple(cell for provider in PROVIDERS for cell in provider())
+
+
+def subset(cells: Sequence[Cell], size: int, *, seed: int) -> tuple[Cell, ...]:
+    """``size`` cells drawn at random, in the order given; all if there are fewer."""
+    chosen = np.random.default_rng(seed).permutation(len(cells))[:size]
+    return tuple(cells[i] for i in np.sort(chosen))

@@ -1,0 +1,167 @@
+"""How bodies meet: speed, grazing, no gap, preload, release at contact, contact for ever."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from impact import (
+    Body,
+    ContactProblem,
+    Hertz,
+    HuntCrossley,
+    Signorini,
+    measures,
+    rigid_mass,
+    solve,
+    spring,
+)
+from tests.extremes import scenes
+from tests.extremes.cell import Cell, Finding, chosen, swept
+
+EPS = float(np.finfo(float).eps)
+
+
+def encounter_cells() -> tuple[Cell, ...]:
+    """One sweep for each way to meet."""
+    speeds = [10.0**k for k in range(-9, 4)]
+    small = [10.0**k for k in range(-16, 0)]
+    return (
+        *swept("impact speed, rigid, m/s", speeds, rigid_speed),
+        *swept("impact speed, Hertz, m/s", speeds, hertz_speed),
+        *swept("impact speed, Hunt-Crossley, m/s", speeds, hunt_crossley_speed),
+        *swept("grazing depth / amplitude", small, grazing),
+        *swept("miss / amplitude", [10.0**k for k in range(-15, 0)], miss),
+        *swept("preload / stiffness, m", [10.0**k for k in range(-12, 7)], preload),
+        *swept("perpetual contact, mass / impedance / s", [10.0**k for k in range(-6, 7)], perpetual),
+        *chosen("zero gap", zero_gap, ("at rest", "parting", "pressed", "striking", "released there")),
+    )
+
+
+def rigid_speed(v: float) -> Finding:
+    """A mass on the fixed rod: the impulse is proportional to the speed (d'Alembert)."""
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), Body(scenes.FIXED_ROD), Signorini(), 1e-3, 4000)
+    return Finding(
+        scenes.relative(measures.impulse(result), v * scenes.FIRST_BLOW), 1e-4, scenes.said(result), "impulse"
+    )
+
+
+def hertz_speed(v: float) -> Finding:
+    """A sphere on a wall: depth (5 m v^2/(4 k))^(2/5), duration 2.943275 depth/v, rebound at v (Hertz)."""
+    depth = (5 * v**2 / 4e9) ** 0.4
+    duration = 2 * math.sqrt(math.pi) / 5 * math.gamma(0.4) / math.gamma(0.9) * 2 * depth / v
+    dt = duration / 1000
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), scenes.rigid_wall(), Hertz(1e9), dt, 1200, rule="conserving")
+    errors = (
+        scenes.relative(-float(result.gap.min()), depth),
+        scenes.relative(measures.restitution(result), 1.0),
+        abs(float(np.sum(result.force > 0)) * dt / duration - 1),
+    )
+    return Finding(max(errors), 2e-3, scenes.said(result), "depth, duration and rebound")
+
+
+def hunt_crossley_speed(v: float) -> Finding:
+    """(1 + e) d V = ln((1 + d V)/(1 - e d V)) on a wall, for any speed; d = 1 s/m. First order in the step."""
+    depth = min((5 * v**2 / 4e9) ** 0.4, (2.5e-9 * max(v, math.log1p(v))) ** 0.4)  # elastic, or stopped by the damping
+    fine = 3000 if v < 10 else 100
+    dt = depth / v / fine
+    steps = int((3 + 6 * v) * fine)
+    result = scenes.run(rigid_mass(mass=1.0, velocity=-v), scenes.rigid_wall(), HuntCrossley(1e9, 1.0), dt, steps)
+    low, high = 0.0, 1.0
+    for _ in range(200):  # the left side minus the right falls from d V - ln(1 + d V) > 0 as e grows
+        e = (low + high) / 2
+        possible = e * v < 1 and (1 + e) * v > math.log1p(v) - math.log1p(-e * v)
+        low, high = (e, high) if possible else (low, e)
+    return Finding(abs(measures.restitution(result) - e) / max(e, 1e-2), 1e-2, scenes.said(result), "restitution")
+
+
+def grazing(depth: float) -> Finding:
+    """An oscillator that would pass the seat by a share ``depth`` of its amplitude touches a dashpot Z = m w.
+
+    The way is known to eps of the amplitude for each step up to the contact, no better: the impulse must lie between
+    those of blows that much deeper and less deep. Below it no contact is as right as a contact.
+    """
+    reach = 1.0 - depth
+    start = math.sqrt(2 * depth) * 2
+    phase = math.pi - start if depth < 0.1 else math.acos(-reach) - 0.5
+    dt = math.sqrt(2 * depth) / 100
+    striker = scenes.oscillator(1.0, x=math.cos(phase), v=-math.sin(phase))
+    result = scenes.run(striker, scenes.dashpot(1.0), Signorini(), dt, 500 if depth < 0.1 else 1000, gap=reach)
+    first = measures.contact_groups(result)
+    impulse = 0.0
+    if len(first):
+        inside = (result.time[1:] <= first[0, 1] + dt / 2) & (result.time[1:] > first[0, 0] - dt / 2)
+        impulse = float(result.force[1:][inside].sum()) * dt
+    known = 200 * EPS
+    low, high = _grazing_impulse(depth - known), _grazing_impulse(depth + known)
+    return Finding(max(low - impulse, impulse - high, 0.0) / high, 5e-3, scenes.said(result), "impulse")
+
+
+def _grazing_impulse(depth: float) -> float:
+    """Z times the way of x'' + x' + x = 0 from x = -(1 - depth) down to where x' = 0: the dashpot follows no further.
+
+    Where the way is too short for digits of x, x = -reach within it, which leaves out the square of the speed.
+    """
+    if depth <= 0:
+        return 0.0
+    reach, v = 1.0 - depth, math.sqrt(depth * (2 - depth))
+    if v < 1e-3:
+        return v - reach * math.log1p(v / reach)
+    w_d = math.sqrt(0.75)  # x = exp(-t/2) (a cos + b sin); rest at tan(w_d t) from x' = 0
+    a, b = -reach, (-v - reach / 2) / w_d
+    t = (math.atan2(b * w_d - a / 2, a * w_d + b / 2) % math.pi) / w_d
+    return -reach - math.exp(-t / 2) * (a * math.cos(w_d * t) + b * math.sin(w_d * t))
+
+
+def miss(distance: float) -> Finding:
+    """An oscillator that stays away by a share of its amplitude never touches; round-off is 4 eps."""
+    result = scenes.run(
+        scenes.oscillator(1.0, x=1.0), scenes.dashpot(1.0), Signorini(), 1e-2, 100_000, gap=1 + distance
+    )
+    touched = float(result.force.max())
+    nearest = float(result.gap.min())
+    return Finding(touched if distance > 1e-13 else 0.0, 0.0, scenes.said(result), f"force; nearest {nearest:.3g}")
+
+
+def preload(push: float) -> Finding:
+    """An oscillator (w = 1) pressed on a unit spring rests for ever: N = push/2 by statics."""
+    problem = ContactProblem(scenes.oscillator(1.0, push=-push), Body(spring(stiffness=1.0)), preload=True)
+    result = solve(problem, dt=0.1, duration=1e4)
+    return Finding(float(np.abs(result.force / (push / 2) - 1).max()), 1e-9, scenes.said(result), "force")
+
+
+def perpetual(ratio: float) -> Finding:
+    """A mass pushed against a dashpot for 1000 times m/Z: N = F (1 - exp(-Z t/m)), first order."""
+    dt = ratio / 100
+    result = scenes.run(scenes.pushed_mass(ratio, 0.0, -1.0), scenes.dashpot(1.0), Signorini(), dt, 100_000)
+    t = result.time[1:] - dt / 2
+    return Finding(
+        float(np.abs(result.force[1:] - (1 - np.exp(-t / ratio))).max()), 1e-2, scenes.said(result), "force / push"
+    )
+
+
+def zero_gap(name: str) -> Finding:
+    """Bodies that touch without force, part, press from t = 0, or strike at t = 0."""
+    mass = rigid_mass(mass=1.0, velocity=0.0)
+    if name == "at rest":
+        result = scenes.run(mass, Body(scenes.FIXED_ROD), Signorini(), 1e-2, 10_000)
+        return Finding(
+            float(np.abs(result.force).max() + np.abs(result.gap).max()), 1e-100, scenes.said(result), "force"
+        )
+    if name == "parting":
+        result = scenes.run(rigid_mass(mass=1.0, velocity=1e-9), Body(scenes.FIXED_ROD), Signorini(), 1e-2, 10_000)
+        return Finding(float(result.force.max()), 0.0, scenes.said(result), "force")
+    if name == "pressed":
+        result = scenes.run(scenes.pushed_mass(1.0, 0.0, -1.0), scenes.dashpot(1.0), Signorini(), 1e-3, 20_000)
+        exact = 1 - np.exp(-(result.time[1:] - 5e-4))
+        return Finding(float(np.abs(result.force[1:] - exact).max()), 1e-3, scenes.said(result), "force")
+    if name == "striking":
+        result = scenes.run(rigid_mass(mass=1.0, velocity=-1.0), scenes.dashpot(1.0), Signorini(), 1e-3, 20_000)
+        exact = np.exp(-(result.time[1:] - 5e-4))
+        return Finding(float(np.abs(result.force[1:] - exact).max()), 1e-3, scenes.said(result), "force")
+    # bent away to x = 0 where it touches, its rest is at x = -1: half a swing against a spring of its own stiffness
+    striker = scenes.oscillator(1.0, push=-1.0)
+    result = scenes.run(striker, Body(spring(stiffness=1.0)), Signorini(), 1e-3, 4000)
+    exact = (1 - np.cos(math.sqrt(2.0) * (result.time[1:]))) / 2
+    return Finding(float(np.abs(result.force[1:] - exact).max()), 2e-3, scenes.said(result), "force")

@@ -1,0 +1,223 @@
+"""Whole scenes at the extremes, from the TOML file to summary.json: rod and spring seats in closed form."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+
+from seatfem.jobs.folders import private_folder
+from seatfem.study.runs.pipeline import RunError, run_scene
+from seatfem.study.scene import SceneError, load_scene
+from tests.extremes import scenes
+from tests.extremes.cell import Cell, Finding, chosen, swept
+
+YOUNG, DENSITY = 2e11, 8000.0  # waves at 5000 m/s
+SPEED = math.sqrt(YOUNG / DENSITY)
+SIZES = {"1 nm": 1e-9, "1 um": 1e-6, "1 mm": 1e-3, "1 m": 1.0, "1 km": 1e3}
+
+
+def scene_file_cells() -> tuple[Cell, ...]:
+    """Sizes, speeds, stiffnesses, durations, gaps and steps of scenes."""
+    speeds = [10.0**k for k in (-13, -12, -9, -6, -3, 0, 3, 5, 6)]
+    return (
+        *chosen("scene file, rod of length", rod_of_size, tuple(SIZES)),
+        *chosen("scene file, reed of length", reed_of_size, tuple(SIZES)),
+        *swept("scene file, impact speed, m/s", speeds, rod_at_speed),
+        *swept("scene file, stiffness of the seat, N/m", [10.0**k for k in (-13, -12, -6, 0, 6, 12, 15)], on_spring),
+        *swept("scene file, duration / half swing", [10.0**k for k in (-3, -2, -1, 0, 1, 2, 3, 5, 8)], watched),
+        *swept("scene file, gap / way flown", [0.0, *(10.0**k for k in (-8, -6, -3, 0, 3, 6, 8))], flown),
+        *swept("scene file, time step / transit", [10.0**k for k in (-7, -5, -4, -3, -2, -1, 0, 1, 2)], stepped),
+    )
+
+
+def rod_of_size(size: str) -> Finding:
+    """A mass strikes a rod of its own weight, all in proportion: impulse m v (1 + 2 exp(-1 - exp(-2)/2))."""
+    length = SIZES[size]
+    area = length**2
+    mass = DENSITY * area * length
+    transit = length / SPEED
+    found = _run(
+        f"""
+        [seat]
+        kind = "rod"
+        young = "200 GPa"
+        density = "{DENSITY:g} kg/m^3"
+        area = "{area!r} m^2"
+        length = "{size}"
+        {_ball(mass, 1.0)}
+        [run]
+        duration = "{4 * transit!r} s"
+        filter_width = "{transit / 10!r} s"
+        """
+    )
+    return _against(found, {"impulse_Ns": mass * scenes.FIRST_BLOW, "seat_static_stiffness_N_per_m": YOUNG * length})
+
+
+def reed_of_size(size: str) -> Finding:
+    """A reed and its seat in proportion to one of 10 mm: times like the length, forces like its square.
+
+    The step is stated: plans may differ, as far as the target allows.
+    """
+    scale = SIZES[size] / 0.01
+    ours, exact = _reed(SIZES[size]), _reed(0.01)
+    return _against(
+        ours,
+        {
+            "impulse_Ns": _number(exact, "impulse_Ns") * scale**3,
+            "filtered_peak_force_N": _number(exact, "filtered_peak_force_N") * scale**2,
+        },
+        stated=1e-6,
+    )
+
+
+def rod_at_speed(speed: float) -> Finding:
+    """The same rod of 1 m: the impulse is proportional to the speed."""
+    found = _run(
+        f"""
+        [seat]
+        kind = "rod"
+        young = "200 GPa"
+        density = "{DENSITY:g} kg/m^3"
+        area = "1 m^2"
+        length = "1 m"
+        {_ball(DENSITY, speed)}
+        [run]
+        duration = "0.8 ms"
+        filter_width = "0.02 ms"
+        """
+    )
+    return _against(found, {"impulse_Ns": DENSITY * speed * scenes.FIRST_BLOW})
+
+
+def on_spring(stiffness: float) -> Finding:
+    """A mass of 1 kg on a spring: half a swing pi sqrt(m/k), impulse 2 m v, peak v sqrt(k m)."""
+    half = math.pi / math.sqrt(stiffness)
+    found = _spring(stiffness, 1.2 * half, half / 100)
+    return _against(
+        found,
+        {"impulse_Ns": 2.0, "peak_force_N": math.sqrt(stiffness), "contact_duration_s": half},
+        stated=1e-2,
+    )
+
+
+def watched(share: float) -> Finding:
+    """The mass on a spring watched for a part of its half swing, or long after: 1 - cos(w t), then 2.
+
+    A step holds the force of its end: of a ramp over 200 steps, 1/200 too much.
+    """
+    half = 1e-3
+    stiffness = (math.pi / half) ** 2
+    found = _spring(stiffness, share * half, half / 100)
+    seen = 2 * math.sin(math.pi / 2 * min(share, 1.0)) ** 2
+    return _against(found, {"impulse_Ns": seen}, stated=6e-3)
+
+
+def flown(gap: float) -> Finding:
+    """The mass flies 0.01 m and swings back in the run's time; a wider gap is not crossed: no contact, no force."""
+    half, way = 1e-3, 0.01
+    found = _spring((math.pi / half) ** 2, way + 1.5 * half, half / 100, gap=gap * way)
+    return _against(found, {"impulse_Ns": 2.0 if gap <= 1.0 else 0.0}, stated=5e-3)
+
+
+def stepped(share: float) -> Finding:
+    """A time step stated in the file, in transits of the rod: right, advised, or refused."""
+    transit = 1.0 / SPEED
+    found = _run(
+        f"""
+        [seat]
+        kind = "rod"
+        young = "200 GPa"
+        density = "{DENSITY:g} kg/m^3"
+        area = "1 m^2"
+        length = "1 m"
+        {_ball(DENSITY, 1.0)}
+        [run]
+        duration = "{max(4.0, 8 * share) * transit!r} s"
+        time_step = "{share * transit!r} s"
+        filter_width = "{max(0.1, 4 * share) * transit!r} s"
+        """
+    )
+    return _against(found, {"impulse_Ns": DENSITY * scenes.FIRST_BLOW}, stated=max(1e-4, min(share / 10, 1e-2)))
+
+
+def _reed(length: float) -> tuple[Mapping[str, object], tuple[str, ...]]:
+    time = length / 0.01 * 1e-3
+    return _run(
+        f"""
+        [seat]
+        kind = "spring"
+        stiffness = "{length / 0.01 * 1e6!r} N/m"
+        [reed]
+        kind = "cantilever"
+        length = "{length!r} m"
+        width = "{length / 4!r} m"
+        thickness = "{length / 40!r} m"
+        material = {{ young = "200 GPa", density = "{DENSITY:g} kg/m^3" }}
+        damping_ratio = 0.03
+        n_modes = 8
+        release = {{ tip_deflection = "{length / 20!r} m" }}
+        [run]
+        duration = "{time!r} s"
+        time_step = "{time / 6400!r} s"
+        filter_width = "{time / 100!r} s"
+        """
+    )
+
+
+def _spring(
+    stiffness: float, duration: float, width: float, gap: float = 0.0
+) -> tuple[Mapping[str, object], tuple[str, ...]]:
+    return _run(
+        f"""
+        [seat]
+        kind = "spring"
+        stiffness = "{stiffness!r} N/m"
+        {_ball(1.0, 1.0)}
+        [contact]
+        gap = "{gap!r} m"
+        [run]
+        duration = "{duration!r} s"
+        filter_width = "{width!r} s"
+        """
+    )
+
+
+def _ball(mass: float, speed: float) -> str:
+    return f"""
+        [reed]
+        kind = "rigid_mass"
+        mass = "{mass!r} kg"
+        velocity = "-{speed!r} m/s"
+        """
+
+
+def _run(text: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
+    """summary.json of a scene, and the messages that came with it."""
+    with private_folder("extremes") as folder:
+        path = folder / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        try:
+            scene = load_scene(path)
+        except SceneError as refusal:
+            raise RunError(str(refusal).replace(f"{folder}{os.sep}", "")) from None  # the same words in every run
+        outcome = run_scene(scene, folder / "out")
+        return json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")), outcome.messages
+
+
+def _against(
+    found: tuple[Mapping[str, object], tuple[str, ...]], exact: Mapping[str, float], stated: float = 1e-4
+) -> Finding:
+    """Largest relative deviation of the measures from the exact ones."""
+    errors = [_off(_number(found, key), value) for key, value in exact.items()]
+    return Finding(max(errors), stated, found[1], " and ".join(exact))
+
+
+def _off(ours: float, exact: float) -> float:
+    return scenes.relative(ours, exact) if exact else abs(ours)
+
+
+def _number(found: tuple[Mapping[str, object], tuple[str, ...]], key: str) -> float:
+    value = found[0][key]
+    return float(value) if isinstance(value, int | float) else math.nan

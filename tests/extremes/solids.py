@@ -1,0 +1,183 @@
+"""Beams, the half-space and small finite element models at the ends of shape, Poisson's ratio and element quality."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from skfem.helpers import ddot, div, sym_grad
+
+from impact import Cantilever, TimoshenkoCantilever, half_space_patch
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.damping import damping_of
+from seatfem.structures.reduction.krylov import krylov_greens
+from seatfem.structures.reduction.modes import solve_modes
+from tests.extremes import scenes
+from tests.extremes.blocks import box, compliance
+from tests.extremes.cell import Cell, Finding, swept, worst
+
+SIDES = ("left", "right", "front", "back")
+NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
+
+
+def solid_cells() -> tuple[Cell, ...]:
+    """Sweeps over shapes, materials and meshes."""
+    lengths = [10.0**k for k in range(-3, 4)]
+    return (
+        *swept("length / thickness, Euler-Bernoulli", lengths, slender_beam),
+        *swept("length / thickness, Timoshenko", lengths, stubby_beam),
+        *swept("length / width of a 3-D bar", lengths, solid_bar),
+        *swept("Poisson's ratio, half-space", [*NUS, 0.5], half_space),
+        *swept("Poisson's ratio, guided column", NUS, guided_column),
+        *swept("Poisson's ratio, bonded block", NUS, bonded_block),
+        *swept("height of the flattest elements", [0.0, *(10.0**k for k in range(-14, 1, 2))], slivers),
+        *swept("elements across the patch", [1, 2, 3], patch_elements),
+    )
+
+
+def slender_beam(ratio: float) -> Finding:
+    """Tip: the sum of phi^2/w^2 over 60 modes is L^3/(3 EI) to 4.1e-2/n^3 (the modes' sum rule)."""
+    beam = Cantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
+    modes = beam.modes(60)
+    total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
+    exact = beam.length**3 / (3 * 2e11 * 1e-2 * 1e-9 / 12)
+    return Finding(scenes.relative(total, exact), 1e-6, (), "static tip compliance by modes")
+
+
+def stubby_beam(ratio: float) -> Finding:
+    """The same for shear and rotary inertia: L^3/(3 EI) + L/(kappa A G), 60 modes leave out less than 0.5/n."""
+    beam = TimoshenkoCantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
+    modes = beam.modes(60)
+    total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
+    exact = beam.length**3 / (3 * 2e11 * 1e-2 * 1e-9 / 12) + beam.length / beam.shear_rigidity
+    return Finding(scenes.relative(total, exact), 0.5 / 60, (), "static tip compliance by modes")
+
+
+def solid_bar(ratio: float) -> Finding:
+    """A bar with nu = 0 pulled at its end is l/(E A) soft, in whatever elements: any stretching of them."""
+    mesh = box((1.0, 1.0, ratio), (2, 2, 4), hexes=True)
+    model = assemble(mesh, Material(1.0, 0.0, 1.0), fixed="fixed", ports={"contact": "contact"})
+    return Finding(scenes.relative(compliance(model), ratio), 1e-9 * max(ratio, 1 / ratio), (), "static compliance")
+
+
+def half_space(nu: float) -> Finding:
+    """g from its own series, integrated over the crossing time: the static compliance; g(0+) = 1/(rho c_p A)."""
+    patch = half_space_patch(young=1.0, poisson=nu, density=1.0, radius=1.0)
+    t = np.linspace(0.0, patch.crossing_time * 1.01, 400_001)
+    g = patch.impulse_response(t)
+    total = float(np.sum((g[1:] + g[:-1]) / 2) * t[1])
+    errors = [scenes.relative(total, float(patch.static_compliance()[0, 0]))]
+    start = float(patch.initial_value()[0, 0])
+    if nu < 0.5:
+        errors.append(scenes.relative(float(patch.impulse_response(0.0)), start))
+    return Finding(max(errors), 1e-5, (), "integral of g, g(0+)")
+
+
+def guided_column(nu: float) -> Finding:
+    """A column between smooth walls: l/((lambda + 2 mu) A) soft for any Poisson ratio, at most twice as far in time."""
+    material = Material(1.0, nu, 1.0)
+    lam, mu = material.lame
+    mesh = box((1.0, 1.0, 2.0), (2, 2, 6), hexes=True)
+    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
+    static = scenes.relative(compliance(model), 2.0 / (lam + 2 * mu))
+    t = np.linspace(0.0, 8.0, 9)
+    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=8.0, tolerance=1e-3)
+    bounded = float(np.abs(greens.step_response(t)).max()) * (lam + 2 * mu) / 2.0  # twice the static one at most
+    return Finding(max(static, bounded - 2.0 if bounded > 2.1 else 0.0), 1e-9 / (0.5 - nu), (), "static compliance")
+
+
+def bonded_block(nu: float) -> Finding:
+    """A block bonded to its base, the test of locking: against displacement and pressure as separate unknowns.
+
+    The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh; five cells across leave
+    2.3 % between them where the solid hardly changes its volume.
+    """
+    mesh = box((2.0, 2.0, 0.5), (5, 5, 2), hexes=False)
+    material = Material(1.0, nu, 1.0)
+    model = assemble(mesh, material, fixed="fixed", ports={"contact": "contact"}, order=2)
+    stated = 5e-3 if nu <= 0.45 else 0.03
+    error = scenes.relative(compliance(model), _mixed_compliance(mesh, material))
+    return Finding(error, stated, (), "static compliance")
+
+
+def slivers(height: float) -> Finding:
+    """Patch test: uniform strain is exact however flat the elements, to eps/height; height 0 is no solid.
+
+    And the column's lowest frequency, (pi/2) sqrt((lambda + 2 mu)/rho)/l: three quadratic elements leave 7e-4 at most.
+    """
+    mesh = box((1.0, 1.0, 1.0), (3, 3, 3), hexes=False)
+    points = mesh.p.copy()
+    low = np.isclose(points[2], 1 / 3)
+    points[2, low] = height / 3
+    mesh = skfem.MeshTet(points, mesh.t, _boundaries=mesh.boundaries)
+    material = Material(1.0, 0.3, 1.0)
+    lam, mu = material.lame
+    model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"}, order=2)
+    static = scenes.relative(compliance(model), 1 / (lam + 2 * mu))
+    lowest = scenes.relative(float(solve_modes(model, 1).omega[0]), np.pi / 2 * np.sqrt(lam + 2 * mu))
+    pairs = (static, 1e-12 + 1e-14 / max(height, 1e-300)), (lowest, 1e-3)
+    return Finding(*worst(*pairs), note="static compliance, lowest frequency")
+
+
+def patch_elements(number: float) -> Finding:
+    """A square patch pressed on a block, 1 to 3 quadratic hexes wide: scikit-fem's own assembly gives the same.
+
+    The stress jumps at the edge of the patch: first order, squared in the energy but for the corners' share. Against
+    1, 2 and 4 across, extrapolated (Aitken), it comes from below and is off by less than 0.08/n^1.5.
+    """
+    n = int(number)
+    one, two, four = (compliance(_patch_model(k)) for k in (1, 2, 4))
+    limit = four + (four - two) ** 2 / (2 * two - one - four)
+    ours = compliance(_patch_model(n))
+    known = _plain_compliance(n)
+    return Finding(
+        *worst((scenes.relative(ours, known), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
+        note="static compliance",
+    )
+
+
+def _patch_mesh(n: int) -> Any:
+    mesh = box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
+    return mesh.with_boundaries(
+        {"patch": lambda x: (x[2] > 1.5 - 1e-9) & (np.abs(x[0] - 1.5) < 0.5) & (np.abs(x[1] - 1.5) < 0.5)}
+    )
+
+
+def _patch_model(n: int) -> SecondOrderModel:
+    return assemble(_patch_mesh(n), Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "patch"}, order=2)
+
+
+def _plain_compliance(n: int) -> float:
+    """The same by scikit-fem's forms, facet integrals and boundary conditions; the patch is a unit square."""
+    lam, mu = Material(1.0, 0.3, 1.0).lame
+    u = skfem.Basis(_patch_mesh(n), skfem.ElementVector(skfem.ElementHex2()), intorder=4)
+    form = skfem.BilinearForm(lambda u, v, _: 2 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * div(u) * div(v))
+    surface = skfem.FacetBasis(u.mesh, u.elem, facets=u.mesh.boundaries["patch"], intorder=4)
+    load = skfem.asm(skfem.LinearForm(lambda v, _: v[2]), surface)
+    free = np.setdiff1d(np.arange(u.N), u.get_dofs(u.mesh.boundaries["fixed"]).all())
+    return float(load[free] @ splu(skfem.asm(form, u)[free][:, free].tocsc()).solve(load[free]))
+
+
+def _mixed_compliance(mesh: Any, material: Material) -> float:
+    """Mean displacement of "contact" per unit force on it by the Taylor-Hood pair, "fixed" held."""
+    lam, mu = material.lame
+    u = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
+    p = u.with_element(skfem.ElementTetP1())
+    surface = skfem.FacetBasis(mesh, u.elem, facets=mesh.boundaries["contact"], intorder=4)
+    shear = skfem.asm(skfem.BilinearForm(lambda u, v, _: 2 * mu * ddot(sym_grad(u), sym_grad(v))), u)
+    mixed = skfem.asm(skfem.BilinearForm(lambda u, q, _: -div(u) * q), u, p)
+    mass = skfem.asm(skfem.BilinearForm(lambda p, q, _: p * q), p)
+    soft = -mass / lam if lam > 0 else -1e12 * mass
+    load = skfem.asm(skfem.LinearForm(lambda v, _: v[2]), surface)
+    load = load / float(skfem.asm(skfem.Functional(lambda _: 1.0 + 0 * _.x[0]), surface))
+    held: NDArray[np.int64] = u.get_dofs(mesh.boundaries["fixed"]).all()
+    free = np.setdiff1d(np.arange(u.N), held)
+    system = sparse.bmat([[shear[free][:, free], mixed[:, free].T], [mixed[:, free], soft]]).tocsc()
+    right = np.concatenate([load[free], np.zeros(p.N)])
+    return float(load[free] @ splu(system).solve(right)[: len(free)])

@@ -1,0 +1,244 @@
+"""The battery at the extremes: how it judges, resumes and covers; a seeded part of it, and the ends of all axes."""
+
+import json
+import math
+from dataclasses import replace
+from decimal import Decimal
+from itertools import combinations, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact import Body, GreensFunctionError, ModalGreens, Residual, solve
+from impact.greens import oscillator
+from tests.extremes import (
+    Cell,
+    Finding,
+    Outcome,
+    balances,
+    battery,
+    carry_out,
+    draw_map,
+    in_words,
+    precise,
+    runner,
+    scenes,
+    subset,
+    write_table,
+)
+from tests.extremes.pairwise import covering_array, pairs_of
+from tests.extremes.together import LEVELS, REFUSED, Scene, checked, problem_of, together_cells
+
+CELLS = battery()
+# seconds each: the chosen ones stand for them
+SLOW = ("run length", "energy over", "elements across", "scene file", "Zeno")
+CHOSEN = (
+    "run length in contact, steps = 100000",
+    "run length in free motion, steps = 1e+06",
+    "energy over 1e6 steps, conserving = Hertz, wall",
+    "energy over 1e6 steps, conserving = rigid",
+    "energy over 1e6 steps, passive = rigid, 5 modes",
+    "scene file, rod of length = 1 mm",
+    "scene file, duration / half swing = 0.001",
+    "scene file, duration / half swing = 1e+08",
+    "scene file, impact speed, m/s = 1e-13",
+    "Zeno, restitution = 0.5",
+)
+
+
+def quick(cell: Cell) -> bool:
+    return not cell.axis.startswith(SLOW) and (cell.axis != "pairwise" or "modes 3000" not in cell.value)
+
+
+ENDS = [cell for cell in CELLS if cell.end and quick(cell)]
+DRAWN = subset([cell for cell in CELLS if not cell.end and quick(cell)], 60, seed=1)
+NAMED = [next(cell for cell in CELLS if cell.name == name) for name in CHOSEN]
+
+
+@pytest.mark.parametrize("cell", [*NAMED, *ENDS, *DRAWN], ids=lambda cell: cell.name[:70])
+def test_no_cell_is_wrong(cell: Cell) -> None:
+    outcome = carry_out(cell)
+    assert outcome.verdict != "wrong", outcome.reason
+    if outcome.verdict == "refused":
+        assert len(outcome.reason) > 30, "a refusal says what to do"
+    if outcome.verdict in ("warned", "advised"):
+        assert "limit" in outcome.reason or "above accuracy.target" in outcome.reason, "number and limit"
+        remedies = ("use ", "measure ", "start ", "merge ", "shorten ", "write ")
+        assert any(word in outcome.reason for word in remedies)
+
+
+def test_names_are_unique_and_every_axis_has_its_ends() -> None:
+    assert len({cell.name for cell in CELLS}) == len(CELLS) > 400
+    for axis in {cell.axis for cell in CELLS} - {"pairwise"}:
+        assert sum(cell.end for cell in CELLS if cell.axis == axis) >= 2
+
+
+def broken() -> Finding:
+    raise RuntimeError("lost")
+
+
+def refusing() -> Finding:
+    raise GreensFunctionError("zeta must be >= 0")
+
+
+def warning() -> Finding:
+    return Finding(float(np.log(np.zeros(1))[0]), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("check", "verdict", "reason"),
+    [
+        (lambda: Finding(1e-3, 1e-2), "right", ""),
+        (lambda: Finding(2e-2, 1e-2), "wrong", ""),
+        (lambda: Finding(2e-2, 1e-2, ("too coarse",)), "warned", "too coarse"),
+        (lambda: Finding(1e-3, 1e-2, ("too coarse",)), "advised", "too coarse"),
+        (lambda: Finding(math.nan, 1e-2, ("too coarse",)), "wrong", "not finite"),
+        (lambda: Finding(math.inf, math.inf), "wrong", "not finite"),
+        (broken, "wrong", "RuntimeError: lost"),
+        (refusing, "refused", "zeta must be >= 0"),
+        (warning, "wrong", "RuntimeWarning"),
+        (lambda: Finding(float("x"), 1.0), "wrong", "ValueError"),  # not one of ours
+    ],
+)
+def test_verdicts(check: object, verdict: str, reason: str) -> None:
+    outcome = carry_out(Cell("axis", "1", check))  # type: ignore[arg-type]
+    assert outcome.verdict == verdict
+    assert reason in outcome.reason
+
+
+def test_covering_array_holds_every_pair_with_few_rows() -> None:
+    levels = [5, 4, 3, 3, 2, 2]
+    rows = covering_array(levels, seed=3)
+    found = set().union(*(pairs_of(row) for row in rows))
+    wanted = {
+        (a, i, b, j) for a, b in combinations(range(6), 2) for i, j in product(range(levels[a]), range(levels[b]))
+    }
+    assert found == wanted
+    assert 20 <= len(rows) <= 30
+    assert rows == covering_array(levels, seed=3)
+    few = covering_array(levels, seed=3, excluded={(0, 1, 2, 0), (4, 0, 5, 1)})
+    assert set().union(*(pairs_of(row) for row in few)) == wanted - {(0, 1, 2, 0), (4, 0, 5, 1)}
+    assert len(together_cells((1,))) < 60 < math.prod(len(v) for v in LEVELS.values())
+
+
+def test_no_run_of_the_covering_arrays_is_refused_as_a_whole() -> None:
+    """A row that is refused would leave its other pairs untested."""
+    for cell in together_cells():
+        assert isinstance(cell.check, Scene)
+        values = {name: getattr(cell.check, name) for name in LEVELS}
+        assert not any(values[a] == i and values[b] == j for a, i, b, j in REFUSED)
+
+
+@pytest.mark.parametrize("x", [0.0, 1e-9, 0.7, 3.0, 1e3, 123456.789, 1e7])
+def test_precise_cosine(x: float) -> None:
+    c, s = precise.cosine_sine(Decimal(x))
+    assert float(c) == pytest.approx(math.cos(x), abs=2e-16)
+    assert float(s) == pytest.approx(math.sin(x), abs=2e-16)
+    assert abs(c * c + s * s - 1) < Decimal("1e-45")
+
+
+def test_precise_power_is_the_repeated_map() -> None:
+    matrix, offset, x = (
+        ((Decimal("0.9"), Decimal("0.1")), (Decimal("-0.2"), Decimal("0.95"))),
+        (Decimal(1), Decimal(2)),
+        (
+            Decimal(3),
+            Decimal(-1),
+        ),
+    )
+    a, b, y = np.array(matrix, dtype=float), np.array(offset, dtype=float), np.array(x, dtype=float)
+    for _ in range(13):
+        y = a @ y + b
+    assert precise.affine_power(matrix, offset, x, 13) == pytest.approx(tuple(y), rel=1e-14)
+
+
+@pytest.mark.parametrize("zeta", [2.5, 1e3, 1e6])
+@pytest.mark.parametrize("t", [1e-3, 1.0, 1e3, 1e6])
+def test_heavily_damped_modes_keep_their_digits(zeta: float, t: float) -> None:
+    ours = float(oscillator.step_response(np.array(t), np.ones(()), np.array(zeta)))
+    assert ours == pytest.approx(precise.step_response(t, 1.0, zeta), rel=1e-13)
+
+
+def test_a_wrong_kernel_is_found() -> None:
+    """The oracle of the covering array sees 1e-6 of the frequencies, the exponential of the clinging mass 3 %."""
+    scene = Scene(
+        step=1e-2, steps=300, speed=1.0, stiffness=1.0, mass=1.0, damping=0.0, modes=3, spacing="harmonic",
+        residual="relaxation", gap="closed", law="rigid", rule="passive", ports="one", engine="auto", unit=1.0,
+        push=0.0,
+    )  # fmt: skip
+    assert checked(scene).error <= 1
+    problem = problem_of(scene)
+    result = solve(problem, dt=scene.step, duration=scene.step * scene.steps, engine=scene.engine)
+    force, gap = (np.reshape(a, (len(result.time), -1)) for a in (result.force, result.gap))
+    seat = problem.target.greens
+    assert isinstance(seat, ModalGreens)
+    off = Body(replace(seat, omega=seat.omega * (1 + 1e-6)))
+    other = replace(problem, contacts=tuple(replace(c, target=off) for c in problem.contacts))
+    errors = []
+    for known in (problem, other):
+        expected, scale = balances.replayed(known, force, scene.step)
+        errors.append(float(np.max(np.abs(gap[-len(expected) :] - expected) / scale)))
+    assert errors[0] < 1e-12 < errors[1]
+    exact = scenes.clinging_force(scenes.modal_rod(5), 1.0, 0.5)
+    slow = scenes.modal_rod(5)
+    slow = replace(slow, omega=slow.omega * 1.03)
+    assert abs(scenes.clinging_force(slow, 1.0, 0.5) / exact - 1) > 1e-4
+
+
+def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Outcomes come from the worker once; a cut line and those of other sources are computed again."""
+    cells = [c for c in CELLS if c.axis in ("damping ratio", "zero gap")][:4]
+    log = tmp_path / "log" / "extremes.jsonl"
+    heard: list[float] = []
+    first = runner.run_battery(cells[:2], log, progress=lambda _, done: heard.append(done))
+    assert {o.verdict for o in first.values()} <= {"right", "advised"}
+    assert heard == [0.5, 1.0]
+    with log.open("a") as file:
+        file.write('{"cell": "' + cells[2].name)  # killed while writing
+    second = runner.run_battery(cells, log)
+    assert list(second) == [cell.name for cell in cells]
+    assert second[cells[0].name] == first[cells[0].name]  # seconds too: not computed again
+    assert len([line for line in log.read_text().splitlines() if line.endswith("}")]) == 4
+    monkeypatch.setattr(runner, "code_version", lambda: "another")
+    third = runner.run_battery(cells[:1], log)
+    assert json.loads(log.read_text().splitlines()[-1])["version"] == "another"
+    assert third[cells[0].name].seconds != first[cells[0].name].seconds
+
+
+def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
+    """Almost no time: the worker is stopped."""
+    cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
+    (outcome,) = runner.run_battery(cells, tmp_path / "log.jsonl", time_limit=1e-3).values()
+    assert outcome.verdict == "wrong"
+    assert "no end within" in outcome.reason
+
+
+def test_table_map_and_words(tmp_path: Path) -> None:
+    cells = [
+        Cell("a", "1e-07", broken),
+        Cell("a", "1", broken),
+        *(Cell("pairwise", f"{k:03d}: x", broken) for k in range(30)),
+    ]
+    outcomes = {c.name: Outcome("right", 1e-3, 1e-2, "impulse", 0.1) for c in cells}
+    outcomes[cells[1].name] = Outcome("wrong", math.nan, math.nan, "no end\nwithin 1 s", 1.0)
+    write_table(cells, outcomes, tmp_path / "t.csv")
+    lines = (tmp_path / "t.csv").read_text().splitlines()
+    assert len(lines) == 33
+    assert lines[2] == "a,1,wrong,nan,nan,1,no end within 1 s"
+    assert in_words(outcomes).splitlines()[0] == "32 cells: 31 right, 0 advised, 0 warned, 0 refused, 1 wrong"
+    draw_map(cells, outcomes, tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_the_first_blow_by_another_way() -> None:
+    """Impulse of equal masses, by energy: what the rod keeps is what the mass has lost."""
+    rest = 1 + math.exp(-2) / 2
+    leaving = scenes.FIRST_BLOW - 1
+    t = np.linspace(0, 2, 200_001)
+    s = np.linspace(0, rest, 200_001)
+    impulse = np.trapezoid(np.exp(-t), t) + np.trapezoid((2 + math.exp(-2) - 2 * s) * np.exp(-s), s)
+    assert impulse == pytest.approx(scenes.FIRST_BLOW, rel=1e-9)
+    assert 0 < leaving < 1
+    assert Body(scenes.FIXED_ROD).greens.static_compliance()[0, 0] == 1.0
+    assert Residual.none().compliance[0, 0] == 0.0

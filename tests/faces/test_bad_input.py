@@ -1,0 +1,219 @@
+"""Bad input as a user meets it: a scene, the program, one message that names file, key, value and remedy.
+
+Keys, units and ranges of scenes: test_scene. Groups of meshes: test_mesh_io. Matrices: test_assembly, test_roads.
+"""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import impact
+from impact.greens.base import GreensFunction
+from impact.greens.sampled import SampledGreens
+from impact.storage.hdf5 import save_greens
+from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures.seats import kept_seats
+from seatfem.study.impacts.contact import check_length
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import RunError, run_scene
+from seatfem.study.scene import load_scene
+
+MESHES = Path(__file__).parents[2] / "meshes"
+STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+REED = (
+    '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
+    'damping_ratio = 0.03\nn_modes = 20\nrelease = { tip_deflection = "1 mm" }\n' + STEEL
+)
+RUN = '[run]\nduration = "0.8 ms"\n'
+SPRING = '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n'
+GREENS = '[seat]\nkind = "greens"\nfile = "seat.h5"\n'
+ROD = {"young": 200e9, "density": 7850.0, "area": 1e-6, "length": 0.03}
+# one tetrahedron; `contact` has a name but no triangles
+EMPTY_PATCH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+2 1 "contact"
+2 2 "fixed"
+3 3 "seat"
+$EndPhysicalNames
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 0 1 0
+4 0 0 1
+$EndNodes
+$Elements
+2
+1 2 2 2 2 1 3 2
+2 4 2 3 1 1 2 3 4
+$EndElements
+"""
+
+
+def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """What `seatfem run` says of a scene that it refuses as bad input; it leaves no file."""
+    scene = folder / "scene.toml"
+    scene.write_text(text, encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(folder / "out"), "--quiet"]) == BAD_INPUT
+    assert not any((folder / "out").glob("*"))
+    err = capsys.readouterr().err
+    assert "Traceback" not in err
+    return err
+
+
+@pytest.mark.parametrize(
+    ("seat", "message"),
+    [
+        ("contact = { kind = 'colour', colour = [0, 255, 0] }", "no face for 'contact' (faces of colour (0, 255, 0,"),
+        ("fixed = { kind = 'colour', colour = [0, 255, 0] }", "no face for 'fixed' (faces of colour (0, 255, 0,"),
+        ("contact = { kind = 'plane', normal = [0, 0, 1], offset = '9 mm' }", "no face for 'contact' (plane"),
+    ],
+)
+def test_a_cad_file_without_the_face(
+    seat: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The message lists the faces that are there."""
+    head = f"[seat]\nkind = 'cad'\nfile = '{(MESHES / 'annular_seat.step').as_posix()}'\n{STEEL}"
+    told = complaint(tmp_path, head + "mesh = { size = '3 mm' }\n" + seat + "\n" + BALL + RUN, capsys)
+    assert message in told
+    assert "annular_seat.step" in told
+    assert "centre (0, 0, 8.5) mm" in told
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "message"),
+    [
+        (None, "contact = 'lip'", "annular_seat.msh: no surface group named 'lip'; the file has: 'contact', 'fixed'"),
+        (None, "fixed = 'under'", "annular_seat.msh: no surface group named 'under'; the file has: 'contact', 'fixed'"),
+        (EMPTY_PATCH, "", "empty.msh: no surface group named 'contact'; the file has: 'fixed'"),
+    ],
+)
+def test_a_mesh_file_without_the_patch(
+    text: str | None, key: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = MESHES / "annular_seat.msh"
+    if text is not None:
+        path = tmp_path / "empty.msh"
+        path.write_text(text, encoding="utf-8")
+    scene = f"[seat]\nkind = 'mesh'\nfile = '{path.as_posix()}'\n{key}\n{STEEL}{BALL}{RUN}"
+    assert message in complaint(tmp_path, scene, capsys)
+
+
+def test_a_truncated_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seat = tmp_path / "seat.h5"
+    save_greens(impact.spring(stiffness=1e7), seat)
+    seat.write_bytes(seat.read_bytes()[:-1])
+    assert f"{seat}: truncated or damaged (" in (told := complaint(tmp_path, GREENS + BALL + RUN, capsys))
+    assert told.endswith("; compute it again\n")
+
+
+def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    seat = tmp_path / "seat.h5"
+    save_greens(impact.spring(stiffness=1e7), seat)
+    with h5py.File(seat, "r+") as file:
+        file.attrs["schema"] = 99
+    message = f"{seat}: schema 99 is newer than this version reads (up to 1); update the package\n"
+    assert complaint(tmp_path, GREENS + BALL + RUN, capsys).endswith(message)
+
+
+@pytest.mark.parametrize(
+    ("greens", "message"),
+    [
+        (impact.free_rod(**ROD), "the seat has no static stiffness (it is free to move"),
+        (
+            SampledGreens(np.array([1.0, 0.5, 0.0]), 1e-5, static=np.array([[1e-8]])),
+            "g is known up to 2e-05 s only: shorten the run to ",
+        ),
+        (SampledGreens(np.linspace(1.0, 0.0, 100), 1e-5), "the static compliance is unknown: give static="),
+    ],
+)
+def test_a_greens_function_that_is_no_seat(
+    greens: GreensFunction, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_greens(greens, tmp_path / "seat.h5")
+    scene = tmp_path / "scene.toml"
+    scene.write_text(GREENS + BALL + RUN, encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
+    assert message in capsys.readouterr().err
+
+
+def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = complaint(tmp_path, SPRING + REED + RUN + 'time_step = "0.6 us"', capsys)
+    assert told == (
+        "seatfem: run.time_step = 6e-07 s does not resolve filtered_peak_force_N: at most 5e-07 s (half of "
+        "run.filter_width = 1e-06 s); use a shorter step or a wider filter\n"
+    )
+
+
+def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+    def messages(step: str) -> tuple[str, ...]:
+        path = tmp_path / "scene.toml"
+        stated = f'time_step = "{step}"\n' if step else 'filter_width = "4 us"\n'
+        path.write_text(SPRING + REED + RUN + stated + '[accuracy]\ntarget = "90 %"', encoding="utf-8")
+        outcome = run_scene(load_scene(path), tmp_path / "out")
+        steps.append(float(str(outcome.summary["time_step_s"])))
+        return outcome.messages
+
+    steps: list[float] = []
+    (warning,) = messages("0.4 us")
+    assert "highest striker frequency times step = 1.03 (limit 0.5)" in warning
+    assert "took " in warning
+    assert "% of the energy; use run.time_step <= 1.9e-07 s" in warning
+    assert messages("0.1 us") == ()
+    assert messages("") == ()  # chosen, and its error measured
+    assert steps[-1] > 0.19e-6
+
+
+def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kept_seats, "build_seat", lambda *given: pytest.fail("the seat was computed"))
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"', encoding="utf-8")
+    with pytest.raises(RunError, match=r"at most 9.5e-06 s"):
+        run_scene(load_scene(path), tmp_path / "out")
+
+
+def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
+    assert "takes 8e+08 steps of 1e-12 s (run.time_step), at most 2e+07 are stored" in told
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + REED + RUN, encoding="utf-8")
+    with pytest.raises(
+        RunError, match=r"1.6e\+08 steps of 5e-12 s \(the step that both bodies and run.filter_width need"
+    ):
+        check_length(load_scene(path), 5e-12)
+
+
+def test_a_reed_known_by_its_length_is_the_papers_and_that_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    short = REED.replace('width = "10 mm"\nthickness = "0.305 mm"\n', "").replace(STEEL, "")
+    told, results = [], []
+    for name, reed in (("given", REED), ("assumed", short)):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(SPRING + reed + RUN + '[accuracy]\ntarget = "30 %"\n', encoding="utf-8")
+        outcome = run_scene(load_scene(path), tmp_path / name)
+        told.append(outcome.messages)
+        results.append(outcome.summary["impulse_Ns"])
+    assert results[0] == results[1]
+    assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
+    assert told == [(), (f"not given, taken from the paper's reed: {assumed}",)]
+
+
+def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The message names the key, both times and the remedy."""
+    save_greens(impact.single_mode(frequency_hz=1e4, mass=1.0).known_for(2e-5), tmp_path / "seat.h5")
+    told = complaint(tmp_path, GREENS + BALL + RUN, capsys)
+    assert "seat.file = seat.h5: the run lasts" in told
+    assert "(run.duration) but g is known up to 2e-05 s only: shorten the run to that" in told

@@ -1,0 +1,425 @@
+"""The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import tomllib
+import types
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from rich.table import Table
+
+from seatfem.faces import cli
+from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
+from seatfem.faces.progress_bars import StageClock, progress_bars
+from seatfem.machine import doctor
+from seatfem.machine import libraries as system
+from seatfem.machine.doctor import Check
+from seatfem.structures.shapes import GeometryError
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.scene import Scene
+
+ROOT = Path(__file__).parents[2]
+SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
+SUMMARY = {
+    "peak_force_N": 12.345678,
+    "filtered_peak_force_N": 12.0,
+    "impulse_Ns": 1.5e-3,
+    "first_contact_s": 653.3246e-6,
+    "contact_count": 3,
+    "energy_residual": 1e-12,
+    "spring_peak_force_N": 11.0,
+    "spring_first_contact_s": None,
+    "spring_filtered_peak_force_N": 11.0,
+    "filter_width_s": 1e-6,
+    "time_step_s": 1e-8,
+    "error_bar_filtered_peak_force_N": 0.1,
+    "accuracy_measures": "filtered_peak, impulse",
+    "accuracy_target": 0.02,
+    "regime": "a line about the map",
+    "regime_predicted_peak_error": None,
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    summary: dict[str, object] = field(default_factory=lambda: dict(SUMMARY))
+    messages: tuple[str, ...] = ("pictures [skipped]",)
+    files: tuple[Path, ...] = (Path("somewhere/summary.json"),)
+    stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
+    met: bool = True
+    modes: tuple[object, ...] = ()
+
+
+class Pipeline(types.ModuleType):
+    """Stands in for seatfem.study.runs.pipeline: remembers what it was asked, or fails as told."""
+
+    def __init__(self) -> None:
+        super().__init__("seatfem.study.runs.pipeline")
+        self.asked: list[tuple[str, str, Path]] = []
+        self.act: Callable[[], None] = lambda: None
+        self.options: dict[str, object] = {}
+
+    def run_scene(
+        self, scene: Scene, folder: Path, progress: Callable[[str, float], None], **options: object
+    ) -> Outcome:
+        self.options = options
+        return self._answer("run", scene, folder, progress)
+
+    def compute_greens(self, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
+        return self._answer("greens", scene, path, progress)
+
+    def write_modes(
+        self,
+        scene: Scene,
+        folder: Path,
+        progress: Callable[[str, float], None],
+        *,
+        count: int | None,
+        up_to_hz: float | None,
+    ) -> Outcome:
+        self.wanted = (count, up_to_hz)
+        return self._answer("modes", scene, folder, progress)
+
+    def _answer(self, verb: str, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
+        progress("stepping", 0.0)
+        self.act()
+        progress("stepping", 1.0)
+        self.asked.append((verb, scene.title, path))
+        return Outcome()
+
+
+@pytest.fixture
+def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
+    stand_in = Pipeline()
+    monkeypatch.setitem(sys.modules, "seatfem.study.runs.pipeline", stand_in)
+    monkeypatch.delenv("SEATFEM_DEBUG", raising=False)
+    return stand_in
+
+
+def failing(error: BaseException) -> Callable[[], None]:
+    def act() -> None:
+        raise error
+
+    return act
+
+
+def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["run", str(SPRING_SCENE), "-o", "there"]) == DONE
+    assert pipeline.asked == [("run", "Flapper reed on a spring", Path("there"))]
+    out, err = capsys.readouterr()
+    lines = [" ".join(line.replace("│", " ").split()) for line in out.splitlines()]
+    assert "Flapper reed on a spring" in lines
+    said = lines.index("Flapper reed on a spring") + 1
+    assert lines[said].startswith("A constant stiffness would be 8.3 % low in the peak force (mean over 1 us) here, ")
+    assert "peak, 1 us mean 12.00 ± 0.10 N 11.00 N -8.3 % 10 0.83 %, met" in lines
+    assert "first contact 653.3 us -" in lines
+    assert "contacts 3 -" in lines
+    assert "raw, step 10 ns" in lines
+    assert lines.index("peak 12.35 N 11 N") > lines.index("raw, step 10 ns")
+    assert "regime" not in out  # where it predicts nothing
+    assert "note: pictures [skipped]" in lines
+    assert "wrote somewhere/summary.json" in lines
+    assert lines[-1] == "time: assembly 2.0 s, mesh 0.5 s"
+    assert "stepping: 0.0 s" in err
+
+
+def test_the_regime_is_told_where_it_predicts(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", -0.2)
+    assert run_command(["run", str(SPRING_SCENE)]) == DONE
+    assert "regime: a line about the map" in capsys.readouterr().out
+
+
+def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    limits = pipeline_limits(pipeline, [])
+    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (4, math.inf, True)
+    limits = pipeline_limits(pipeline, ["--max-time", "30", "--rounds", "2", "--no-pictures"])
+    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
+    capsys.readouterr()
+    for flag, value in (("--rounds", "0"), ("--max-time", "-1"), ("--max-time", "nan"), ("--rounds", "many")):
+        assert run_command(["run", str(SPRING_SCENE), flag, value]) == BAD_INPUT
+        out, err = capsys.readouterr()
+        assert flag in out + err
+
+
+def pipeline_limits(pipeline: Pipeline, flags: list[str]) -> Limits:
+    assert run_command(["run", str(SPRING_SCENE), "--quiet", *flags]) == DONE
+    limits = pipeline.options["limits"]
+    assert isinstance(limits, Limits)
+    return limits
+
+
+def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
+    pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pipeline.act = lambda: pipeline.options["tell"]("round 1: [bar] 3 %")  # type: ignore[operator]
+    assert run_command(["run", str(SPRING_SCENE)]) == DONE
+    assert "round 1: [bar] 3 %\n" in capsys.readouterr().err
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
+    assert capsys.readouterr().err == ""
+
+
+def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    for verb in ("run", "greens", "modes"):
+        assert run_command([verb, str(SPRING_SCENE), "--quiet"]) == DONE
+    assert [asked[0] for asked in pipeline.asked] == ["run", "greens", "modes"]
+    assert capsys.readouterr() == ("", "")
+
+
+def test_where_results_go(pipeline: Pipeline) -> None:
+    for arguments in (
+        ["demo"],
+        ["run", str(SPRING_SCENE)],
+        ["greens", str(SPRING_SCENE)],
+        ["modes", str(SPRING_SCENE)],
+    ):
+        run_command([*arguments, "--quiet"])
+    assert [path for *_, path in pipeline.asked] == [
+        Path("seatfem-demo"),
+        Path("flapper_on_spring-result"),
+        Path("flapper_on_spring-seat.h5"),
+        Path("flapper_on_spring-modes"),
+    ]
+    assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
+
+
+@pytest.mark.parametrize("verb", ["demo", "run", "plan", "greens", "modes", "verify", "doctor"])
+def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command([verb, "--help"]) == DONE
+    assert f"Usage: seatfem {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["rum"], 'Did you mean "run"?'),
+        (["run"], "SCENE"),
+        (["run", str(SPRING_SCENE), "--fast"], "--fast"),
+        (["run", "absent.toml"], "absent.toml: cannot be read: no such file"),
+    ],
+)
+def test_bad_input(arguments: list[str], message: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(arguments) == BAD_INPUT
+    out, err = capfd.readouterr()
+    assert message in out + err
+    assert "Traceback" not in out + err
+
+
+def test_a_bad_scene_is_told_line_by_line(
+    tmp_path: Path, pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("stiffness", "stifness").replace("mm", "kg"))
+    assert run_command(["run", str(scene)]) == BAD_INPUT
+    err = capsys.readouterr().err
+    assert "unknown key; did you mean 'stiffness'?" in err
+    assert "reed.length: '25.4 kg' is a mass" in err
+    assert pipeline.asked == []
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [
+        (GeometryError("the lip is too wide"), BAD_INPUT, "seatfem: the lip is too wide\n"),
+        (system.MissingLibraryError("libGLU; apt-get"), FAILED, "seatfem: libGLU; apt-get\n"),
+        (FileNotFoundError(2, "No such file", "x.step"), BAD_INPUT, "seatfem: [Errno 2] No such file: 'x.step'\n"),
+        (PermissionError(13, "Permission denied", "out"), FAILED, "seatfem: [Errno 13] Permission denied: 'out'\n"),
+        (MemoryError(), FAILED, "seatfem: out of memory; a coarser mesh (seat.mesh.size) needs less\n"),
+        (
+            ZeroDivisionError("division by zero"),
+            FAILED,
+            "seatfem: unexpected ZeroDivisionError: division by zero; this is a bug, --debug or SEATFEM_DEBUG=1 "
+            "shows where\n",
+        ),
+        (KeyboardInterrupt(), INTERRUPTED, "seatfem: interrupted; files are written whole or not at all\n"),
+    ],
+)
+def test_failures_are_one_line(
+    pipeline: Pipeline, capsys: pytest.CaptureFixture[str], error: BaseException, code: int, message: str
+) -> None:
+    pipeline.act = failing(error)
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == code
+    assert capsys.readouterr().err == message
+
+
+def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch) -> None:
+    pipeline.act = failing(ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError):
+        run_command(["run", str(SPRING_SCENE), "--debug"])
+    monkeypatch.setenv("SEATFEM_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        run_command(["run", str(SPRING_SCENE)])
+
+
+def test_warnings_are_one_line_each(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    def act() -> None:
+        with warnings.catch_warnings():  # the tests' own filter makes errors of warnings
+            warnings.simplefilter("always")
+            warnings.warn("the step is coarse", stacklevel=1)
+
+    pipeline.act = act
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
+    assert capsys.readouterr().err == "warning: the step is coarse\n"
+
+
+def test_missing_system_libraries_stop_a_run_before_meshing(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(system, "_loads", lambda library: False)
+    assert run_command(["demo"]) == FAILED
+    assert "apt-get install --no-install-recommends libglu1-mesa" in capsys.readouterr().err
+    assert pipeline.asked == []
+    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE  # needs no mesh
+
+
+def test_doctor_exit_codes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    fine, optional = Check("python", True, "3.11"), Check("pictures", False, "no EGL", "apt-get", required=False)
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (fine, optional))
+    assert run_command(["doctor"]) == DONE
+    assert "no EGL" in capsys.readouterr().out
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (fine, Check("gmsh", False, "absent", "pip install gmsh")))
+    assert run_command(["doctor", "--quiet"]) == FAILED
+    assert capsys.readouterr() == ("", "gmsh: absent; pip install gmsh\n")
+
+
+@dataclass(frozen=True)
+class Row:
+    verdict: bool
+    case: str = "rod"
+    quantity: str = "peak"
+    exact: float = 1.0
+    ours: float = 1.001
+    error: float = 1e-3
+    tolerance: float = 1e-2
+
+
+@pytest.mark.parametrize(("passed", "code", "verdict"), [(True, DONE, "pass"), (False, FAILED, "FAIL")])
+def test_verify_exit_codes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool, code: int, verdict: str
+) -> None:
+    module = types.ModuleType("seatfem.verification.table")
+    module.verification_table = lambda progress: [Row(True), Row(passed)]  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "seatfem.verification.table", module)
+    assert run_command(["verify"]) == code
+    assert verdict in capsys.readouterr().out
+
+
+def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert cli.demo_scene().is_file()
+    shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    assert included == {f"examples/{cli.DEMO_SCENE}": f"seatfem/data/{cli.DEMO_SCENE}"}
+    inside = tmp_path / "data" / cli.DEMO_SCENE
+    inside.parent.mkdir()
+    inside.write_text("")
+    monkeypatch.setattr(cli.resources, "files", lambda package: tmp_path)
+    assert cli.demo_scene() == inside
+
+
+def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:
+    code = """
+import sys, time, types
+pipeline = types.ModuleType("seatfem.study.runs.pipeline")
+def run_scene(scene, folder, progress, **options):
+    print("ready", flush=True)
+    time.sleep(60)
+pipeline.run_scene = run_scene
+sys.modules["seatfem.study.runs.pipeline"] = pipeline
+from seatfem.faces.cli import main
+main()
+"""
+    command = [sys.executable, "-c", code, "run", str(SPRING_SCENE)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=tmp_path, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == INTERRUPTED
+    assert "interrupted" in err
+    assert "Traceback" not in err
+
+
+def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None:
+    shown: list[tuple[str, float, float]] = []
+    times = iter([0.0, 1.0, 2.5, 3.0, 10.0, 12.0])
+    clock = StageClock(lambda *report: shown.append(report), now=lambda: next(times))
+    for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
+        clock(stage, done)
+    assert shown == [
+        ("mesh", 0.0, 0.0),
+        ("solve", 0.0, 0.0),
+        ("mesh", 1.0, 2.5),
+        ("mesh", 0.5, 2.5),
+        ("mesh", 1.0, 4.5),
+    ]
+
+
+def test_bars_on_a_terminal() -> None:
+    text = StringIO()
+    with progress_bars(Console(file=text, force_terminal=True, width=80)) as progress:
+        progress("meshing", 0.0)
+        progress("meshing", 1.0)
+    assert "meshing" in text.getvalue()
+    assert "100%" in text.getvalue()
+
+
+def test_letters_that_a_terminal_lacks_end_nothing() -> None:
+    code = "from seatfem.faces import cli; cli.run_command = lambda arguments: print('12.0 \\u00b1 0.1 N'); cli.main()"
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "12.0 ? 0.1 N\n", "")
+
+
+def test_the_program_runs_as_a_module() -> None:
+    for module in ("seatfem", "seatfem.faces.cli"):
+        done = subprocess.run([sys.executable, "-m", module, "run"], capture_output=True, text=True, check=False)
+        assert done.returncode == BAD_INPUT
+        assert "SCENE" in done.stderr + done.stdout
+
+
+def test_brackets_are_no_markup_wherever_text_is_printed(
+    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``pip install 'seatfem[uff]'`` must come through whole: tables, notes, errors, stages, titles."""
+    remedy = "pip install 'seatfem[uff]'"
+    gap = Check("pyuff", False, "absent", remedy, required=False)
+    monkeypatch.setattr(doctor, "doctor_report", lambda: (gap, Check("gmsh[x]", False, "absent [y]", remedy)))
+    assert run_command(["doctor"]) == FAILED
+    out, err = capsys.readouterr()
+    assert out.count(remedy) == 2
+    assert f"gmsh[x]: absent [y]; {remedy}" in err
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("Flapper", "[red]Flapper[/red] [uff]"))
+    monkeypatch.setitem(SUMMARY, "regime", "map [red]of[/red] rods")
+    monkeypatch.setitem(SUMMARY, "regime_predicted_peak_error", 0.1)
+    monkeypatch.setitem(SUMMARY, "error_unknown", "mesh[/]")
+    assert run_command(["run", str(scene)]) == DONE
+    out = capsys.readouterr().out
+    for words in ("[red]Flapper[/red] [uff] reed", "map [red]of[/red] rods", "mesh[/]", "pictures [skipped]"):
+        assert words in out
+    pipeline.act = failing(GeometryError(remedy))
+    assert run_command(["run", str(scene), "--quiet"]) == BAD_INPUT
+    assert remedy in capsys.readouterr().err
+    text = StringIO()
+    with progress_bars(Console(file=text, force_terminal=True, width=80), quiet=False) as progress:
+        progress("seat[uff]", 0.5)
+    assert "seat[uff]" in text.getvalue()
+    choices = Table("key")
+    choices.add_row("a [uff] choice")
+    cli._console().print(choices)
+    assert "[uff]" in capsys.readouterr().out

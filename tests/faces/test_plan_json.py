@@ -1,0 +1,110 @@
+"""`seatfem plan --json`: one JSON object, complete and valid; and what a plan does without."""
+
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import DONE, run_command
+from seatfem.faces.plan_json import plan_json
+from seatfem.study.planning.plan import Plan
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.prerun import Bench, first_look
+from seatfem.study.planning.surrogate import surrogate_of
+from seatfem.study.scene import Scene, load_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ANNULAR = EXAMPLES / "flapper_on_annular_seat.toml"
+HEAVY = (
+    "pint",
+    "h5py",
+    "matplotlib",
+    "pyvista",
+    "skfem",
+    "scipy.sparse",
+    "scipy.signal",
+    "scipy.optimize",
+    "pypardiso",
+)
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return plan_scene(load_scene(ANNULAR))
+
+
+def test_the_program_prints_one_object_and_nothing_else(plan: Plan, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["plan", str(ANNULAR), "--json"]) == DONE
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert err == ""
+    assert told["choices"] == json.loads(plan_json(plan))["choices"]
+    assert run_command(["plan", str(ANNULAR), "--json", "--quiet"]) == DONE
+    assert capsys.readouterr() == ("", "")
+
+
+def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
+    told = json.loads(plan_json(plan))
+    assert told["level"] == plan.level == "axisymmetric"
+    assert told["kept"] is False
+    assert told["target"] == load_scene(ANNULAR).accuracy.target
+    assert told["meets_target"] is plan.meets_target
+    assert [choice["key"] for choice in told["choices"]] == [choice.key for choice in plan.choices]
+    assert all(choice.keys() == {"key", "value", "reason", "given"} for choice in told["choices"])
+    assert told["time_s"] == plan.cost.seconds == pytest.approx(sum(told["stages_s"].values()))
+    assert told["memory_bytes"] == plan.cost.memory
+    assert told["error"] == dict(plan.error)
+    assert told["error"].keys() == {"impulse", "filtered_peak"}
+    assert told["shares"].keys() == plan.shares.keys()
+    assert told["alternatives"][0]["what"] == plan.alternatives[0].what
+    assert told["alternatives"][0]["time_s"] == plan.alternatives[0].cost.seconds
+    assert told["notes"] == list(plan.notes)
+
+
+def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
+    scene = json.loads(plan_json(plan))["scene"]
+    assert scene["run"]["duration"] == 3e-3
+    assert scene["run"]["time_step"] == plan.scene.run.time_step
+    assert scene["run"]["time_step"] > 0
+    assert scene["reed"]["n_modes"] == int(plan.choice("reed.n_modes").value)
+    assert scene["seat"]["model"] == plan.level
+    assert scene["seat"]["mesh"]["size"] == plan.scene.seat.model_dump()["mesh"]["size"]
+    assert scene["seat"]["kind"] == "annular"
+
+
+def test_json_knows_no_infinity(plan: Plan) -> None:
+    endless = replace(plan, error={"impulse": math.inf, "stress": math.nan, "filtered_peak": 0.5})
+    assert json.loads(plan_json(endless))["error"] == {"impulse": None, "stress": None, "filtered_peak": 0.5}
+
+
+def test_pre_runs_compute_no_displacement_and_stress_that_is_not_asked_for() -> None:
+    scene = load_scene(EXAMPLES / "flapper_on_spring.toml")
+    seat = surrogate_of(scene).greens
+    window = first_look(scene, seat)
+
+    def found(*measures: str) -> dict[str, float]:
+        accuracy = scene.accuracy.model_copy(update={"measures": measures})
+        asked: Scene = scene.model_copy(update={"accuracy": accuracy})
+        return dict(Bench(asked, seat, window).measures(dt=scene.run.filter_width / 10, n_modes=5))
+
+    every = found("impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress")
+    assert len(every) == 5
+    assert all(value > 0 for value in every.values())
+    of_the_force = {"impulse", "filtered_peak", "contact_duration"}  # cost nothing beside the march
+    assert found("stress") == {name: every[name] for name in every if name in of_the_force | {"stress"}}
+    assert found("filtered_peak", "seat_displacement").keys() == of_the_force | {"seat_displacement"}
+
+
+def test_a_plan_loads_no_library_that_it_does_not_need() -> None:
+    """Each of them takes a good part of a plan's time to load."""
+    code = (
+        "import sys; from seatfem.faces.cli import run_command; code = run_command(sys.argv[1:]); "
+        f"print(code, *(name for name in {HEAVY} if name in sys.modules))"
+    )
+    command = [sys.executable, "-c", code, "plan", str(ANNULAR), "--quiet"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["0"]

@@ -1,0 +1,134 @@
+"""What a run prints of its numbers: one sentence, and a table with error bars, differences and targets."""
+
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from seatfem.faces.result_table import result_table
+from seatfem.faces.verdict import difference, verdict
+
+PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
+RUN: dict[str, object] = {
+    PEAK: 50.0,
+    "spring_" + PEAK: 40.0,
+    "error_bar_" + PEAK: 0.5,
+    IMPULSE: 1e-3,
+    "spring_" + IMPULSE: 1.0005e-3,
+    "error_bar_" + IMPULSE: 1e-6,
+    "filter_width_s": 2e-6,
+    "time_step_s": 25e-9,
+    "first_contact_s": 5e-4,
+    "spring_first_contact_s": 5e-4,
+    "contact_count": 2,
+    "spring_contact_count": 3,
+    "restitution": 0.85,
+    "spring_restitution": 0.87,
+    "max_seat_displacement_m": 1e-6,
+    "spring_max_seat_displacement_m": 2e-6,
+    "error_bar_max_seat_displacement_m": 1e-8,
+    "peak_force_N": 150.0,
+    "spring_peak_force_N": 70.0,
+    "energy_residual": 1e-12,
+    "accuracy_target": 0.02,
+    "accuracy_measures": "impulse, filtered_peak",
+    "accuracy_met": True,
+    "plan_seat_level": "axisymmetric",
+    "plan_given": "run.duration",
+    "seat_kind": "annular",
+    "error_unknown": "",
+}
+
+
+def printed(**changed: object) -> list[str]:
+    console = Console(width=120, record=True, file=StringIO())
+    console.print(result_table({**RUN, **changed}))
+    return [" ".join(line.split()) for line in console.export_text().splitlines()]
+
+
+def row(words: str, **changed: object) -> str:
+    return next(line for line in printed(**changed) if line.startswith(words))
+
+
+def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
+    assert row("peak, 2 us mean") == "peak, 2 us mean 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, met"
+    assert row("impulse") == "impulse 1.0000 ± 0.0010 mN s 1.0005 mN s +0.05 % 0.5 0.1 %, met"
+    assert row("peak, 2 us mean", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
+    assert row("restitution") == "restitution 0.85 0.87"
+
+
+def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
+    lines = printed()
+    raw = lines.index("raw, step 25 ns")
+    assert [line.split()[0] for line in lines[raw + 1 : raw + 2]] == ["peak"]
+    assert all(lines.index(line) < raw for line in lines if line.startswith(("impulse", "restitution", "contacts")))
+    assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
+
+
+def test_an_unknown_source_of_error_is_named() -> None:
+    assert any("error bars leave out what is unknown: mesh" in line for line in printed(error_unknown="mesh"))
+
+
+def test_stress_after_the_first_touch_replaces_the_largest_of_all() -> None:
+    old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
+    new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8}
+    assert row("reed stress, largest", **old) == "reed stress, largest 200 MPa 200 MPa"
+    lines = printed(**old, **new)
+    assert "reed stress, struck 90 MPa -" in lines
+    assert "reed stress, before 200 MPa -" in lines
+    assert not any(line.startswith("reed stress, largest") for line in lines)
+
+
+def test_a_difference_beyond_the_bars_is_told_with_sign_and_size() -> None:
+    assert verdict(RUN) == (
+        "A constant stiffness would be 20 % low in the peak force (mean over 2 us) here, 20 error bars."
+    )
+    both = verdict({**RUN, "spring_" + IMPULSE: 1.01e-3})
+    assert both.endswith("here, 20 error bars; and 1 % high in the impulse, 10 error bars.")
+
+
+def test_below_the_bars_a_spring_serves() -> None:
+    near = {**RUN, "spring_" + PEAK: 50.4}
+    assert verdict(near) == (
+        "Here a spring serves: the difference in impulse and peak force (mean over 2 us) is below the error bar "
+        "(0.8 % against 1 % at most)."
+    )
+    wide = verdict({**RUN, "error_bar_" + PEAK: 20.0, "accuracy_met": False})
+    assert wide.startswith("Whether a spring would serve cannot be told")
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"plan_seat_level": "spring"}, "The plan took the seat for its static stiffness, a spring"),
+        ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, "seat.model = 'spring'"),
+        ({"seat_kind": "spring"}, "The seat is a spring: it is its own baseline."),
+        ({"first_contact_s": None}, "No contact within run.duration"),
+    ],
+)
+def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], words: str) -> None:
+    assert verdict({**RUN, **changed}).startswith(words)
+
+
+def test_a_plan_that_took_the_spring_vouches_for_what_was_asked_alone() -> None:
+    """Its seat has no waves, which other measures may need."""
+    assert row("seat displacement", plan_seat_level="spring") == "seat displacement 1 um 2 um, raw"
+    assert "±" in row("impulse", plan_seat_level="spring")
+
+
+def test_measures_asked_for_decide_and_others_do_not() -> None:
+    """The stress was asked for: the peak's difference is not the answer."""
+    stress = "peak_reed_stress_after_contact_Pa"
+    asked = {
+        **RUN, "accuracy_measures": "stress", stress: 1e8, f"spring_{stress}": 1.001e8, f"error_bar_{stress}": 1e6
+    }  # fmt: skip
+    assert verdict(asked).startswith("Here a spring serves: the difference in reed stress after the first touch")
+
+
+def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
+    assert difference(RUN, "peak_force_N") is None
+    assert difference({**RUN, PEAK: 0.0}, PEAK) is None
+    assert difference({**RUN, PEAK: None}, PEAK) is None
+    exact = difference({**RUN, "error_bar_" + PEAK: 0.0}, PEAK)
+    assert exact is not None
+    assert exact.bars == float("inf")

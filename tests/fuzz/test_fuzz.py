@@ -1,0 +1,341 @@
+"""Mutated scene and kernel files: a seeded sample of what `python -m tests.fuzz` does, and the defects it has found."""
+
+import csv
+import gzip
+import io
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import h5py
+import numpy as np
+import pytest
+from scipy import sparse
+
+import impact
+from impact.files.seal import seal
+from impact.march.problem import ContactError
+from impact.march.stepper import ContactStepper, prepare
+from impact.pictures.greens_plots import plot_greens
+from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
+from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
+from seatfem.machine.rates import Machine, MachineError
+from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.counts.memory_need import MemoryNeedError
+from seatfem.structures.formats.matrices import read_matrices
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh import gmsh_process
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import ModelError
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.contact import RunError, check_length, check_step
+from seatfem.study.scene import DrawnSeat, SceneError, load_scene
+from seatfem.study.scene.problems import MOST
+from seatfem.study.trade.journal import append, read_journal
+from seatfem.study.trade.point import Outcome, Point
+from tests.extremes import run_battery
+
+ROOT = Path(__file__).parents[2]
+TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"
+BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "0.1 ms"\n'
+SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
+BLOCK = (
+    '[seat]\nkind = "block"\nwidth = "20 mm"\ndepth = "20 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+    'patch_depth = "4 mm"\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+)
+
+
+def test_a_sample_of_the_cases(tmp_path: Path) -> None:
+    """In a process of its own, since it forks; 60 cases take some ten seconds."""
+    command = [sys.executable, "-m", "tests.fuzz", "--cases", "60", "--seed", "7", "--folder", str(tmp_path)]
+    done = subprocess.run([*command, "--cheap"], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    log = [json.loads(line) for line in (tmp_path / "log-7.jsonl").read_text(encoding="utf-8").splitlines()]
+    words = {entry["word"] for entry in log}
+    assert len(log) >= 50
+    assert {"ran", "refused"} <= words <= {"ran", "refused", "drawn"}
+
+
+def test_the_committed_table_has_no_defect() -> None:
+    rows = list(csv.DictReader(TABLE.read_text(encoding="utf-8").splitlines()))
+    assert sum(int(row["cases"]) for row in rows) >= 10_000
+    assert sum(int(row["defects"]) for row in rows) == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a = " + "[" * 3000 + "]" * 3000,
+        "a = " + "9" * 5000,
+        SPRING + BALL + '[reed.release]\ntip_deflection = "1 mm"\n' + "[run.a" + ".a" * 1500 + "]\n",
+    ],
+)
+def test_scenes_nested_or_long_beyond_measure(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(SceneError, match=r"scene\.toml"):
+        load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("stiffness", "1e300 N/m", "1e-12 to 1e+21 N/m"),
+        ("mass", "1e-30 kg", "1e-18 to 1e+12 kg"),
+        ("duration", "1e20 s", "1e-15 to 1e+09 s"),
+    ],
+)
+def test_quantities_out_of_any_sane_range(key: str, value: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    lines = [f'{key} = "{value}"' if line.startswith(f"{key} ") else line for line in (SPRING + BALL).splitlines()]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(SceneError, match=rf"{key}: '{value}' is out of any sane range") as caught:
+        load_scene(path)
+    assert words in str(caught.value)
+
+
+def test_axes_that_are_not_at_right_angles(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    wood = (
+        'material = { kind = "orthotropic", young = ["1 GPa", "1 GPa", "1 GPa"], poisson = [0.1, 0.1, 0.1], '
+        'shear = ["1 GPa", "1 GPa", "1 GPa"], density = "700 kg/m^3", axes = [[1, 0, 0], [1, 1, 0], [0, 0, 1]] }\n'
+    )
+    path.write_text(BLOCK[: BLOCK.index("material")] + wood + BALL, encoding="utf-8")
+    with pytest.raises(SceneError, match=r"seat\.material\.axes: .* are not at right angles"):
+        load_scene(path)
+
+
+def test_messages_have_an_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + "".join(f"k{k} = {k}\n" for k in range(3000)) + f'x = "{"y" * 10_000}"\n{BALL}', "utf-8")
+    assert run_command(["run", str(path), "--quiet"]) == BAD_INPUT
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == MOST_LINES + 1
+    assert lines[-1] == f"... and {MOST + 1 - MOST_LINES} more lines"  # the last tells of problems untold
+    assert max(map(len, lines)) <= WIDEST + 20
+
+
+def greens(path: Path) -> Path:
+    save_greens(impact.single_mode(frequency_hz=1e3, mass=1.0, damping_ratio=0.1), path)
+    return path
+
+
+def changed(path: Path, name: str, **new: object) -> Path:
+    """A dataset made anew in a file that is sealed again."""
+    with h5py.File(path, "r+") as file:
+        del file[name]
+        file.create_dataset(name, **new)
+    seal(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("new", "words"),
+    [
+        ({"shape": (10_000_000_000_000,), "dtype": "f8", "chunks": (1000,)}, "omega of .* claims .* MB in a file of"),
+        ({"data": [1 + 1j]}, "omega holds complex128, no real numbers"),
+        ({"data": [np.nan]}, "omega has 1 values that are not finite"),
+    ],
+)
+def test_kernels_that_claim_what_they_do_not_hold(new: dict[str, object], words: str, tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match=rf"seat\.h5: (damaged: )?{words}"):
+        load_greens(changed(greens(tmp_path / "seat.h5"), "omega", **new))
+
+
+@pytest.mark.parametrize("provenance", ["[1]", "null", "7", '{"a": ' * 3000])
+def test_kernels_whose_provenance_is_no_table(provenance: str, tmp_path: Path) -> None:
+    path = greens(tmp_path / "seat.h5")
+    with h5py.File(path, "r+") as file:
+        file.attrs["provenance"] = provenance
+    seal(path)
+    with pytest.raises(StorageError, match=r"seat\.h5"):
+        load_greens(path)
+
+
+def march(**given: float) -> ContactStepper:
+    seat = impact.Body(impact.spring(stiffness=1e6))
+    problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), seat)
+    return ContactStepper(prepare(problem, **{"dt": 1e-6, "duration": 1e-4} | given))
+
+
+def test_results_of_different_lengths(tmp_path: Path) -> None:
+    path, stepper = tmp_path / "result.h5", march()
+    save_results(path, {"wave": impact.solve(stepper.prepared.problem, dt=1e-6, duration=1e-4)}, {})
+    with pytest.raises(StorageError, match="the histories of wave differ in length"):
+        load_results(changed(path, "wave/gap", data=np.zeros(7)))
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("state/done", [1, 2], "does not say how many"),
+        ("state/done", -3, "done -3 steps"),
+        ("state/done", 10**6, "done 1000000 steps"),
+        ("state/gap", 1.0, "gap has shape"),
+    ],
+)
+def test_checkpoints_from_elsewhere(name: str, data: object, words: str, tmp_path: Path) -> None:
+    """Restored, they would be marched on beyond the end of arrays, in compiled code."""
+    stepper, path = march(), tmp_path / "march.h5"
+    stepper.advance(10)
+    save_checkpoint(stepper, path)
+    with pytest.raises(StorageError, match=rf"march\.h5: .*{words}"):
+        restore_checkpoint(march(), changed(path, name, data=data))
+
+
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
+def test_a_march_that_leaves_the_range_of_numbers() -> None:
+    problem = impact.ContactProblem(
+        impact.rigid_mass(mass=1e180, velocity=-1e90), impact.Body(impact.spring(stiffness=1e-150))
+    )
+    with pytest.raises(ContactError, match="leave the range of numbers at "):
+        impact.solve(problem, dt=1e-6, duration=1e-4)
+
+
+N = 6
+K = sparse.csr_array(sparse.diags_array([2.0 * np.ones(N), -np.ones(N - 1), -np.ones(N - 1)], offsets=[0, 1, -1]))
+
+
+def packed(matrix: sparse.csr_array) -> bytes:
+    buffer = io.BytesIO()
+    sparse.save_npz(buffer, matrix)
+    return buffer.getvalue()
+
+
+def outside() -> bytes:
+    matrix = K.copy()
+    matrix.indices[3] = 10**6
+    return packed(matrix)
+
+
+HEAD = b"%%MatrixMarket matrix coordinate real symmetric\n"
+BROKEN = {
+    "end.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0x",
+    "fortran.mtx": HEAD + b"2 2 2\n1 1 1.0D-3\n2 2 1.0\n",
+    "nan.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0nan",
+    "more.mtx": HEAD + b"2 2 2\n1 1 1.0 7\n2 2 1.0\n",
+    "nul.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.00000\0\0\0\0001\n",
+    "vast.mtx": HEAD + b"1000000000 1000000000 1\n1 1 1.0\n",
+    "cut.mtx.gz": gzip.compress(HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0\n", mtime=0)[:-12],
+    "cut.npz": packed(K)[:-40],
+    "outside.npz": outside(),
+    "header.npy": b"\x93NUMPY\x01\x00\x76\x00{'descr': (((" + b" " * 110,
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_matrices(name: str, tmp_path: Path) -> None:
+    """Some crash the libraries that read them, unless they are looked at first."""
+    sound, path = tmp_path / "K.npz", tmp_path / name
+    sound.write_bytes(packed(K))
+    path.write_bytes(BROKEN[name])
+    with pytest.raises(ModelError, match=f"{name}: cannot be read as a matrix"):
+        read_matrices(sound, path, ports={"contact": {0: 1.0}})
+
+
+UNV_NODES = "    -1\n  2411\n         1         1         1        11\n   0.0D+00   0.0D+00\n    -1\n"
+MESHES = {
+    "short.unv": UNV_NODES,
+    "long.inp": f"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n{'9' * 30}, 1, 1, 1, 1\n",
+    "empty.inp": "",
+    "long.bdf": f"GRID,1,,0.,0.,0.\nCTETRA,{'9' * 30},1,1,1,1,1\n",
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_broken_mesh_files(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(MESHES[name], encoding="utf-8")
+    with pytest.raises(MeshError, match=name):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        (MeshSpec(1e-6), r"seat.mesh.size = 0.001 mm \(from seat.greens.bandwidth = 1e\+06 Hz\)"),
+        (MeshSpec(1e-3, 1e-7), "contact_size = 0.0001 mm: about "),
+    ],
+)
+def test_meshes_that_would_never_end_are_refused_before_gmsh_starts(spec: MeshSpec, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(BLOCK + BALL, encoding="utf-8")
+    seat = load_scene(path).seat
+    assert isinstance(seat, DrawnSeat)
+    check_before_meshing(seat, MeshSpec(2e-3, 1e-3), "3d")
+    with pytest.raises(MemoryNeedError, match=words):
+        check_before_meshing(seat, spec, "3d")
+
+
+def test_histories_that_memory_does_not_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + BALL, encoding="utf-8")
+    scene = load_scene(path)
+    check_length(scene, 1e-8)  # 10,000 steps
+    monkeypatch.setattr(contact, "available_memory", lambda: 5000.0 * contact.STEP_BYTES)
+    with pytest.raises(RunError, match=r"takes 1e\+04 steps of 1e-08 s .*, at most 5e\+03 are stored"):
+        check_length(scene, 1e-8)
+
+
+def test_filters_narrower_than_any_run_can_resolve(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SPRING + BALL + 'filter_width = "1e-6 us"\n', encoding="utf-8")
+    with pytest.raises(RunError, match=r"run\.filter_width need"):
+        check_step(load_scene(path))
+
+
+def test_a_cad_kernel_that_finds_no_end_is_ended() -> None:
+    code = (
+        "import time, seatfem.structures.mesh._gmsh_messages as m; m.LONGEST = 1; m.stage('building the geometry', 0); "
+    )
+    command = [sys.executable, "-c", code + "time.sleep(60)"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, timeout=50, check=False)
+    assert done.returncode == -signal.SIGALRM
+    with pytest.raises(MeshingError, match="gmsh found no end while building the geometry: check and heal the file"):
+        gmsh_process._check(done.returncode, json.loads(done.stdout), "")
+    going_on = [sys.executable, "-c", code + "m.stage('meshing surfaces', 0.1); time.sleep(1.5)"]
+    assert subprocess.run(going_on, cwd=ROOT, capture_output=True, timeout=50, check=False).returncode == 0
+
+
+def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
+    """At its own frequency it is infinite: omega^2 is exactly that of the frequencies drawn."""
+    omega = 2 * np.pi * np.array([1024.0, 4096.0])
+    modes = impact.ModalGreens(omega, np.zeros(2), np.ones((2, 1)), impact.Residual.spring(1e-9))
+    plot_greens(modes, tmp_path / "greens.png", duration=5e-3, width=1e-4)
+    assert (tmp_path / "greens.png").stat().st_size > 10_000
+
+
+DEEP = "[" * 100_000
+
+
+def test_logs_and_calibrations_with_broken_lines(tmp_path: Path) -> None:
+    """Lines of a log that cannot be read are skipped; a calibration says what to do."""
+    journal, log, rates = tmp_path / "journal.jsonl", tmp_path / "log.jsonl", tmp_path / "machine.json"
+    append(journal, "0123", Point("a", "rod", "diagonal"), Outcome("done"))
+    with journal.open("ab") as file:
+        file.write(b'\xff\n7\n"a"\n[1]\n{"key": "a"}\n' + DEEP.encode())
+    assert list(read_journal(journal)) == ["0123"]
+    log.write_bytes(b'\xff\n7\n"a"\n[1]\n{"cell": "a"}\n' + DEEP.encode())
+    assert run_battery([], log) == {}
+    for text in (DEEP, '{"schema": 1, "rates": {"start": 1' + "0" * 400 + "}}", "", "7"):
+        rates.write_text(text, encoding="utf-8")
+        with pytest.raises(MachineError, match=r"machine\.json: .*seatfem doctor --calibrate"):
+            Machine.load(rates)
+
+
+def test_cases_follow_from_their_names() -> None:
+    """The same seed gives the same file, whatever ran before."""
+    from fuzz.mutations import BYTES, TEXT, TOML
+
+    text = (SPRING + BALL).encode()
+    for name, mutation in {**BYTES, **TEXT, **TOML}.items():
+        first = mutation(text, Random(name))
+        assert first == mutation(text, Random(name)), name
+    changed = [mutation(text, Random(f"{name}{k}")) != text for name, mutation in TOML.items() for k in range(5)]
+    assert sum(changed) > 0.8 * len(changed)

@@ -1,0 +1,186 @@
+"""Reeds: contact points, what the modes leave out, release."""
+
+import numpy as np
+import pytest
+
+import impact
+from impact.beams.cantilever import Cantilever
+from impact.beams.clamped import ClampedClamped
+from impact.beams.modes import RectangularBeam
+from impact.beams.timoshenko import TimoshenkoCantilever
+from impact.beams.tip_mass import TipMassCantilever
+from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, cantilever_reed, reed
+from impact.greens.base import GreensFunctionError
+from impact.greens.modal import ModalGreens
+
+REED = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}
+SQUAT = {**REED, "thickness": 25.4e-3}
+L = REED["length"]
+BEAMS = [
+    Cantilever(**REED),
+    TipMassCantilever(**REED, tip_mass=2e-4),
+    ClampedClamped(**REED),
+    TimoshenkoCantilever(**REED),
+    TimoshenkoCantilever(**SQUAT),
+]
+NAMES = [f"{b.family} {i}" for i, b in enumerate(BEAMS)]
+
+
+@pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
+@pytest.mark.parametrize("at", [(0.4,), (0.3, 0.6, 0.9), (0.5, 0.500001), tuple(np.linspace(0.05, 0.95, 24))])
+def test_contact_points_have_the_exact_static_compliance(beam: RectangularBeam, at: tuple[float, ...]) -> None:
+    places = tuple(x * L for x in at)
+    greens = reed(beam, n_modes=12, contact_at=places).greens
+    assert greens.ports == (("contact",) if len(at) == 1 else tuple(f"contact_{i + 1}" for i in range(len(at))))
+    exact = np.array([[beam.compliance(x, y) for y in places] for x in places])
+    np.testing.assert_allclose(greens.static_compliance(), exact, atol=1e-9 * exact.max())
+    left_out = greens.residual.static()
+    np.testing.assert_allclose(left_out, left_out.T, atol=1e-16 * exact.max())
+    assert np.linalg.eigvalsh(left_out)[0] >= -1e-16 * exact.max()
+
+
+def test_one_point_in_a_tuple_is_the_point() -> None:
+    one, same = (cantilever_reed(**REED, contact_at=at).greens for at in (20e-3, (20e-3,)))
+    np.testing.assert_array_equal(one.shapes, same.shapes)
+    assert one.provenance == same.provenance
+
+
+def test_defaults_are_the_tip_and_the_middle() -> None:
+    assert reed(Cantilever(**REED)).greens.provenance["contact_at"] == L
+    assert reed(ClampedClamped(**REED)).greens.provenance["contact_at"] == L / 2
+
+
+@pytest.mark.parametrize(("at", "waves"), [(1.0, 1), (0.6, 2)])
+@pytest.mark.parametrize("zeta", [0.0, 0.1])
+def test_timoshenko_starts_with_its_shear_wave_impedance(at: float, waves: int, zeta: float) -> None:
+    """g(0+) of the residual is the continuum's: of a sum of 600 modes, extrapolated to t = 0."""
+    beam = TimoshenkoCantilever(**SQUAT)
+    greens = reed(beam, contact_at=at * L, damping_ratio=zeta, n_modes=30).greens
+    start = greens.initial_value()[0, 0]
+    if zeta == 0.0:
+        shear_modulus = 2e11 / 2.6
+        assert start == pytest.approx(1 / (waves * beam.area * np.sqrt(5 / 6 * shear_modulus * 7850)), rel=1e-12)
+    many = reed(beam, contact_at=at * L, damping_ratio=zeta, n_modes=600).greens
+    # at these times the modes left out have followed statically, whatever way
+    left_out = impact.Residual.spring(many.residual.static())
+    bare = ModalGreens(many.omega, many.zeta, many.shapes, left_out)
+    speed = np.sqrt(beam.shear_rigidity / beam.line_density)
+    t = np.array([0.04, 0.08]) * L / speed
+    seen = bare.step_response(t) / t  # mean of g over 0..t, linear in t before the first reflection
+    # 600 modes and t^2 terms: 0.24 % seen
+    assert 2 * seen[0] - seen[1] == pytest.approx(start, rel=5e-3)
+
+
+def test_impulse_on_one_point_is_felt_alike_at_the_other() -> None:
+    greens = reed(TimoshenkoCantilever(**REED), n_modes=20, contact_at=(0.4 * L, L), damping_ratio=0.02).greens
+    t = np.linspace(0, 1e-4, 50)
+    np.testing.assert_array_equal(greens.impulse_response(t, 0, 1), greens.impulse_response(t, 1, 0))
+
+
+def energies(body: impact.Body) -> tuple[float, float]:
+    state, omega = body.state, body.greens.omega
+    return 0.5 * float(np.sum((omega * state.displacement) ** 2)), 0.5 * float(np.sum(state.velocity**2))
+
+
+@pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
+def test_static_release(beam: RectangularBeam) -> None:
+    at = 0.7 * L
+    body = reed(beam, n_modes=300, contact_at=(at, 0.4 * L), release=StaticShape(1e-3, at=at))
+    compliance = beam.compliance(at, at)
+    # the modes left out: n^-3 of an Euler-Bernoulli beam, 1/n with shear
+    tolerance = 1e-2 if beam.thickness == SQUAT["thickness"] else 1e-6
+    assert energies(body) == pytest.approx((0.5 * 1e-6 / compliance, 0.0), rel=tolerance)
+    seen = body.greens.shapes.T @ body.state.displacement
+    np.testing.assert_allclose(seen, [1e-3, 1e-3 * beam.compliance(0.4 * L, at) / compliance], rtol=tolerance)
+
+
+def test_mode_release() -> None:
+    beam = ClampedClamped(**REED)
+    body = reed(beam, n_modes=5, contact_at=0.25 * L, release=ModeShape(2, -2e-4, at=0.25 * L))
+    assert float(body.greens.shapes[:, 0] @ body.state.displacement) == pytest.approx(-2e-4, rel=1e-14)
+    assert np.count_nonzero(body.state.displacement) == 1
+    assert body.state.displacement[1] != 0
+
+
+@pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
+def test_a_given_mode_is_found_again(beam: RectangularBeam) -> None:
+    """Exact without shear; with it the release is normal to the axis, so a slender reed's mode comes out to (h/L)^2."""
+    modes = beam.modes(8)
+    shape = GivenShape(shape=lambda x: modes.deflection(x)[2], velocity=lambda x: -3 * modes.deflection(x)[5])
+    state = reed(beam, n_modes=8, release=shape).state
+    error = max(abs(state.displacement - np.eye(8)[2]).max(), abs(state.velocity + 3 * np.eye(8)[5]).max())
+    if not isinstance(beam, TimoshenkoCantilever):
+        assert error < 1e-12
+    elif beam.thickness < 1e-3:
+        assert error < 1e-3
+
+
+def test_given_polynomial_is_the_static_shape() -> None:
+    force = 1e-3 / BEAMS[0].compliance(L, L)
+    given = GivenShape(shape=lambda x: force * x**2 * (3 * L - x) / (6 * BEAMS[0].rigidity))
+    ours, exact = (reed(BEAMS[0], n_modes=30, release=r).state.displacement for r in (given, StaticShape(1e-3)))
+    np.testing.assert_allclose(ours, exact, atol=1e-12 * abs(exact[0]))
+
+
+@pytest.mark.parametrize(
+    "beam", [BEAMS[0], BEAMS[1], BEAMS[3], BEAMS[4]], ids=["plain", "tip mass", "slender", "squat"]
+)
+def test_given_velocity_has_its_kinetic_energy(beam: RectangularBeam) -> None:
+    """v = s x^2, zero slope at the clamp: rotary inertia (8 % of it for the squat one) and tip mass included."""
+    s = 3.0
+    body = reed(beam, n_modes=400, release=GivenShape(velocity=lambda x: s * x**2))
+    exact = beam.line_density * L**5 / 5
+    if isinstance(beam, TipMassCantilever):
+        exact += beam.tip_mass * L**4
+    if isinstance(beam, TimoshenkoCantilever):
+        exact += beam.line_inertia * 4 * L**3 / 3
+    # the free end's condition is not met: the coordinates fall like k^-2 or faster, the energy's tail like n^-3
+    assert energies(body) == pytest.approx((0.0, 0.5 * s**2 * exact), rel=1e-4)
+
+
+def test_cantilever_reed_is_the_short_form() -> None:
+    short = cantilever_reed(**REED, tip_deflection=1e-3, damping_ratio=0.02)
+    long = reed(Cantilever(**REED), release=StaticShape(1e-3), damping_ratio=0.02)
+    np.testing.assert_array_equal(short.state.displacement, long.state.displacement)
+    np.testing.assert_array_equal(short.greens.residual.compliance, long.greens.residual.compliance)
+    assert short.greens.provenance == long.greens.provenance
+
+
+def test_two_contacts_are_marched() -> None:
+    """A clamped-clamped reed thrown at two seats, symmetric: equal forces, and all momentum comes back as impulse."""
+    beam = ClampedClamped(**REED)
+    body = reed(
+        beam,
+        n_modes=20,
+        contact_at=(0.3 * L, 0.7 * L),
+        damping_ratio=0.02,
+        release=GivenShape(velocity=lambda x: -(np.sin(np.pi * x / L) ** 2)),
+    )
+    seat = impact.Body(impact.spring(stiffness=1e6))
+    other = impact.Body(impact.spring(stiffness=1e6))
+    contacts = [impact.Contact(seat, striker_port="contact_1"), impact.Contact(other, striker_port="contact_2")]
+    result = impact.solve(impact.ContactProblem(body, contacts=contacts), dt=2e-7, duration=3e-4)
+    assert result.force.max() > 1.0
+    np.testing.assert_allclose(result.force[:, 0], result.force[:, 1], atol=1e-6 * result.force.max())
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: reed(ClampedClamped(**REED), contact_at=L), "at a clamp"),
+        (lambda: reed(BEAMS[0], contact_at=(0.01, 0.03)), "contact_at = 0.03 m is off the reed"),
+        (lambda: reed(BEAMS[0], contact_at=(0.01, 0.01)), "names a point twice"),
+        (lambda: reed(BEAMS[0], contact_at=()), "contact_at is empty"),
+        (lambda: reed(BEAMS[0], contact_at=float("nan")), "off the reed"),
+        (lambda: reed(BEAMS[0], damping_ratio=float("inf")), "damping_ratio = inf"),
+        (lambda: reed(BEAMS[0], release=ModeShape(41, 1e-3)), "release in mode 41: the reed has modes 1..40"),
+        (lambda: reed(BEAMS[2], release=ModeShape(2, 1e-3)), "mode 2 has a node at 0.0127 m"),
+        (lambda: reed(BEAMS[0], release=StaticShape(float("nan"))), "deflection = nan"),
+        (lambda: reed(BEAMS[0], release=StaticShape(1e-3, at=-1.0)), "release at -1 m is off the reed"),
+        (lambda: reed(BEAMS[0], release=GivenShape(lambda x: np.nan * x)), "not finite"),
+        (lambda: cantilever_reed(**REED, tip_deflection=1e-3, release=ModeShape(1, 1e-3)), "not both"),
+    ],
+)
+def test_impossible_reeds_are_refused(call: object, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        call()

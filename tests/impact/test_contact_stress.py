@@ -1,0 +1,188 @@
+"""Stresses in closed form against the literature, equilibrium, and the equations they solve."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact.after import contact_stress as cs
+from impact.after.contact_stress import ContactStressError
+
+FILE = Path(__file__).parents[1] / "literature" / "half_space.json"
+REFERENCES = {entry["id"]: entry for entry in json.loads(FILE.read_text())}
+SPHERE = REFERENCES["hertz_steel_on_steel_k"]["parameters"]
+STIFFNESS = cs.hertz_stiffness(reduced_modulus=SPHERE["Estar"], radius=SPHERE["R"])
+MASS = 4 / 3 * math.pi * SPHERE["R"] ** 3 * SPHERE["rho"]
+IMPACT = cs.hertz_impact(stiffness=STIFFNESS, mass=MASS, speed=SPHERE["V"])
+CONTACT = cs.hertz_circular(force=IMPACT.force, reduced_modulus=SPHERE["Estar"], radius=SPHERE["R"])
+UNIT = cs.hertz_impact(stiffness=1.0, mass=1.0, speed=1.0)
+
+
+def maximum(found: cs.ShearMaximum) -> list[float]:
+    return [found.stress, found.depth]
+
+
+COMPUTED: dict[str, list[float]] = {
+    "hertz_T_constant": [UNIT.duration / UNIT.approach],
+    "hertz_T_constant2": [UNIT.duration],
+    "hertz_F_constant": [UNIT.force],
+    "hertz_steel_on_steel_mass": [MASS],
+    "hertz_steel_on_steel_k": [STIFFNESS],
+    "hertz_steel_on_steel_dmax": [IMPACT.approach],
+    "hertz_steel_on_steel_Fmax": [IMPACT.force],
+    "hertz_steel_on_steel_T": [IMPACT.duration],
+    "hertz_steel_on_steel_contact": [CONTACT.half_width],
+    "hertz_steel_on_steel_p0": [CONTACT.pressure],
+    "hertz_taumax_nu0.3": maximum(cs.circular_shear_maximum(poisson=0.3)),
+    "hertz_line_taumax": maximum(cs.line_shear_maximum()),
+    "disk_taumax_nu0.3": maximum(cs.disk_shear_maximum(poisson=0.3)),
+    "hertz_edge_tension": [cs.edge_tension(poisson=0.3)],
+    "eb_tip_velocity_step_moment": [float(cs.tip_step_moment(cs.TIP_STEP_MAXIMUM)), cs.TIP_STEP_MAXIMUM],
+    "eb_tip_velocity_step_stress": [float(cs.tip_step_stress(young=4.0, density=0.25, speed=1.0))],
+    "eb_tip_impedance": [
+        float(cs.tip_step_force(0.5, speed=1.0, bending_stiffness=9.0, mass_per_length=4.0))
+        * math.sqrt(2 * math.pi * 1.5 * 0.5)
+        / 6.0
+    ],
+}
+
+
+@pytest.mark.parametrize("name", [n for n in REFERENCES if n.startswith(("hertz", "disk_taumax", "eb"))])
+def test_literature(name: str) -> None:
+    entry = REFERENCES[name]
+    values = np.atleast_1d(entry["value"])
+    # two values are printed with fewer digits than their rtol: half a unit of the last place
+    limit = max(entry["rtol"], {"hertz_edge_tension": 4e-9, "hertz_F_constant": 5e-11}.get(name, 0.0))
+    np.testing.assert_allclose(COMPUTED[name], values, rtol=limit)
+    assert limit < 0.03
+
+
+def test_reduced_modulus_of_equal_and_rigid_partners() -> None:
+    one = cs.reduced_modulus(young=200e9, poisson=0.3)
+    assert one == pytest.approx(200e9 / 0.91, rel=1e-14)
+    assert cs.reduced_modulus(young=200e9, poisson=0.3, young_2=200e9, poisson_2=0.3) == pytest.approx(one / 2)
+    assert one / 2 == pytest.approx(SPHERE["Estar"], rel=1e-12)
+
+
+def test_contact_pressures_carry_the_force() -> None:
+    """2/3 pi a^2 p0 and pi/2 b p0; the approach agrees with N = k d^1.5; Johnson's p0 = (6 N E*^2/(pi^3 R^2))^(1/3)."""
+    assert 2 / 3 * math.pi * CONTACT.half_width**2 * CONTACT.pressure == pytest.approx(IMPACT.force, rel=1e-13)
+    assert CONTACT.approach == pytest.approx(IMPACT.approach, rel=1e-13)
+    johnson = (6 * IMPACT.force * SPHERE["Estar"] ** 2 / (math.pi**3 * SPHERE["R"] ** 2)) ** (1 / 3)
+    assert CONTACT.pressure == pytest.approx(johnson, rel=1e-13)
+    line = cs.hertz_line(force_per_length=3e5, reduced_modulus=1e11, radius=0.01)
+    assert math.pi / 2 * line.half_width * line.pressure == pytest.approx(3e5, rel=1e-13)
+    assert line.pressure == pytest.approx(math.sqrt(3e5 * 1e11 / (math.pi * 0.01)), rel=1e-13)
+    assert math.isnan(line.approach)
+
+
+def test_axis_stress_is_the_integral_of_point_loads() -> None:
+    """Boussinesq: sigma_z = -(3/(2 pi)) P z^3/s^5, hoop + radial from the trace (1 + nu) P z/(pi s^3), over rings."""
+    poisson, z = 0.27, np.array([0.2, 0.5, 1.0, 2.5])
+    r, w = np.polynomial.legendre.leggauss(400)
+    r, w = (1 + r) / 2, w / 2
+    for pressure, (radial, axial) in (
+        (np.sqrt(1 - r**2), cs.circular_axis_stress(z, poisson=poisson)),
+        (np.ones_like(r), cs.disk_axis_stress(z, poisson=poisson)),
+    ):
+        s = np.sqrt(r**2 + z[:, None] ** 2)
+        load = 2 * np.pi * r * w * pressure
+        normal = -(3 / (2 * np.pi) * z[:, None] ** 3 / s**5) @ load
+        trace = -((1 + poisson) / np.pi * z[:, None] / s**3) @ load
+        np.testing.assert_allclose(axial, normal, rtol=2e-6)  # the pressure's root end, 400 nodes
+        np.testing.assert_allclose(2 * radial, trace - normal, rtol=2e-6, atol=1e-8)
+
+
+def test_line_stress_is_the_integral_of_line_loads() -> None:
+    """Flamant: sigma_z = -(2/pi) P z^3/s^4, sigma_x = -(2/pi) P x^2 z/s^4."""
+    z = np.array([[0.2], [0.8], [2.0]])
+    n = 2000
+    x = np.cos(np.pi * np.arange(1, n + 1) / (n + 1))  # Gauss-Chebyshev of the second kind: weight sqrt(1 - x^2)
+    load = np.pi / (n + 1) * (1 - x**2)
+    across, along = cs.line_axis_stress(z[:, 0])
+    s4 = (x**2 + z**2) ** 2
+    np.testing.assert_allclose(along, -2 / np.pi * (z**3 / s4) @ load, rtol=1e-12)
+    np.testing.assert_allclose(across, -2 / np.pi * (x**2 * z / s4) @ load, rtol=1e-12)
+
+
+def test_surface_values_and_decay() -> None:
+    radial, axial = cs.circular_axis_stress([0.0, 1e3], poisson=0.3)
+    np.testing.assert_allclose([radial[0], axial[0]], [-0.8, -1.0])
+    assert abs(axial[1]) < 2e-6
+    radial, axial = cs.disk_axis_stress(0.0, poisson=0.3)
+    np.testing.assert_allclose([radial, axial], [-0.8, -1.0])
+    np.testing.assert_allclose(cs.line_axis_stress(0.0), [-1.0, -1.0])
+
+
+def test_shear_maximum_is_one() -> None:
+    z = np.linspace(0, 5, 5001)
+    for poisson in (0.0, 0.3, 0.5):
+        for stress, found in (
+            (cs.circular_axis_stress(z, poisson=poisson), cs.circular_shear_maximum(poisson=poisson)),
+            (cs.disk_axis_stress(z, poisson=poisson), cs.disk_shear_maximum(poisson=poisson)),
+        ):
+            shear = np.abs(stress[0] - stress[1]) / 2
+            assert found.stress == pytest.approx(shear.max(), rel=1e-6)  # the grid misses it by (dz/2)^2 curvature
+            assert found.stress >= shear.max()
+            assert found.depth == pytest.approx(z[shear.argmax()], abs=1e-3)
+
+
+def test_first_contact_of_waves() -> None:
+    steel = {"young": 200e9, "density": 7850.0}
+    rod, body = cs.rod_wave_speed(**steel), cs.pressure_wave_speed(**steel, poisson=0.3)
+    assert body / rod == pytest.approx(math.sqrt(0.7 / (1.3 * 0.4)), rel=1e-14)
+    assert cs.pressure_wave_speed(**steel, poisson=0.5) == math.inf
+    z = 7850.0 * body
+    assert cs.first_contact_pressure(speed=2.0, impedance=z, impedance_2=z) == pytest.approx(z, rel=1e-14)
+    assert cs.first_contact_pressure(speed=2.0, impedance=z) == pytest.approx(2 * z, rel=1e-14)
+    # rods of impedance 1 and 3: 3/4 of v
+    assert cs.first_contact_pressure(speed=1.0, impedance=1.0, impedance_2=3.0) == pytest.approx(0.75, rel=1e-14)
+
+
+def test_tip_step_moment_solves_the_beam_equation() -> None:
+    """m(x/sqrt(t)) obeys m_tt + m_xxxx = 0 (a = 1), vanishes at the tip, and its slope there is the tip's force."""
+    h, x, t = 0.02, 1.3, 0.7
+
+    def m(x: float, t: float) -> float:
+        return float(cs.tip_step_moment(x / math.sqrt(t)))
+
+    in_time = (m(x, t + h) - 2 * m(x, t) + m(x, t - h)) / h**2
+    in_space = (m(x + 2 * h, t) - 4 * m(x + h, t) + 6 * m(x, t) - 4 * m(x - h, t) + m(x - 2 * h, t)) / h**4
+    assert abs(in_time) > 0.1
+    assert in_time == pytest.approx(-in_space, rel=5e-3)  # second differences: O(h^2)
+    assert cs.tip_step_moment(0.0) == 0.0
+    force = float(cs.tip_step_force(t, speed=1.0, bending_stiffness=1.0, mass_per_length=1.0))
+    assert (m(1e-5, t) - m(0.0, t)) / 1e-5 == pytest.approx(force, rel=1e-8)
+    around = cs.tip_step_moment(cs.TIP_STEP_MAXIMUM + np.array([-1e-3, 0.0, 1e-3]))
+    assert around.argmax() == 1
+    eta = np.linspace(0, 20, 4001)
+    assert cs.tip_step_moment(eta).max() <= around[1]
+
+
+def test_tip_step_stress_of_a_section() -> None:
+    """sigma = M y/I with M = v sqrt(EI rho A) m."""
+    young, density, width, height, speed = 200e9, 7850.0, 0.01, 3e-4, 1.5
+    area, inertia = width * height, width * height**3 / 12
+    moment = speed * math.sqrt(young * inertia * density * area)
+    stress = moment * height / 2 / inertia
+    assert cs.midspan_step_stress(young=young, density=density, speed=speed) == pytest.approx(stress, rel=1e-12)
+    wave = cs.tip_step_stress(young=young, density=density, speed=speed, eta=[0.5, 2.0])
+    np.testing.assert_allclose(wave, stress * cs.tip_step_moment([0.5, 2.0]), rtol=1e-12)
+    impedance = math.sqrt(young * density)
+    assert stress == pytest.approx(math.sqrt(3) * impedance * speed, rel=1e-12)
+    round_bar = cs.midspan_step_stress(young=young, density=density, speed=speed, section=2.0)
+    assert round_bar == pytest.approx(2 * impedance * speed, rel=1e-12)
+    assert cs.tip_step_force(0.0, speed=1.0, bending_stiffness=1.0, mass_per_length=1.0) == math.inf
+
+
+def test_impossible_numbers_are_refused() -> None:
+    with pytest.raises(ContactStressError, match=r"poisson = 0\.7 is outside \[0, 0\.5\]"):
+        cs.edge_tension(poisson=0.7)
+    with pytest.raises(ContactStressError, match="depth = -1 is above the surface"):
+        cs.line_axis_stress([1.0, -1.0])
+    with pytest.raises(ContactStressError, match="mass = 0 must be positive"):
+        cs.hertz_impact(stiffness=1.0, mass=0.0, speed=1.0)
+    with pytest.raises(ContactStressError, match="radius = nan"):
+        cs.hertz_stiffness(reduced_modulus=1.0, radius=math.nan)

@@ -1,0 +1,382 @@
+"""The half-space against the literature, its own Laplace transform, and what a Green's function must be."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import j1
+
+import impact
+from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
+from impact.exact.disk_response import DiskResponse
+from impact.exact.half_space import (
+    HalfSpacePatch,
+    disk_compliance,
+    half_space_patch,
+    point_step_response,
+    punch_compliance,
+    rayleigh_speed,
+    square_compliance,
+    without_patch,
+)
+from impact.exact.pekeris import PointLoad
+from impact.greens.sums import SumGreens, merged
+
+FILE = Path(__file__).parents[1] / "literature" / "half_space.json"
+REFERENCES = {entry["id"]: entry for entry in json.loads(FILE.read_text())}
+STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}
+UNIT = {"young": 1.0, "poisson": 0.0}  # (1 - nu^2)/E = 1
+POISSON = [0.0, 0.05, 0.2, 0.2629, 0.263082, 0.27, 0.3, 0.4, 0.45, 0.49, 0.4999, 0.5]
+
+
+def patch_of(poisson: float) -> HalfSpacePatch:
+    """c_s = 1, a = 1."""
+    return half_space_patch(young=2 * (1 + poisson), poisson=poisson, density=1.0, radius=1.0)
+
+
+def relative_step(tau: list[float]) -> list[float]:
+    patch = patch_of(0.25)
+    return list(patch.step_response(np.array(tau)) / patch.static_compliance()[0, 0])
+
+
+def computed(name: str) -> list[float]:
+    entry = REFERENCES[name]
+    nu, tau = entry["parameters"].get("nu"), entry["parameters"].get("tau")
+    if name.startswith("rayleigh"):
+        return [rayleigh_speed(nu or 0.25 * (name == "rayleigh_nu0.25"))]
+    if name.startswith("pekeris"):
+        return [float(point_step_response(tau, poisson=nu))]
+    return {
+        "boussinesq_disk_mean": lambda: [math.pi * disk_compliance(**UNIT, radius=1.0)],
+        "boussinesq_disk_mean_F": lambda: [disk_compliance(**UNIT, radius=1.0)],
+        "boussinesq_disk_centre_edge": lambda: [
+            math.pi * disk_compliance(**UNIT, radius=1.0, at=at) for at in ("centre", "edge")
+        ],
+        "boussinesq_square_mean": lambda: [square_compliance(**UNIT, side=1.0)],
+        "boussinesq_square_centre": lambda: [square_compliance(**UNIT, side=1.0, at="centre")],
+        "punch_rigid_disk": lambda: [punch_compliance(**UNIT, radius=1.0)],
+        "halfspace_disk_step": lambda: relative_step([float(key) for key in entry["value"]]),
+        "halfspace_disk_slope": lambda: [float(patch_of(0.25).impulse_response(0.0)) * math.pi * math.sqrt(3.0)],
+    }[name]()
+
+
+def expected(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values and what they are good for: ``rtol``, or half a unit of the last digit of a rounded value if more."""
+    value = REFERENCES[name]["value"]
+    values = list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else [value]
+    digits = [len(repr(v).partition(".")[2]) for v in values]
+    printed = [0.5 * 10.0**-d if d > 5 else 0.0 for d in digits]
+    return np.array(values), np.maximum(REFERENCES[name]["rtol"] * np.abs(values), printed)
+
+
+CASES = [name for name in REFERENCES if name.startswith(("boussinesq", "punch", "pekeris", "rayleigh", "halfspace"))]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_literature(name: str) -> None:
+    values, limits = expected(name)
+    assert np.all(np.abs(np.array(computed(name)) - values) <= limits)
+    assert np.all(limits < 0.03 * np.abs(values)), "a coefficient off by 3 % would pass"
+
+
+@pytest.mark.parametrize("poisson", POISSON)
+def test_point_load_arrives_from_rest_and_settles_to_boussinesq(poisson: float) -> None:
+    load = PointLoad.of(poisson)
+    tau = np.array([0.5 * load.kappa, load.kappa + 1e-12, 1 - 1e-12, 1 + 1e-12, load.gamma * (1 + 1e-12), 50.0])
+    w = point_step_response(tau, poisson=poisson) / ((1 - poisson) / 2)
+    assert w[0] == 0.0
+    assert abs(w[1]) < 1e-8  # starts with a bounded slope
+    assert abs(w[2] - w[3]) < 1e-10  # the shear wave brings a kink, not a jump
+    assert w[4] == w[5] == 1.0
+    assert point_step_response(load.gamma, poisson=poisson) == -math.inf
+    assert isinstance(rayleigh_speed(poisson), float)
+    x = 1 / rayleigh_speed(poisson) ** 2  # the root of Rayleigh's own, unsquared equation
+    assert abs((2 * x - 1) ** 2 - 4 * x * math.sqrt((x - load.kappa**2) * (x - 1))) < 1e-13
+
+
+def test_double_root_of_the_cubic_is_no_singularity() -> None:
+    nu = np.linspace(0.2630, 0.2632, 101)
+    w = np.array([float(point_step_response(0.8, poisson=n)) for n in nu])
+    assert np.abs(np.diff(w, 2)).max() < 1e-10  # smooth in nu: second difference about f'' (2e-6)^2
+
+
+@pytest.mark.parametrize("poisson", POISSON)
+def test_disk_response_has_the_laplace_transform_of_the_wave_equation(poisson: float) -> None:
+    """int exp(-s T) dS/dT dT against the slowness integral of Lamb's solution times the disk's (2 J1(z)/z)^2."""
+    response = DiskResponse.of(poisson)
+    kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
+    for s in (0.3, 2.0, 10.0):
+        time, weight = panels(np.union1d(response.breaks, response.breaks[-1] * np.geomspace(1e-6, 1.0, 40)))
+        left = np.sum(weight * np.exp(-s * time) * response(time, integrated=False))
+        # z = s q/2; slowness q by panels to z = 200, where the part beyond 1 - nu has decayed like z^-4: 1e-8
+        q, weight = panels(np.concatenate([np.linspace(0, 4, 60), np.linspace(4, 400 / s, 300)[1:]]))
+        root_p, root_s = np.sqrt(q**2 + kappa2), np.sqrt(q**2 + 1)
+        rayleigh = (2 * q**2 + 1) ** 2 - 4 * q**2 * root_p * root_s
+        part = (q * root_p / rayleigh - (1 - poisson)) * (2 * j1(s * q / 2) / (s * q / 2)) ** 2
+        right = 1 + s * 3 * math.pi / (32 * (1 - poisson)) * np.sum(weight * part)
+        assert left == pytest.approx(right, abs=1e-8)
+
+
+def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    nodes, gauss = np.polynomial.legendre.leggauss(12)
+    half = np.diff(edges)[:, None] / 2
+    return ((edges[:-1, None] + half) + half * nodes).ravel(), (half * gauss).ravel()
+
+
+@pytest.mark.parametrize("poisson", POISSON)
+def test_patch_starts_at_its_impedance_and_ends_at_boussinesq(poisson: float) -> None:
+    patch = patch_of(poisson)
+    assert patch.response.error < 1e-10
+    # nu = 0.5 starts like T log T: 1e-9 of the peak stands for its zero
+    assert float(patch.impulse_response(0.0)) == pytest.approx(patch.initial_value()[0, 0], rel=1e-10, abs=1e-9)
+    end = patch.crossing_time
+    assert end == pytest.approx(2 / rayleigh_speed(poisson), rel=1e-12)
+    late = np.array([end * (1 + 1e-12), 3 * end])
+    assert np.all(patch.step_response(late) == patch.static_compliance())
+    assert np.all(patch.impulse_response(late) == 0.0)
+    assert float(patch.impulse_response(0.999 * end)) > 0
+    assert float(patch.step_response(end * (1 - 1e-12))) == pytest.approx(patch.static_compliance()[0, 0], rel=1e-12)
+    assert patch.impulse_response(-1.0) == patch.step_response(-1.0) == 0.0
+
+
+def test_step_response_is_the_integral_of_the_impulse_response() -> None:
+    patch = half_space_patch(**STEEL)
+    t = np.linspace(0, 1.1 * patch.crossing_time, 20_001)
+    g = patch.impulse_response(t)
+    total = np.concatenate([[0.0], np.cumsum((g[1:] + g[:-1]) / 2 * np.diff(t))])
+    # trapezoidal rule with a step of 5e-5 of the support: h^2/12 of the largest slope change
+    np.testing.assert_allclose(patch.step_response(t), total, atol=1e-8 * total[-1])
+
+
+def test_step_weights_are_exact_short_and_passive() -> None:
+    patch = half_space_patch(**STEEL)
+    dt = patch.crossing_time / 50.5
+    kernel = patch.step_kernel(dt, 200)
+    assert kernel.modal is None
+    assert kernel.weights is not None
+    weights = kernel.weights[0, 0]
+    assert kernel.weights.shape == (1, 1, 200)
+    np.testing.assert_allclose(np.cumsum(weights), patch.step_response(dt * np.arange(1, 201)), rtol=1e-13)
+    assert np.all(weights[51:] == 0.0)
+    assert patch.step_kernel(dt, 20).weights is not None
+    assert patch.step_kernel(dt, 20).weights.shape == (1, 1, 20)  # type: ignore[union-attr]
+    # discrete work of any force: Re (1 - z) W(z) >= 0 on the unit circle
+    z = np.exp(-2j * np.pi * np.arange(4096) / 4096)
+    work = np.real((1 - z) * np.fft.fft(weights, 4096))
+    assert work.min() > -1e-14 * weights.sum()
+    assert work.max() > 0.01 * weights.sum()
+
+
+def test_scale_invariance() -> None:
+    """Millimetre, tonne, second."""
+    metre = half_space_patch(**STEEL)
+    milli = half_space_patch(young=200e3, poisson=0.3, density=7.85e-9, radius=1.0)
+    t = np.linspace(0, 1.2 * metre.crossing_time, 50)
+    np.testing.assert_allclose(milli.step_response(t), 1e3 * metre.step_response(t), rtol=1e-12)
+    np.testing.assert_allclose(milli.initial_value(), 1e3 * metre.initial_value(), rtol=1e-12)
+
+
+def test_provenance_rebuilds_the_patch() -> None:
+    patch = half_space_patch(**STEEL)
+    origin = dict(patch.provenance)
+    assert origin.pop("kind") == "half_space_patch"
+    assert half_space_patch(**origin) == patch  # type: ignore[arg-type]
+    assert patch.ports == ("contact",)
+    assert patch.error_estimate.total is not None
+    assert patch.error_estimate.total < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"poisson": 0.51}, r"poisson = 0.51 is outside \[0, 0.5\]"),
+        ({"poisson": -0.1}, "poisson = -0.1"),
+        ({"radius": 0.0}, "radius = 0 must be a positive"),
+        ({"young": math.nan}, "young = nan"),
+        ({"density": math.inf}, "density = inf"),
+    ],
+)
+def test_impossible_half_spaces_are_refused(change: dict[str, float], words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        half_space_patch(**(STEEL | change))
+
+
+def test_unknown_place_and_poisson_are_refused() -> None:
+    with pytest.raises(GreensFunctionError, match="known places are mean, centre, edge"):
+        disk_compliance(**UNIT, radius=1.0, at="rim")
+    with pytest.raises(GreensFunctionError, match=r"poisson = 0\.6"):
+        rayleigh_speed(0.6)
+
+
+def test_heavy_mass_rebounds_from_the_half_space_as_from_its_static_spring() -> None:
+    """Slow forces see G(s) = c - s m1, a spring and radiation, m1 = int t g dt: a damped half swing, ratio zeta."""
+    patch = patch_of(0.3)
+    c = float(patch.static_compliance()[0, 0])
+    t, weight = panels(np.linspace(0, patch.crossing_time, 40))
+    radiation = float(np.sum(weight * t * patch.impulse_response(t)))
+    mass = 4e3
+    period = math.sqrt(mass * c)
+    problem = ContactProblem(impact.rigid_mass(mass=mass, velocity=-1.0), Body(patch))
+    result = impact.solve(problem, dt=period / 800, duration=4 * period)
+    force = result.force
+    contact = np.count_nonzero(force) * result.dt
+    # 1 + M s^2 (c - s m1) = 0 near s = i/period: decay rate m1/(2 c period^2)
+    zeta = radiation / (2 * c * period)
+    restitution = math.exp(-math.pi * zeta)
+    assert 0.002 < zeta < 0.02  # small enough for the expansion, large enough to be seen
+    assert contact == pytest.approx((math.pi - 2 * zeta) * period, rel=2e-3)  # one step is 4e-4 of it, zeta^2 2e-4
+    rebound = -1.0 + float(force.sum()) * result.dt / mass
+    # of the loss, the next order is zeta = 1.3 %
+    assert 1 - rebound == pytest.approx(1 - restitution, rel=0.02)
+    assert np.all(force >= 0)
+    assert np.diff(result.energy.dissipated).min() > -1e-9 * mass
+
+
+MODE = impact.single_mode(frequency_hz=2e3, mass=0.05, damping_ratio=0.01)
+
+
+def test_sum_adds_every_part() -> None:
+    patch, spring = half_space_patch(**STEEL), impact.spring(stiffness=3e8)
+    whole = SumGreens((patch, MODE, spring))
+    t = np.linspace(0, 3e-6, 40)
+    for name in ("impulse_response", "step_response"):
+        parts = sum(getattr(part, name)(t) for part in whole.parts)
+        np.testing.assert_allclose(getattr(whole, name)(t), parts, rtol=1e-14)
+    assert whole.static_compliance()[0, 0] == pytest.approx(
+        patch.static_compliance()[0, 0] + MODE.static_compliance()[0, 0] + 1 / 3e8, rel=1e-14
+    )
+    assert whole.initial_value()[0, 0] == math.inf
+    kernel = whole.step_kernel(1e-8, 30)
+    assert kernel.modal is not None
+    assert kernel.weights is not None
+    first = float(whole.step_response(1e-8))
+    assert kernel.self_weight(1e-8)[0, 0] == pytest.approx(first, rel=1e-12)
+    assert kernel.engine.count("+") == 2
+    assert whole.provenance["kind"] == "sum"
+    assert whole.error_estimate.mesh == 0.0
+
+
+def test_sum_of_modal_functions_is_modal() -> None:
+    relaxing = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.exponential(2e-9, 0.01))
+    one = merged((MODE, relaxing, impact.spring(stiffness=1e9)))
+    t = np.linspace(0, 1e-3, 50)
+    np.testing.assert_allclose(
+        one.step_response(t), MODE.step_response(t) + relaxing.step_response(t) + 1e-9, rtol=1e-13
+    )
+    assert one.error_estimate.reduction is None  # unknown in one part
+
+
+def test_sum_needs_parts_with_the_same_ports() -> None:
+    with pytest.raises(GreensFunctionError, match="at least one part"):
+        SumGreens(())
+    other = ModalGreens(np.ones(1), np.zeros(1), np.ones((1, 1)), Residual.none(), ("lip",))
+    with pytest.raises(GreensFunctionError, match=r"same ports; found \('contact',\) and \('lip',\)"):
+        SumGreens((MODE, other))
+
+
+def test_contact_with_a_sum_is_contact_with_its_equal() -> None:
+    """A mode and a spring, merged by hand or by the sum."""
+    equal = ModalGreens(MODE.omega, MODE.zeta, MODE.shapes, Residual.spring(1e-8))
+    striker = impact.rigid_mass(mass=0.01, velocity=-1.0)
+    forces = [
+        impact.solve(ContactProblem(striker, Body(g)), dt=1e-6, duration=4e-4).force
+        for g in (equal, SumGreens((MODE, impact.spring(stiffness=1e8))))
+    ]
+    assert forces[0].max() > 0
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-9 * forces[0].max())
+
+
+PATCH = half_space_patch(**STEEL)
+LOCAL = float(PATCH.static_compliance()[0, 0])
+
+
+def test_exact_part_of_a_sum_is_left_out() -> None:
+    assert without_patch(SumGreens((PATCH, MODE)), PATCH, band_hz=1e4) is MODE
+    rest = without_patch(SumGreens((MODE, half_space_patch(**STEEL), MODE)), PATCH, band_hz=1e4)
+    assert isinstance(rest, SumGreens)
+    assert rest.parts == (MODE, MODE)
+    rigid = without_patch(PATCH, PATCH, band_hz=1e4)
+    assert rigid.static_compliance()[0, 0] == 0.0
+    assert without_patch(SumGreens((PATCH,)), PATCH, band_hz=1e4).static_compliance()[0, 0] == 0.0
+
+
+def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() -> None:
+    """The seat's local and bulk compliance, minus the local one: the same force as on the bulk alone."""
+    seat = merged((MODE, ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(LOCAL + 1e-11))))
+    bulk = merged((MODE, impact.spring(stiffness=1e11)))
+    striker, law = impact.rigid_mass(mass=0.004, velocity=-1.0), impact.Hertz(stiffness=1e10)
+    force = [
+        impact.solve(ContactProblem(striker, Body(g), law=law), dt=1e-7, duration=1e-4).force
+        for g in (bulk, without_patch(seat, PATCH, band_hz=1e5), seat)
+    ]
+    np.testing.assert_allclose(force[1], force[0], rtol=1e-9)
+    assert force[2].max() < 0.99 * force[0].max()  # counted twice
+
+
+def seat_of(compliance: float, relaxing: float, modal: tuple[float, ...]) -> ModalGreens:
+    """Bare and relaxing compliance and modes at 1, 2, ... MHz with the given static shares, all in units of LOCAL."""
+    omega = 2e6 * np.pi * np.arange(1, len(modal) + 1)
+    shapes = omega[:, None] * np.sqrt(LOCAL * np.array(modal))[:, None]
+    rates = np.array([2e7])
+    residual = Residual(np.sqrt(LOCAL * relaxing * rates)[:, None], rates, np.array([[compliance * LOCAL]]))
+    return ModalGreens(omega, np.full(len(modal), 0.01), shapes, residual)
+
+
+@pytest.mark.parametrize(
+    ("seat", "bare", "relaxing", "modes", "lowest_hz"),
+    [
+        (seat_of(1.5, 1.0, (1.0,)), 0.5, 1.0, (1.0,), None),
+        (seat_of(0.25, 1.0, (1.0,)), 0.0, 0.25, (1.0,), 2e7 / (2 * np.pi)),
+        (seat_of(0.25, 0.25, (9.0, 1.0, 0.25)), 0.0, 0.0, (9.0, 0.75), 2e6),
+    ],
+)
+def test_local_compliance_is_taken_from_the_fastest_terms(
+    seat: ModalGreens, bare: float, relaxing: float, modes: tuple[float, ...], lowest_hz: float | None
+) -> None:
+    # the relaxation at 3.2 MHz is faster than all modes but none here exceeds it: bare, then it, then modes downward
+    rest = without_patch(seat, PATCH, band_hz=5e5)
+    assert isinstance(rest, ModalGreens)
+    before, after = seat.static_compliance()[0, 0], rest.static_compliance()[0, 0]
+    assert before - after == pytest.approx(LOCAL, rel=1e-12)
+    assert rest.residual.compliance[0, 0] == pytest.approx(bare * LOCAL, abs=1e-12 * LOCAL)
+    assert np.sum(rest.residual.shapes**2 / 2e7) == pytest.approx(relaxing * LOCAL, abs=1e-12 * LOCAL)
+    np.testing.assert_allclose((rest.shapes[:, 0] / rest.omega) ** 2, LOCAL * np.array(modes), rtol=1e-12)
+    about = rest.provenance["without_patch"]
+    assert about == {"compliance": LOCAL, "band_hz": 5e5, "lowest_hz": pytest.approx(lowest_hz) if lowest_hz else None}
+    json.dumps(about if lowest_hz is None else rest.provenance["without_patch"])
+
+
+def test_slow_forces_see_the_bulk_only() -> None:
+    """Below the terms taken, the receptance falls by the local compliance; second order in f/f_low for modes."""
+    seat = seat_of(0.0, 0.0, (3.0, 0.4, 0.6))
+    rest = without_patch(seat, PATCH, band_hz=1.5e6)
+    width = np.array([20.0, 40.0]) / 2e6  # Hann pulses longer than the period of the slowest term taken
+    errors = []
+    for w in width:
+        t = np.linspace(0, 2 * w, 400)
+        pulse = np.where(t < w, (1 - np.cos(2 * np.pi * t / w)) / w, 0.0)
+        lost = seat.filtered(t, w) - rest.filtered(t, w) - LOCAL * pulse
+        errors.append(np.abs(lost).max() / (LOCAL * pulse.max()))
+    assert errors[0] < 0.05
+    assert errors[1] < 0.6 * errors[0]
+
+
+def test_compliance_that_is_not_there_is_not_removed() -> None:
+    seat = seat_of(0.1, 0.2, (5.0, 0.3))
+    with pytest.raises(
+        GreensFunctionError, match=rf"{LOCAL:.4g} m/N exceeds the {0.6 * LOCAL:.4g} m/N .* above 1.5e\+06"
+    ):
+        without_patch(seat, PATCH, band_hz=1.5e6)
+    without_patch(seat, PATCH, band_hz=5e5)
+    free = ModalGreens(np.zeros(1), np.zeros(1), np.ones((1, 1)), Residual.none())
+    with pytest.raises(GreensFunctionError, match="exceeds the 0 m/N"):  # a rigid-body motion is no compliance
+        without_patch(free, PATCH, band_hz=0.0)
+
+
+def test_functions_without_modes_of_one_port_are_refused() -> None:
+    with pytest.raises(GreensFunctionError, match="out of a DelayRod with 1 ports"):
+        without_patch(impact.fixed_rod(young=1.0, density=1.0, area=1.0, length=1.0), PATCH, band_hz=1.0)
+    with pytest.raises(GreensFunctionError, match="out of a HalfSpacePatch"):
+        without_patch(patch_of(0.3), PATCH, band_hz=1.0)

@@ -1,0 +1,226 @@
+"""Closed-form Green's functions against sums, integrals and each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+import impact
+from impact import GreensFunctionError, ModalGreens, Residual
+from impact.exact.closed_form import DelayRod, PowerLaw
+from impact.exact.damped_rods import BareFixedRod, DampedFixedRod, DampedFreeRod, damped_start, dilogarithm
+
+ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
+
+
+def mode_sum(zeta: float, n: int = 20_000) -> ModalGreens:
+    """The fixed rod's first n modes, and the compliance of the rest."""
+    omega = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
+    factor = 2 / 6.0
+    tail = 1 / 6.0 - math.fsum(factor / omega**2)
+    return ModalGreens(omega, np.full(n, zeta), np.full((n, 1), math.sqrt(factor)), Residual.spring(tail))
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.1, 0.6, 0.999, 1.0, 1.001, 1.4, 3.0])
+def test_damped_rod_is_the_sum_of_its_modes(zeta: float) -> None:
+    rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
+    t = np.array([0.05, 0.3, 1.0, 2.0, 3.3, 11.0])
+    # modes beyond 20000 are gone by t = 0.05; near zeta = 1 the closed form is a mean of two with error O(1e-8)
+    limit = 2e-7 if abs(zeta - 1) < 1e-4 else 1e-11
+    np.testing.assert_allclose(rod.impulse_response(t), mode_sum(zeta).impulse_response(t), atol=limit / 6)
+    np.testing.assert_allclose(rod.step_response(t), mode_sum(zeta).step_response(t), atol=limit / 6)
+
+
+@pytest.mark.parametrize("zeta", [0.1, 0.9, 1.0, 2.5])
+def test_damped_rod_starts_at_its_initial_value(zeta: float) -> None:
+    rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
+    assert float(rod.impulse_response(0.0)) == rod.initial_value()[0, 0]
+    assert float(rod.impulse_response(1e-9)) == pytest.approx(rod.initial_value()[0, 0], rel=1e-6)
+    assert float(rod.step_response(0.0)) == pytest.approx(0.0, abs=1e-9)
+    assert float(rod.step_response(1e4)) == pytest.approx(rod.static_compliance()[0, 0], rel=1e-9)
+
+
+def test_damped_start_is_smooth_through_critical_damping() -> None:
+    assert damped_start(0.0) == pytest.approx(1.0)
+    assert damped_start(0.1) == pytest.approx(0.940948, abs=5e-7)
+    around = [damped_start(1 + d) for d in (-1e-5, 0.0, 1e-5)]
+    assert around[1] == pytest.approx((around[0] + around[2]) / 2, rel=1e-8)
+    with pytest.raises(GreensFunctionError, match="must be >= 0"):
+        damped_start(-0.1)
+
+
+@pytest.mark.parametrize(("zeta", "dt"), [(0.1, 0.01), (0.1, 0.5), (0.7, 0.05), (1.5, 0.02)])
+def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -> None:
+    """Modes that outlive a step, and a spring for the rest: the same weights as the closed form."""
+    rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
+    kernel = rod.step_kernel(dt, 200)
+    assert kernel.modal is not None
+    assert kernel.weights is None
+    t = dt * np.arange(1, 201)
+    exact, ours = np.diff(rod.step_response(t)), np.diff(kernel.modal.step_response(t))
+    # differences of S, known to about 1e-14 of its largest value 1/6 on either side
+    np.testing.assert_allclose(ours, exact, atol=1e-13)
+    assert kernel.self_weight(dt)[0, 0] == pytest.approx(float(rod.step_response(dt)), abs=1e-13)
+
+
+@pytest.mark.parametrize("zeta", [0.1, 1.5])
+@pytest.mark.parametrize("kind", [DampedFixedRod, BareFixedRod])
+def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], zeta: float) -> None:
+    rod, most = kind(impedance=6.0, transit=1.0, damping_ratio=zeta), kind.most_poles[0]
+    dt = 1e-3 * rod.lasting_modes(1e-3) / most  # the number of modes goes like 1/dt
+    poles, weights = rod.step_kernel(1.01 * dt, 200), rod.step_kernel(0.99 * dt, 200)
+    assert poles.modal is not None
+    assert 0.98 * most < len(poles.modal.omega) == rod.lasting_modes(1.01 * dt) <= most
+    assert weights.modal is None
+    assert weights.weights is not None
+
+
+def test_a_rod_gives_up_its_energies_in_long_runs_only() -> None:
+    rod = DampedFixedRod(impedance=6.0, transit=1.0, damping_ratio=0.1)
+    poles, most = rod.lasting_modes(0.05), rod.most_poles[1]
+    assert rod.marches(0.05, 0.99 * most / poles)
+    assert not rod.marches(0.05, 1.01 * most / poles)
+
+
+def test_a_rod_without_its_energies_is_the_same_rod() -> None:
+    """By 2,337 poles and by step weights: the same force, the sums in another order."""
+    rod, bare = (kind(impedance=6.0, transit=1.0, damping_ratio=0.1) for kind in (DampedFixedRod, BareFixedRod))
+    assert rod.marches(0.05, 400) != bare.marches(0.05, 400)
+    forces = []
+    for greens in (rod, bare):
+        problem = impact.ContactProblem(impact.rigid_mass(mass=5.0, velocity=-1.0), impact.Body(greens))
+        forces.append(impact.solve(problem, dt=0.05, duration=20.0).force)
+    assert forces[0].max() > 1.0
+    np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * forces[0].max())
+
+
+def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
+    """Where the step response becomes the static compliance, both are the same to round-off."""
+    rod = impact.fixed_rod(**ROD, damping_ratio=0.1)
+    assert isinstance(rod, DampedFixedRod)
+    end = 40 / rod.slowest_decay
+    response = np.asarray(rod.step_response(end * np.array([0.5, 0.999, 1.001, 100.0])))
+    assert abs(response[0] - 1 / 6) > 1e-10  # exp(-20) = 2e-9 is left
+    np.testing.assert_allclose(response[1:], 1 / 6, rtol=1e-15)
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.99e-4, 1.01e-4, 0.399, 0.401, 0.45])
+def test_the_dilogarithm_is_its_series(size: float) -> None:
+    """On either side of each change of method, at eight angles; 90 terms leave 0.45^90 = 1e-31."""
+    q = size * np.exp(2j * np.pi * np.arange(8) / 8)
+    expected = sum(q**k / k**2 for k in range(90, 0, -1))
+    np.testing.assert_allclose(dilogarithm(q), expected, rtol=2e-15)
+
+
+def test_kernel_of_a_hardly_damped_rod_is_its_weights() -> None:
+    rod = impact.fixed_rod(**ROD, damping_ratio=1e-5)
+    kernel = rod.step_kernel(0.01, 100)
+    assert kernel.modal is None
+    np.testing.assert_allclose(np.cumsum(kernel.weights[0, 0]), rod.step_response(0.01 * np.arange(1, 101)), atol=1e-14)
+
+
+def test_undamped_rod_is_the_limit_of_the_damped_one() -> None:
+    sharp, damped = impact.fixed_rod(**ROD), impact.fixed_rod(**ROD, damping_ratio=1e-6)
+    assert isinstance(sharp, DelayRod)
+    assert isinstance(damped, DampedFixedRod)
+    t = np.array([0.5, 1.7, 3.0, 5.0])  # away from the jumps at 2, 4, ...
+    np.testing.assert_allclose(damped.impulse_response(t), sharp.impulse_response(t), atol=1e-5)
+
+
+@pytest.mark.parametrize("zeta", [0.02, 0.1, 0.6, 1.0, 1.4])
+def test_damped_free_rod_is_the_sum_of_its_modes(zeta: float) -> None:
+    rod = impact.free_rod(**ROD, damping_ratio=zeta)
+    assert isinstance(rod, DampedFreeRod)
+    mass, n = 6.0, 20_000  # Z l/c
+    omega = np.arange(n + 1) * np.pi
+    shapes = np.sqrt(np.where(omega > 0, 2.0, 1.0) / mass)[:, None]
+    tail = 2 / mass * (1 / 6 - math.fsum(1 / omega[1:] ** 2))
+    modes = ModalGreens(omega, np.where(omega > 0, zeta, 0.0), shapes, Residual.spring(tail))
+    t = np.array([0.05, 0.3, 1.0, 2.0, 3.3, 11.0])
+    limit = 2e-7 if zeta == 1.0 else 1e-11  # as for the fixed rod
+    np.testing.assert_allclose(rod.impulse_response(t), modes.impulse_response(t), atol=limit)
+    np.testing.assert_allclose(rod.step_response(t), modes.step_response(t), atol=limit)
+    assert float(rod.impulse_response(1e-9)) == pytest.approx(rod.initial_value()[0, 0], rel=1e-6)
+    assert impact.Body(rod, velocity=-1.0).mass == mass
+
+
+def test_damped_free_rods_collide_and_lose_energy() -> None:
+    """Momentum is exact; the undamped pair of Saint-Venant is the limit."""
+    spent = []
+    for zeta in (0.0, 1e-4, 0.1):
+        rod = impact.free_rod(**ROD, damping_ratio=zeta)
+        problem = impact.ContactProblem(impact.Body(rod, velocity=-1.0), impact.Body(rod))
+        result = impact.solve(problem, dt=0.01, duration=6.0)
+        spent.append(impact.measures.restitution(result))
+        assert result.energy.residual < 1e-12
+        assert result.energy.input[0] == pytest.approx(3.0)  # m V^2/2, also of a rod known by its weights
+    assert spent[0] == pytest.approx(1.0, abs=1e-9)
+    assert spent[1] == pytest.approx(1.0, abs=5e-3)
+    assert 0.5 < spent[2] < 0.95
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.5])
+def test_semi_infinite_rod_is_the_limit_of_a_long_one(zeta: float) -> None:
+    same = {**ROD, "damping_ratio": zeta}
+    endless = impact.semi_infinite_rod(**same)
+    for rod in (impact.fixed_rod(**{**same, "length": 2e6}), impact.free_rod(**{**same, "length": 2e6})):
+        # what is left is of order w_1 t = 1e-6
+        np.testing.assert_allclose(rod.impulse_response([0.1, 1.0]), endless.impulse_response([0.1, 1.0]), rtol=1e-5)
+
+
+@pytest.mark.parametrize("end", [0.0, 2.0, 6.0, 20.0, math.inf])
+def test_reflected_waves_integrate_to_the_step_response(end: float) -> None:
+    rod = impact.rod_with_end_impedance(**ROD, end_impedance=end)
+    t = np.linspace(0.0, 23.0, 2301)  # g is constant over each step of 0.01
+    exact = np.concatenate([[0.0], np.cumsum(rod.impulse_response((t[1:] + t[:-1]) / 2)) * 0.01])
+    np.testing.assert_allclose(rod.step_response(t), exact, atol=1e-11 * max(1.0, exact.max()))
+    weights = rod.step_kernel(0.01, 2300).weights
+    np.testing.assert_allclose(weights[0, 0], np.diff(exact), atol=1e-11 * max(1.0, exact.max()))
+
+
+def test_rod_limits() -> None:
+    fixed, free = impact.fixed_rod(**ROD), impact.free_rod(**ROD)
+    matched = impact.rod_with_end_impedance(**ROD, end_impedance=6.0)
+    t = np.array([0.0, 1.0, 1.999, 2.0, 3.9, 4.0])
+    np.testing.assert_allclose(fixed.impulse_response(t), np.array([1, 1, 1, -1, -1, 1]) / 6)
+    np.testing.assert_allclose(free.impulse_response(t), np.array([1, 1, 1, 3, 3, 5]) / 6)
+    np.testing.assert_allclose(matched.impulse_response(t), np.full(6, 1 / 6))
+    assert fixed.static_compliance()[0, 0] == pytest.approx(ROD["length"] / (ROD["young"] * ROD["area"]))
+    assert free.mass() == pytest.approx(ROD["density"] * ROD["area"] * ROD["length"])
+    endless = impact.semi_infinite_rod(young=4.0, density=1.0, area=3.0)
+    np.testing.assert_allclose(endless.impulse_response(t), matched.impulse_response(t))
+
+
+def test_dashpots_springs_and_power_laws() -> None:
+    assert impact.spring(stiffness=4.0).static_compliance()[0, 0] == 0.25
+    plate = impact.infinite_plate(young=2e11, poisson=0.3, density=7850.0, thickness=0.01)
+    rigidity = 2e11 * 1e-6 / 12 / 0.91
+    assert plate.initial_value()[0, 0] == pytest.approx(1 / (8 * math.sqrt(rigidity * 78.5)), rel=1e-12)
+    law = PowerLaw(3.0, 0.5)
+    assert float(law.impulse_response(4.0)) == 6.0
+    assert float(law.step_response(4.0)) == pytest.approx(16.0)
+    weights = law.step_kernel(0.5, 8).weights
+    assert np.sum(weights) == pytest.approx(16.0)
+    assert law.initial_value()[0, 0] == 0.0
+
+
+def test_single_mode() -> None:
+    mode = impact.single_mode(frequency_hz=10.0, mass=0.5, damping_ratio=0.02)
+    stiffness = 0.5 * (2 * np.pi * 10) ** 2
+    assert mode.static_compliance()[0, 0] == pytest.approx(1 / stiffness)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: impact.spring(stiffness=0.0), "stiffness = 0 must be"),
+        (lambda: impact.fixed_rod(**{**ROD, "length": -1.0}), "length = -1 must be"),
+        (lambda: impact.fixed_rod(**ROD, damping_ratio=-0.1), "damping_ratio = -0.1"),
+        (lambda: impact.free_rod(**{**ROD, "young": math.nan}), "young = nan"),
+        (lambda: impact.rod_with_end_impedance(**ROD, end_impedance=-1.0), "end would feed energy"),
+        (lambda: impact.infinite_plate(young=1, poisson=0.6, density=1, thickness=1), "poisson = 0.6"),
+    ],
+)
+def test_impossible_parameters_are_named(make: object, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        make()  # type: ignore[operator]

@@ -1,0 +1,327 @@
+"""Contact laws and step rules: one's own laws, restitution of Hunt-Crossley, the conserving rule, refusals."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+import impact
+from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalGreens, PlainLaw, Residual, compiled_law
+from impact.greens.base import Array
+from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law, no_user_law
+from impact.march.loop import contact_force
+
+RIGID = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(1e-14))
+SEAT = ModalGreens(
+    np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)
+)
+
+
+def hunt_crossley(pen: float, pen_start: float, dt: float) -> float:
+    return 300.0 * pen**1.5 * max(0.0, 1.0 + 0.2 * (pen - pen_start) / dt)
+
+
+def mass_on(law: Law, target: ModalGreens = SEAT, velocity: float = -1.0) -> ContactProblem:
+    return ContactProblem(impact.rigid_mass(mass=1.0, velocity=velocity), Body(target), law=law, gap=0.01)
+
+
+def two_seats(*laws: Law) -> ContactProblem:
+    contacts = [Contact(Body(SEAT), gap=0.01 * k, law=law) for k, law in enumerate(laws)]
+    return ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), contacts=contacts)
+
+
+def test_a_plain_law_is_the_compiled_law() -> None:
+    """Bit for bit; the built-in law of the same formula differs by the order of its operations only."""
+    plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
+    built_in = impact.HuntCrossley(stiffness=300.0, damping=0.2)
+    a, b, c = (impact.solve(mass_on(law), dt=1e-3, duration=1.0, rule="passive") for law in (plain, compiled, built_in))
+    assert a.force.max() > 1.0
+    np.testing.assert_array_equal(a.force, b.force)
+    np.testing.assert_array_equal(a.energy.dissipated, b.energy.dissipated)
+    np.testing.assert_allclose(a.force, c.force, atol=1e-11 * c.force.max(), rtol=0)
+    assert a.energy.residual < 1e-10
+
+
+def test_one_law_of_ones_own_beside_built_in_ones() -> None:
+    spring = impact.LinearSpring(stiffness=500.0)
+    plain, compiled = PlainLaw(hunt_crossley), compiled_law(hunt_crossley)
+    runs = [
+        impact.solve(two_seats(own, spring, own), dt=1e-3, duration=1.0, rule="passive")
+        for own in (plain, compiled, impact.HuntCrossley(stiffness=300.0, damping=0.2))
+    ]
+    assert np.all(runs[0].force.max(axis=0) > 0.1)
+    np.testing.assert_array_equal(runs[0].force, runs[1].force)
+    np.testing.assert_allclose(runs[0].force, runs[2].force, atol=1e-11 * runs[2].force.max(), rtol=0)
+    with pytest.raises(ContactError, match="one CompiledLaw or PlainLaw per problem"):
+        two_seats(plain, compiled)
+    with pytest.raises(ContactError, match="give the same object"):
+        two_seats(PlainLaw(hunt_crossley), spring, PlainLaw(lambda pen, start, dt: pen))
+
+
+def test_a_plain_law_may_be_any_callable() -> None:
+    """A table with a lookup, held by an object; equal to the line that it tabulates."""
+
+    class Table:
+        depths, forces, calls = np.array([0.0, 1.0, 2.0]), np.array([0.0, 400.0, 800.0]), 0
+
+        def __call__(self, pen: float, pen_start: float, dt: float) -> float:
+            self.calls += 1
+            return float(np.interp(pen, self.depths, self.forces))
+
+    table = Table()
+    told = impact.solve(mass_on(PlainLaw(table)), dt=1e-3, duration=0.5)
+    line = impact.solve(mass_on(impact.LinearSpring(stiffness=400.0)), dt=1e-3, duration=0.5, rule="passive")
+    np.testing.assert_allclose(told.force, line.force, atol=1e-10 * line.force.max(), rtol=0)
+    assert np.sum(told.force > 0) < table.calls < 30 * np.sum(told.force > 0)
+
+
+def broken(pen: float, pen_start: float, dt: float) -> float:
+    if pen > 0.01:
+        raise KeyError("no such depth")
+    return 300.0 * pen
+
+
+def interrupted(pen: float, pen_start: float, dt: float) -> float:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.Signorini(), law)])
+def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], ContactProblem]) -> None:
+    law = PlainLaw(broken)
+    for _ in range(2):  # told once per run, and the law is as good as new
+        with pytest.raises(LawError, match="the law broken failed: KeyError: 'no such depth'") as caught:
+            impact.solve(problem(law), dt=1e-3, duration=0.5)
+        assert isinstance(caught.value.__cause__, KeyError)
+    with pytest.raises(LawError, match="its force is nan N"):
+        impact.solve(problem(PlainLaw(lambda pen, start, dt: math.nan)), dt=1e-3, duration=0.5)
+    with pytest.raises(LawError, match="TypeError"):
+        impact.solve(problem(PlainLaw(lambda pen: pen)), dt=1e-3, duration=0.5)  # type: ignore[arg-type, misc]
+    with pytest.raises(KeyboardInterrupt):
+        impact.solve(problem(PlainLaw(interrupted)), dt=1e-3, duration=0.5)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_compiled_law_that_gives_no_number_is_refused(bad: float) -> None:
+    def force(pen: float, pen_start: float, dt: float) -> float:
+        return bad if pen > 1e-3 else 300.0 * pen
+
+    with pytest.raises(LawError, match="a force that is not finite"):
+        impact.solve(mass_on(compiled_law(force)), dt=1e-3, duration=0.5)
+
+
+def restitution(law: Law, steps: int) -> float:
+    result = impact.solve(mass_on(law, RIGID), dt=4.0 / steps, duration=4.0)
+    assert np.all(result.force >= 0)
+    return impact.measures.restitution(result)
+
+
+def extrapolated(law: Law) -> float:
+    """Limit of a first-order value, the second order gone as well: steps h, h/2, h/4."""
+    e = [restitution(law, steps) for steps in (8000, 16000, 32000)]
+    once = [2 * e[1] - e[0], 2 * e[2] - e[1]]
+    return (4 * once[1] - once[0]) / 3
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("damping", [0.05, 0.5, 2.0])
+def test_hunt_crossley_restitution_for_any_exponent(exponent: float, damping: float) -> None:
+    """m v dv = -k x^n (1 + d v) dx integrates to k x_max^(n+1)/((n+1) m) = [v/d - ln(1 + d v)/d^2] on the way in, from
+    0 to V, and out, from -e V to 0: (1 + e) d V = ln((1 + d V)/(1 - e d V)), whatever n, k and m."""
+
+    def balance(e: float) -> float:
+        return (1 + e) * damping - math.log((1 + damping) / (1 - e * damping))
+
+    exact = brentq(balance, 1e-3, min(1.0, 1 / damping) * (1 - 1e-12), xtol=1e-14)
+    law = impact.HuntCrossley(stiffness=300.0, damping=damping, exponent=exponent)
+    # n = 1 starts and ends with a jump of the force's rate and exits at a phase of the step: quantised, second order
+    assert extrapolated(law) == pytest.approx(exact, abs=2e-5)
+
+
+def test_hunt_crossley_restitution_to_first_order() -> None:
+    """e = 1 - (2/3) d V + (4/9) (d V)^2 - ...: both sides of the balance above in powers of d V (Hunt & Crossley 1975
+    give the first term as 1 - alpha V with alpha = 2 d/3)."""
+    slopes = []
+    for dv in (0.04, 0.02):
+        e = extrapolated(impact.HuntCrossley(stiffness=300.0, damping=dv))
+        slopes.append((1 - e) / dv)
+    assert 2 * slopes[1] - slopes[0] == pytest.approx(2 / 3, abs=2e-3)
+    # the second term: slope = 2/3 - (4/9) d V
+    assert (slopes[1] - slopes[0]) / 0.02 == pytest.approx(4 / 9, rel=0.1)
+    # and e depends on the speed through d V only
+    one, other = (
+        impact.measures.restitution(
+            impact.solve(
+                mass_on(impact.HuntCrossley(stiffness=300.0, damping=d), RIGID, -v), dt=1e-4 / v**0.2, duration=2 / v
+            )
+        )
+        for d, v in ((0.4, 1.0), (0.2, 2.0))
+    )
+    assert one == pytest.approx(other, abs=2e-4)
+
+
+@settings(max_examples=300, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_no_step_gains_energy(seed: int) -> None:
+    """N (end - start) >= Psi(end) - Psi(start) for every law; equality by the conserving rule, without damping."""
+    rng = np.random.default_rng(seed)
+    start, pen = rng.uniform(-1, 1, 2)
+    w0, k, dt = 10.0 ** rng.uniform([-6, -2, -3], [2, 4, 1])
+    elastic = [
+        impact.LinearSpring(stiffness=k),
+        impact.Hertz(stiffness=k),
+        impact.HuntCrossley(stiffness=k, exponent=rng.uniform(1, 3)),
+        impact.HuntCrossley(stiffness=k, damping=rng.uniform(0, 3), exponent=rng.uniform(1, 3)),
+    ]
+    laws: list[tuple[Law, int]] = [(law, rule) for law in elastic for rule in (PASSIVE, CONSERVING, BLENDED)]
+    if start <= 0:  # a rigid contact holds no penetration
+        laws.append((impact.Signorini(), PASSIVE))
+    for law, rule in laws:
+        force = contact_force(law.code, rule, *law.parameters, no_user_law(), pen, start, w0, w0, dt)
+        end = pen - w0 * force
+        before, after = law.potential(np.array([start, end]))
+        # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential
+        round_off = 1e-14 * (before + after + force * (abs(pen) + abs(start)))
+        round_off += 1e-15 * abs(pen) * 4 * after / end if end > 0 else 0.0
+        assert force >= 0.0
+        gain = after - before - force * (end - start)
+        assert gain <= round_off
+        if rule == CONSERVING and not (isinstance(law, impact.HuntCrossley) and law.damping):
+            assert gain >= -round_off
+
+
+REED = impact.Cantilever(young=2e11, density=7850.0, length=0.0254, width=0.01, thickness=0.000305)
+
+
+@pytest.mark.parametrize("law", [impact.LinearSpring(stiffness=2e6), impact.Hertz(stiffness=3e8)])
+def test_conserving_rule_keeps_the_energy_of_a_reed_on_modes(law: Law) -> None:
+    """Undamped reed of 20 modes on an undamped seat of 3, 20,000 steps, more than ten blows."""
+    seat = ModalGreens(np.array([2e5, 6e5, 1e6]), np.zeros(3), np.array([[6.0], [5.0], [4.0]]), Residual.none())
+    released = impact.reed(REED, n_modes=20, release=impact.StaticShape(deflection=1e-3))
+    assert isinstance(released.greens, ModalGreens)
+    reed = replace(released, greens=replace(released.greens, residual=Residual.none()))
+    result = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="conserving")
+    stored = result.energy.stored
+    assert len(impact.measures.contact_groups(result)) > 10
+    assert np.all(result.force >= 0)
+    assert np.max(np.abs(stored / stored[0] - 1)) < 1e-9
+    # the passive rule, by contrast, loses some
+    passive = impact.solve(ContactProblem(reed, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="passive")
+    assert passive.energy.stored[-1] < 0.99 * stored[0]
+    # a bare residual compliance c loses c (N_m - N_{m-1})^2/2 per step to the force's jumps: the body does, no contact
+    c = released.greens.residual.static()
+    bare = replace(released, greens=replace(released.greens, residual=Residual.spring(c)))
+    rough = impact.solve(ContactProblem(bare, Body(seat), law=law), dt=1e-6, duration=2e-2, rule="conserving")
+    lost = 0.5 * float(c[0, 0]) * float(np.sum(np.diff(rough.force) ** 2))
+    assert lost > 1e-3 * stored[0]
+    assert rough.energy.dissipated[-1] == pytest.approx(lost, rel=1e-6)
+    assert np.max(np.abs(rough.energy.contact_loss)) < 1e-9 * stored[0]
+
+
+@pytest.mark.parametrize("steps", [10, 30, 100])
+def test_conserving_rebound_of_a_mass_is_perfect_at_any_step(steps: int) -> None:
+    law = impact.Hertz(stiffness=300.0)
+    result = impact.solve(mass_on(law, RIGID), dt=1.0 / steps, duration=4.0, rule="conserving")
+    assert impact.measures.restitution(result) == pytest.approx(1.0, abs=1e-10)
+    assert np.ptp(result.energy.stored) < 1e-10
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        impact.Signorini(),
+        compiled_law(lambda pen, start, dt: pen),
+        PlainLaw(lambda pen, start, dt: pen),
+    ],
+)
+def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
+    for problem in (mass_on(law), two_seats(impact.Hertz(stiffness=1.0), law)):
+        with pytest.raises(ContactError, match=f"{type(law).__name__} has none"):
+            impact.solve(problem, dt=1e-3, duration=0.1, rule="conserving")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: impact.HuntCrossley(stiffness=0.0), "stiffness = 0 must be positive"),
+        (lambda: impact.HuntCrossley(stiffness=1.0, damping=-0.1), r"damping = -0.1 s/m must be >= 0"),
+        (lambda: impact.HuntCrossley(stiffness=1.0, damping=math.nan), "damping = nan"),
+        (lambda: impact.HuntCrossley(stiffness=1.0, exponent=0.9), "exponent = 0.9 must be >= 1"),
+        (lambda: compiled_law(lambda pen, start, dt: open("no")), "cannot be compiled"),  # type: ignore[arg-type, return-value]  # noqa: SIM115
+    ],
+)
+def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(LawError, match=words):
+        make()
+
+
+def test_a_failing_law_is_told_where_it_fails() -> None:
+    """By the step that meets it, and by a batch."""
+
+    def broken(pen: float, pen_start: float, dt: float) -> float:
+        raise ZeroDivisionError("stiffness table is empty")
+
+    striker = impact.rigid_mass(mass=1.0, velocity=-1.0)
+    target = impact.Body(impact.single_mode(frequency_hz=5.0, mass=1.0))
+    problem = impact.ContactProblem(striker, target, gap=0.01, law=impact.PlainLaw(broken))
+    stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
+    stepper.advance(9)  # still open
+    with pytest.raises(impact.LawError, match="broken failed: ZeroDivisionError: stiffness table"):
+        stepper.advance(5)
+    with pytest.raises(impact.LawError, match="broken failed"):
+        impact.solve_many(problem, dt=1e-3, duration=0.1, velocities=np.array([-1.0, -2.0]))
+    with pytest.raises(impact.LawError, match="must be a callable"):
+        impact.PlainLaw(3.0)  # type: ignore[arg-type]
+
+
+def rod_of_modes(n: int) -> Body:
+    """A fixed rod of unit impedance and transit by its ``n`` lowest modes, 1 % damped."""
+    omega = (np.arange(n) + 0.5) * np.pi
+    residual = Residual.exponential(1 - float(np.sum(2 / omega**2)), 1.0)
+    return Body(ModalGreens(omega, np.full(n, 0.01), np.full((n, 1), np.sqrt(2.0)), residual))
+
+
+@pytest.mark.parametrize(
+    "law",
+    [impact.LinearSpring(1.0), impact.LinearSpring(0.3), impact.Hertz(1.0), impact.HuntCrossley(1.0, damping=0.1)],
+)
+def test_the_default_rule_loses_no_impulse_at_the_advised_step(law: Law) -> None:
+    """A light mass on 5 modes, w_max h = 1/2: the passive rule loses up to 0.7 %, the default less than 0.1 %."""
+    problem = ContactProblem(impact.rigid_mass(mass=0.25, velocity=-1.0), rod_of_modes(5), law=law)
+    dt = 0.5 / (4.5 * np.pi)
+
+    def impulse(step: float, rule: str = "auto") -> float:
+        result = impact.solve(problem, dt=step, duration=6.0, rule=rule)
+        assert result.advice == ()
+        return impact.measures.impulse(result)
+
+    exact = impulse(dt / 64, "conserving")
+    assert impulse(dt) == pytest.approx(exact, rel=1e-3)
+    assert abs(impulse(dt / 2) / exact - 1) < 0.5 * abs(impulse(dt / 2, "passive") / exact - 1)
+
+
+def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
+    """k W0 = 1e5: the conserving force swings from step to step, the default follows the rigid contact."""
+
+    def force(law: Law, rule: str = "auto") -> Array:
+        reed = impact.reed(REED, n_modes=8, release=impact.StaticShape(deflection=1e-3))
+        seat = rod_of_modes(8).greens
+        assert isinstance(seat, ModalGreens)
+        transit = 1e-6
+        shapes, rates = seat.shapes / np.sqrt(5e7) / transit, seat.residual.rates / transit
+        stiff = replace(
+            seat, omega=seat.omega / transit, shapes=shapes,
+            residual=Residual(seat.residual.shapes / np.sqrt(5e7 * transit), rates, seat.residual.compliance),
+        )  # fmt: skip
+        return impact.solve(ContactProblem(reed, Body(stiff), law=law), dt=2e-8, duration=1e-3, rule=rule).force
+
+    rigid, rough = force(impact.Signorini()), force(impact.LinearSpring(5e12), "conserving")
+    smooth = force(impact.LinearSpring(5e12))
+    swing = [float(np.abs(np.diff(f)).sum() / f.max()) for f in (rigid, rough, smooth)]
+    assert swing[1] > 1.5 * swing[0]
+    assert swing[2] == pytest.approx(swing[0], rel=0.02)
+    assert smooth.max() == pytest.approx(rigid.max(), rel=1e-3)

@@ -1,0 +1,224 @@
+"""Measures of several contacts, of preloaded records, and of forces whose transforms are known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import impact
+from impact import Body, Contact, ContactProblem, EnergyLedger, ImpactResult, measures
+from impact.after.measures import MeasureError
+
+DT = 1e-5
+SPRING = Body(impact.spring(stiffness=1e12))
+
+
+def record(force: np.ndarray, dt: float = DT) -> ImpactResult:
+    """A force (n,) between bodies that stand still."""
+    n = len(force) + 1
+    zero = np.zeros(n)
+    return ImpactResult(
+        dt * np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6),
+        dt, 2.0, math.inf, -3.0, 0.0, "none",
+    )  # fmt: skip
+
+
+def between(law: impact.Law, duration: float = 1.0, dt: float = 1e-4) -> ImpactResult:
+    """A mass between a seat at once and a stopper a bit further; a second seat that is never reached."""
+    contacts = [Contact(SPRING, gap=0.01, law=law), Contact(SPRING, gap=0.05, law=law, side=-1)]
+    contacts.append(Contact(SPRING, gap=1.0, law=law))
+    striker = impact.rigid_mass(mass=0.5, velocity=-1.0)
+    return impact.solve(ContactProblem(striker, contacts=contacts), dt=dt, duration=duration)
+
+
+def test_every_measure_asks_one_contact() -> None:
+    result = between(impact.LinearSpring(stiffness=1e4))
+    for measure in (
+        measures.impulse,
+        measures.peak_force,
+        measures.contact_intervals,
+        measures.contact_groups,
+        measures.impact_velocity,
+        measures.rebound_velocity,
+        measures.spectrum,
+        measures.work,
+    ):
+        with pytest.raises(MeasureError, match=r"3 contacts: name one, contact=0 \.\.\. 2"):
+            measure(result)
+        with pytest.raises(MeasureError, match="contact = 3: this result has 3"):
+            measure(result, contact=3)
+        one = measures.of_contact(result, 1)
+        np.testing.assert_array_equal(np.asarray(measure(result, contact=1)).shape, np.asarray(measure(one)).shape)
+    assert measures.impulse(result, contact=1) == pytest.approx(np.sum(result.force[:, 1]) * 1e-4, rel=1e-13)
+    assert measures.peak_force(result, contact=1) == result.force[:, 1].max()
+    seat, stopper = (measures.contact_intervals(result, contact=c) for c in (0, 1))
+    assert seat[0, 0] < stopper[0, 0] < seat[1, 0]
+
+
+def test_a_contact_that_never_closes() -> None:
+    result = between(impact.LinearSpring(stiffness=1e4))
+    assert measures.impulse(result, contact=2) == measures.peak_force(result, contact=2) == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2) == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2, window="hann") == 0.0
+    assert (
+        measures.contact_intervals(result, contact=2).shape
+        == measures.contact_groups(result, contact=2).shape
+        == (0, 2)
+    )
+    assert math.isnan(measures.impact_velocity(result, contact=2))
+    assert math.isnan(measures.rebound_velocity(result, contact=2))
+    assert measures.work(result, contact=2) == measures.Work(0.0, 0.0)
+    assert not np.any(measures.spectrum(result, contact=2)[1])
+    with pytest.raises(MeasureError, match="no contact in this record"):
+        measures.restitution(result, contact=2)
+
+
+def test_speeds_before_and_after_a_lossy_contact() -> None:
+    """Hunt-Crossley, d V = 1/2: leaves at 0.748435 V, reaches the stopper with it, leaves at e(0.748 d V) of that."""
+    result = between(impact.HuntCrossley(stiffness=1e6, damping=0.5), duration=0.15, dt=2e-5)
+    e = 0.748434931597
+    assert measures.impact_velocity(result, contact=0) == pytest.approx(1.0, rel=1e-9)
+    # first order in the step, which is 1/500 of the contact
+    assert measures.rebound_velocity(result, contact=0) == pytest.approx(e, abs=5e-3)
+    assert measures.impact_velocity(result, contact=1) == pytest.approx(
+        measures.rebound_velocity(result, contact=0), rel=1e-6
+    )
+    assert measures.impulse(result, contact=0) == pytest.approx(
+        0.5 * (1 + measures.rebound_velocity(result, contact=0)), rel=1e-6
+    )
+    # kinetic energy gained and lost by the striker at each
+    speeds = [1.0, measures.rebound_velocity(result, contact=0), measures.rebound_velocity(result, contact=1)]
+    for contact in (0, 1):
+        work = measures.work(result, contact=contact)
+        assert work.striker == pytest.approx(0.25 * (speeds[contact + 1] ** 2 - speeds[contact] ** 2), rel=1e-6)
+        assert abs(work.target) < 1e-3 * abs(work.striker)  # the targets are all but rigid
+    assert measures.total_impulse(result) == pytest.approx(0.5 * (1.0 - speeds[2]), rel=1e-6)
+    with pytest.raises(MeasureError, match="a free striker with several contacts"):
+        measures.restitution(result, contact=0)
+
+
+def test_works_add_up_to_what_the_contact_takes() -> None:
+    target = impact.single_mode(frequency_hz=40.0, mass=0.3, damping_ratio=0.02)
+    law = impact.Hertz(stiffness=1e6)
+    problem = ContactProblem(impact.rigid_mass(mass=0.5, velocity=-1.0), Body(target), law=law)
+    result = impact.solve(problem, dt=1e-4, duration=0.1)
+    work = measures.work(result)
+    taken = result.energy.contact + result.energy.contact_loss
+    assert work.striker + work.target == pytest.approx(-float(taken[-1] - taken[0]), rel=1e-9)
+    assert work.striker == pytest.approx(float(result.energy.striker[-1] - result.energy.striker[0]), rel=1e-9)
+    received = result.energy.target + result.energy.dissipated - result.energy.contact_loss
+    assert work.target == pytest.approx(float(received[-1]), rel=1e-9)
+    assert work.target > 0.01 * 0.25
+
+
+def test_energetic_restitution_of_either_contact_of_a_reed() -> None:
+    reed = impact.single_mode(frequency_hz=20.0, mass=0.1)
+    release = impact.ModalState(np.array([math.sqrt(0.1) * 0.01]), np.zeros(1))
+    law = impact.HuntCrossley(stiffness=1e6, damping=0.2)
+    contacts = [Contact(SPRING, law=law), Contact(SPRING, gap=0.005, law=law, side=-1)]
+    contacts[1] = replace(contacts[1], gap=0.0101)  # out of reach
+    result = impact.solve(ContactProblem(Body(reed, state=release), contacts=contacts), dt=2e-5, duration=0.04)
+    v = 0.01 * 2 * math.pi * 20.0
+    assert measures.impact_velocity(result, contact=0) == pytest.approx(v, rel=1e-3)
+    assert measures.restitution(result, contact=0) == pytest.approx(
+        measures.rebound_velocity(result, contact=0) / v, rel=5e-3
+    )
+    with pytest.raises(MeasureError, match="no contact"):
+        measures.restitution(result, contact=1)
+
+
+def test_contact_from_the_first_step() -> None:
+    """The approach of free bodies is their translation, a stopper's as well; that of held bodies is not recorded."""
+    law = impact.LinearSpring(stiffness=100.0)
+    for side in (1, -1):
+        striker = impact.rigid_mass(mass=1.0, velocity=-2.0 * side)
+        problem = ContactProblem(striker, contacts=[Contact(SPRING, law=law, side=side)])
+        assert measures.impact_velocity(impact.solve(problem, dt=1e-3, duration=0.1)) == 2.0
+    mode = impact.single_mode(frequency_hz=20.0, mass=0.1)
+    held = Body(mode, state=impact.ModalState(np.zeros(1), np.array([-0.1])))
+    result = impact.solve(ContactProblem(held, SPRING, law=law), dt=1e-3, duration=0.01)
+    assert math.isnan(measures.impact_velocity(result))
+    with pytest.raises(MeasureError, match="still in contact"):
+        measures.rebound_velocity(result)
+
+
+def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
+    still = record(np.ones(5))
+    for measure in (measures.total_impulse, measures.work):
+        with pytest.raises(MeasureError, match="a seat or a stopper cannot be told"):
+            measure(still)
+
+
+def test_spectrum_of_a_half_sine() -> None:
+    """N = P sin(pi t/T): |N(f)| = (2 P T/pi) |cos(pi f T)/(1 - (2 f T)^2)|; steps of T/1000 and their means."""
+    peak, length, n = 40.0, 1e-3, 1000
+    dt = length / n
+    edges = -np.cos(np.pi * np.arange(n + 1) / n) * peak * length / np.pi
+    result = record(np.concatenate([np.zeros(17), np.diff(edges) / dt, np.zeros(500)]), dt)
+    frequency, amplitude = measures.spectrum(result, resolution=60.0)
+    assert np.diff(frequency).max() <= 60.0
+    assert frequency[-1] == pytest.approx(0.5 / dt, rel=1e-3)
+    seen = (frequency < 10 / length) & (np.abs(2 * frequency * length - 1) > 1e-3)
+    x = frequency[seen] * length
+    exact = 2 * peak * length / np.pi * np.abs(np.cos(np.pi * x) / (1 - 4 * x**2))
+    # means over steps: relative error (pi f dt)^2/6 of a second sinc, 1.7e-4 at the highest
+    np.testing.assert_allclose(amplitude[seen], exact, atol=2e-4 * exact.max() * 0.05, rtol=2e-4)
+    assert amplitude[0] == pytest.approx(measures.impulse(result), rel=1e-13)
+
+
+def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
+    """Against the integral of exp(-2 pi i f t) over each step, at the grid's own frequencies."""
+    force = np.random.default_rng(3).uniform(0, 1, 37)
+    result = record(force)
+    frequency, amplitude = measures.spectrum(result)
+    assert frequency[1] == pytest.approx(1 / (37 * DT))
+    time = result.time
+    for f, value in zip(frequency[1:], amplitude[1:], strict=True):
+        phases = np.exp(-2j * np.pi * f * time)
+        integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
+        assert value == pytest.approx(abs(integral), rel=1e-10)
+    for resolution in (0.0, -1.0, math.nan):
+        with pytest.raises(MeasureError, match="must be positive"):
+            measures.spectrum(result, resolution=resolution)
+    with pytest.raises(MeasureError, match="no steps"):
+        measures.spectrum(record(np.zeros(0)))
+
+
+@pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
+def test_hann_average_against_quadrature(width: float) -> None:
+    """Integral of N(t - s) (1 + cos(2 pi s/w))/w, by the midpoint rule with 2,000 points per step."""
+    force = np.random.default_rng(4).uniform(0, 1, 25)
+    result = record(force)
+    filtered = measures.filtered_force(result, width * DT, window="hann")
+    assert filtered.shape == (26,)
+    fine = np.repeat(force, 2000)
+    middle = (np.arange(fine.size) + 0.5) / 2000
+    for m in (0, 3, 12, 25):
+        s = m - middle
+        weight = np.where(np.abs(s) < width / 2, (1 + np.cos(2 * np.pi * s / width)) / width, 0.0)
+        assert filtered[m] == pytest.approx(np.sum(fine * weight) / 2000, abs=1e-6)
+
+
+def test_averages_keep_impulse_and_constants_and_pass_what_they_claim() -> None:
+    padded = np.concatenate([np.zeros(60), np.random.default_rng(2).uniform(0, 1, 30), np.zeros(60)])
+    for window, corner in (("moving average", 0.443), ("hann", 0.720)):
+        result = record(padded)
+        average = measures.filtered_force(result, 40 * DT, window=window)  # type: ignore[arg-type]
+        assert np.sum(average) * DT == pytest.approx(measures.impulse(result), rel=1e-12)
+        flat = measures.filtered_force(record(np.ones(200)), 40 * DT, window=window)  # type: ignore[arg-type]
+        np.testing.assert_allclose(flat[20:181], 1.0, rtol=1e-12)
+        # a cosine at the corner frequency comes out at 1/sqrt(2) of itself
+        f = corner / (400 * DT)
+        wave = 1 + np.cos(2 * np.pi * f * DT * (np.arange(4000) + 0.5))
+        passed = measures.filtered_force(record(wave), 400 * DT, window=window)[300:3700] - 1  # type: ignore[arg-type]
+        assert np.abs(passed).max() == pytest.approx(math.sqrt(0.5), abs=2e-3)
+    with pytest.raises(MeasureError, match="window 'box' is unknown"):
+        measures.filtered_force(result, 40 * DT, window="box")  # type: ignore[arg-type]
+
+
+def test_preload_is_no_part_of_averages() -> None:
+    result = replace(record(np.ones(20)), force=np.concatenate([[7.0], np.ones(20)]))
+    assert measures.impulse(result) == pytest.approx(20 * DT)
+    assert measures.filtered_force(result, 4 * DT)[:3] == pytest.approx([0.5, 0.75, 1.0])
+    assert measures.contact_intervals(result) == pytest.approx(np.array([[0.0, 20 * DT]]))

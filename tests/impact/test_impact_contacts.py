@@ -1,0 +1,486 @@
+"""Several contacts: the active set against an oracle, symmetry, seats and stoppers, preload."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+import impact
+from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
+from impact.march.laws import Law, no_user_law
+from impact.march.loop import active_set, contact_forces, march_many, march_one
+
+SEAT = ModalGreens(
+    np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)
+)
+
+
+def compliance(kind: str, p: int, rng: np.random.Generator) -> np.ndarray:
+    """(p, p) symmetric positive definite."""
+    if kind == "random":
+        shapes = rng.normal(size=(p, 3 * p))
+    elif kind == "twins":  # two ports almost at one place
+        shapes = rng.normal(size=(p, 3 * p))
+        shapes[-1] = shapes[0] + 1e-6 * rng.normal(size=3 * p)
+    elif kind == "string":
+        return np.minimum.outer(x := np.sort(rng.uniform(0.1, 1.0, p)), x)
+    else:  # ten decades of eigenvalues: block exchanges alone cycle
+        shapes = np.linalg.qr(rng.normal(size=(p, p)))[0] * np.sqrt(10.0 ** rng.uniform(-10, 0, p))
+    return np.asarray(shapes @ shapes.T)
+
+
+@pytest.mark.parametrize("kind", ["random", "twins", "string", "ten decades"])
+@pytest.mark.parametrize("p", [2, 7, 64])
+def test_active_set_finds_the_least_squares_force(kind: str, p: int) -> None:
+    """N >= 0, W N >= pen, N (W N - pen) = 0 is the minimum of N W N/2 - pen N over N >= 0: nnls of W's root."""
+    rng = np.random.default_rng(p)
+    condition = 1e10 if kind == "ten decades" else 1e13 if kind == "twins" else 1e6
+    for _ in range(20):
+        w, pen = compliance(kind, p, rng), rng.normal(size=p)
+        warm = np.maximum(rng.normal(size=p), 0.0)
+        cold = np.zeros(p)
+        active_set(w, pen, cold)
+        active_set(w, pen, warm)
+        root = np.linalg.cholesky(w + 1e-16 * np.trace(w) * np.eye(p))
+        oracle, _ = nnls(root.T, np.linalg.solve(root, pen), maxiter=50 * p)
+        energy = [0.5 * x @ w @ x - pen @ x for x in (cold, warm, oracle)]
+        # round-off of the terms, which are up to |W| |N| large
+        size = np.abs(pen).max() + np.abs(w).max() * cold.max()
+        gap = w @ cold - pen
+        assert np.all(cold >= 0)
+        assert gap.min() >= -1e-12 * size
+        assert np.abs(cold * gap).max() <= 1e-12 * size * cold.max()
+        # the energy is flat there: its error is that of the oracle's factor, 1e-16 times the condition
+        np.testing.assert_allclose(energy[:2], energy[2], rtol=1e-15 * condition)
+        if kind != "twins" and kind != "ten decades":
+            np.testing.assert_allclose(warm, cold, atol=1e-13 * condition * cold.max(), rtol=0)
+
+
+def test_active_set_without_and_with_all_contacts() -> None:
+    w = compliance("string", 5, np.random.default_rng(1))
+    force = np.ones(5)
+    active_set(w, np.full(5, -1.0), force)
+    np.testing.assert_array_equal(force, 0.0)
+    wanted = np.arange(1.0, 6.0)
+    active_set(w, w @ wanted, force)
+    np.testing.assert_allclose(force, wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("p", [2, 8, 64])
+def test_mixed_laws_are_solved_together(p: int) -> None:
+    rng = np.random.default_rng(p)
+    w, pen = compliance("random", p, rng), rng.normal(size=p)
+    codes, stiffness = rng.integers(0, 3, p), 10.0 ** rng.uniform(0, 8, p)
+    numbers = np.column_stack([stiffness, np.zeros(p), np.zeros(p)])
+    force = np.zeros(p)
+    contact_forces(codes, np.zeros(p, dtype=np.int64), numbers, no_user_law(), pen, -np.ones(p), w, 1e-3, force)
+    depth = np.select([codes == 0, codes == 1], [0.0 * force, force / stiffness], (force / stiffness) ** (2 / 3))
+    left = pen - w @ force
+    assert 0 < np.sum(force > 0) < p or p == 2
+    np.testing.assert_allclose(left[force > 0], depth[force > 0], atol=1e-13 * np.abs(pen).max(), rtol=0)
+    assert np.all(left[force == 0] <= 1e-13)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-14, 1e-9, 1e-4])
+@pytest.mark.parametrize("code", [1, 2])
+def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, apart: float) -> None:
+    """Sweeps alone would take k W steps; conserving rule, whose laws are not a linear problem."""
+    root = np.array([1.0, 1.0 + apart, 1.0 - apart])
+    both = np.outer(root, root)
+    ones, numbers = np.ones(3, dtype=np.int64), np.tile([1e8, 0.0, 0.0], (3, 1))
+    force, alone = np.zeros(3), np.zeros(1)
+    user = no_user_law()
+    found = contact_forces(code * ones, ones, numbers, user, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
+    thrice = np.array([[3e8, 0.0, 0.0]])
+    contact_forces(code * ones[:1], ones[:1], thrice, user, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
+    assert found
+    assert np.all(force >= 0)
+    assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)
+
+
+@pytest.mark.parametrize("code", [1, 2])
+@pytest.mark.parametrize("stiffness", [1e-2, 1e2, 1e8])
+def test_conserving_force_does_the_work_of_the_potential(code: int, stiffness: float) -> None:
+    """N (p - p0) = Psi(p) - Psi(p0) to round-off, closing from outside and opening, for k W0 up to 1e8."""
+    power = 2.0 if code == 1 else 2.5
+    law = impact.LinearSpring(stiffness=stiffness) if code == 1 else impact.Hertz(stiffness=stiffness)
+    for start, pen in ((-0.3, 0.2), (0.1, 0.4), (0.2, -0.7), (0.3, 0.1)):
+        force = np.zeros(1)
+        contact_forces(
+            np.array([code]), np.ones(1, dtype=np.int64), np.array([[stiffness, 0.0, 0.0]]), no_user_law(),
+            np.array([pen]), np.array([start]), np.ones((1, 1)), 1.0, force,
+        )  # fmt: skip
+        end = pen - force[0]
+        change = float(np.diff(law.potential(np.array([start, end])))[0])
+        size = stiffness * max(abs(start), abs(end)) ** power
+        # the end itself is known to 1e-16 of pen: N times that
+        assert force[0] * (end - start) == pytest.approx(change, abs=1e-14 * size + 1e-14 * force[0])
+        assert force[0] > 0
+
+
+def test_several_contacts_of_which_there_is_one_are_one_contact() -> None:
+    """The two compiled loops, given the same arrays."""
+    problem = ContactProblem(impact.rigid_mass(mass=0.5, velocity=-1.0), Body(SEAT), law=impact.Hertz(stiffness=800.0))
+    prepared = impact.prepare(problem, 1e-3, 0.5)
+    n, poles = prepared.steps, prepared.poles
+    force, gap = np.zeros((2, n)), np.zeros((2, n + 1))
+    nothing, weights, law = np.zeros((1, n)), np.zeros((1, 1, 0)), impact.Hertz(stiffness=800.0)
+    free, own = prepared.free[1:], prepared.own
+    k = poles.psi.shape[1]
+    march_one(
+        0, n, poles.folded(), (np.zeros(k), np.zeros(k)), free[:, 0], nothing[0], weights[0, 0], 1, own[0, 0],
+        (law.code, 0, *law.parameters), no_user_law(), 1e-3, 0.0, force[0], gap[0],
+    )  # fmt: skip
+    gaps = np.zeros((n + 1, 1))
+    march_many(
+        0, n, (poles.steps, poles.psi), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
+        (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), no_user_law(), 1e-3,
+        np.zeros(1), force[1:], gaps,
+    )  # fmt: skip
+    assert force[0].max() > 1.0
+    np.testing.assert_allclose(force[1], force[0], atol=1e-12 * force[0].max(), rtol=0)
+    np.testing.assert_allclose(gaps[:, 0], gap[0], atol=1e-13, rtol=0)
+
+
+LAWS: list[Law] = [impact.Signorini(), impact.Hertz(stiffness=300.0), impact.HuntCrossley(stiffness=300.0, damping=0.2)]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_two_equal_seats_under_one_mass_are_one_under_half_of_it(law: Law) -> None:
+    striker = impact.rigid_mass(mass=2.0, velocity=-1.0)
+    both = ContactProblem(striker, contacts=[Contact(Body(SEAT), gap=0.01, law=law) for _ in range(2)])
+    half = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), Body(SEAT), gap=0.01, law=law)
+    two, one = (impact.solve(p, dt=1e-3, duration=1.0) for p in (both, half))
+    assert one.force.max() > 1.0
+    for c in (0, 1):
+        np.testing.assert_allclose(two.force[:, c], one.force, atol=1e-11 * one.force.max(), rtol=0)
+        np.testing.assert_allclose(two.gap[:, c], one.gap, atol=1e-12, rtol=0)
+    np.testing.assert_allclose(two.energy.stored, 2 * one.energy.stored, rtol=1e-10)
+    assert measures.total_impulse(two) == pytest.approx(2 * measures.impulse(one), rel=1e-11)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_stopper_is_a_seat_upside_down(law: Law) -> None:
+    down, up = (
+        impact.solve(
+            ContactProblem(
+                impact.rigid_mass(mass=1.0, velocity=-side),
+                contacts=[Contact(Body(SEAT), gap=0.02, law=law, side=side)],
+            ),
+            dt=1e-3,
+            duration=1.0,
+        )
+        for side in (1, -1)
+    )
+    assert down.force.max() > 1.0
+    np.testing.assert_allclose(up.force, down.force, atol=1e-13 * down.force.max(), rtol=0)
+    np.testing.assert_allclose(up.striker_displacement, -down.striker_displacement, atol=1e-14)
+    np.testing.assert_allclose(up.target_displacement, -down.target_displacement, atol=1e-14)
+    np.testing.assert_allclose(up.gap, down.gap, atol=1e-14)
+    assert measures.restitution(up) == pytest.approx(measures.restitution(down), rel=1e-12)
+    assert measures.impact_velocity(up) == pytest.approx(1.0, rel=1e-9)
+    assert measures.total_impulse(up) == pytest.approx(-measures.total_impulse(down), rel=1e-12)
+
+
+def test_a_mass_between_seat_and_stopper_hits_them_in_turn() -> None:
+    """Without loss: it flies 0.2 m at 1 m/s between contacts of pi sqrt(m/k) each; period 2 (0.2 + 0.0314)."""
+    law = impact.LinearSpring(stiffness=1e4)
+    rigid = Body(impact.spring(stiffness=1e14))
+    places = [Contact(rigid, gap=0.1, law=law), Contact(Body(impact.spring(stiffness=1e14)), gap=0.1, law=law, side=-1)]
+    problem = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), contacts=places)
+    result = impact.solve(problem, dt=1e-4, duration=2.0, rule="conserving")
+    seat, stopper = (measures.contact_intervals(result, contact=c)[:, 0] for c in (0, 1))
+    bounce = 0.2 + math.pi / 100
+    # starts of contact: quantised to a step, and the discrete gradient stretches the period by (w dt)^2/24 ~ 4e-6
+    np.testing.assert_allclose(seat, 0.1 + 2 * bounce * np.arange(len(seat)), atol=1.5e-4)
+    np.testing.assert_allclose(stopper, 0.1 + bounce * (2 * np.arange(len(stopper)) + 1), atol=1.5e-4)
+    assert (len(seat), len(stopper)) == (5, 4)
+    np.testing.assert_allclose(result.energy.stored, 0.5, rtol=1e-9)
+    assert not np.any((result.force[:, 0] > 0) & (result.force[:, 1] > 0))
+    # each blow turns 1 m/s round; seats push up, stoppers down
+    assert measures.impulse(result, contact=0) == pytest.approx(10.0, rel=1e-6)
+    assert measures.impulse(result, contact=1) == pytest.approx(8.0, rel=1e-6)
+    assert measures.total_impulse(result) == pytest.approx(2.0, rel=1e-5)
+    assert measures.work(result, contact=1).striker == pytest.approx(0.0, abs=1e-9)
+
+
+REED = {"young": 2e11, "density": 7850.0, "length": 0.0254, "width": 0.01, "thickness": 0.000305}
+PLATE = ModalGreens(np.array([2e5]), np.array([0.1]), np.array([[6.0]]), Residual.exponential(1e-9, 1e-3))
+
+
+def reed(at: tuple[float, ...] = (0.0254,), **more: object) -> Body:
+    return impact.reed(impact.Cantilever(**REED), damping_ratio=0.02, n_modes=12, contact_at=at, **more)  # type: ignore[arg-type]
+
+
+def test_reed_between_seat_and_stopper_balances_its_energy() -> None:
+    """Thrown up from its seat at 1.5 m/s; without a stopper its tip would rise 0.6 mm."""
+    rising = impact.GivenShape(velocity=lambda x: 1.5 * (x / 0.0254) ** 2)
+    places = [
+        Contact(Body(PLATE), striker_port=1),
+        Contact(Body(PLATE), striker_port=0, gap=5e-5, side=-1, law=impact.LinearSpring(stiffness=1e6)),
+    ]
+    result = impact.solve(ContactProblem(reed((0.02, 0.0254), release=rising), contacts=places), dt=5e-7, duration=5e-3)
+    seat, stopper = (measures.contact_groups(result, contact=c) for c in (0, 1))
+    between = (seat[:, 0] > stopper[0, 1]) & (seat[:, 1] < stopper[-1, 0])
+    assert np.any(between)  # stopper, seat, stopper
+    assert measures.peak_force(result, contact=1) > 1.0
+    assert result.gap[:, 0].min() > -1e-12
+    assert result.energy.residual < 1e-10
+    assert np.all(np.diff(result.energy.stored) <= 1e-12 * result.energy.stored[0])
+    for c in (0, 1):
+        work = measures.work(result, contact=c)
+        assert work.target > 0
+        assert work.striker < -work.target
+
+
+def test_reed_touching_at_two_places() -> None:
+    """Two ports on one reed and two seats: symmetric cross-compliance, no penetration, momentum of neither lost."""
+    body = reed((0.018, 0.0254), release=impact.StaticShape(deflection=3e-4))
+    result = impact.solve(
+        ContactProblem(body, contacts=[Contact(Body(PLATE), striker_port=c) for c in (0, 1)]), dt=5e-7, duration=3e-3
+    )
+    for c in (0, 1):
+        assert measures.peak_force(result, contact=c) > 0.1
+    assert result.gap.min() > -1e-13
+    assert result.energy.residual < 1e-10
+    works = [measures.work(result, contact=c) for c in (0, 1)]
+    taken = sum(w.striker + w.target for w in works)
+    assert taken == pytest.approx(-float(result.energy.contact_loss[-1]), rel=1e-8)
+    assert taken < 0
+
+
+def pressed(course: object, interference: float = 1e-4, law: Law | None = None) -> ContactProblem:
+    closing = Load(-reed().greens.shapes[:, 0], course)  # type: ignore[attr-defined, arg-type]
+    body = replace(reed(), loads=(closing,))
+    return ContactProblem(body, Body(PLATE), gap=-interference, law=law, preload=True)
+
+
+@pytest.mark.parametrize("law", [impact.Signorini(), impact.LinearSpring(stiffness=1e6)])
+def test_pressed_reed_stays_in_equilibrium(law: Law) -> None:
+    """Interference and a closing force F at the tip: N (c_reed + c_seat + 1/k) = interference + F c_reed."""
+    load, interference = 0.05, 1e-4
+    result = impact.solve(pressed(lambda t: np.full_like(t, load), interference, law), dt=1e-6, duration=2e-3)
+    greens = reed().greens
+    assert isinstance(greens, ModalGreens)
+    c_reed, c_modes = float(greens.static_compliance()[0, 0]), float(np.sum((greens.shapes[:, 0] / greens.omega) ** 2))
+    c_rest = float(PLATE.static_compliance()[0, 0]) + (1e-6 if isinstance(law, impact.LinearSpring) else 0.0)
+    force = (interference + load * c_modes) / (c_reed + c_rest)  # a Load moves the modes only
+    np.testing.assert_allclose(result.force, force, rtol=1e-10)
+    # gaps are sums of terms of 1e-4 m; 1e-16 of that over W0 = 1e-3 m/(N s) x 1e-6 s is 1e-11 N under the rigid law
+    limit = 1e-10 if isinstance(law, impact.Signorini) else 1e-12
+    np.testing.assert_allclose(result.force, result.force[0], rtol=limit)
+    assert force == pytest.approx(0.137, rel=0.05)
+    assert result.energy.residual < 1e-10
+    assert np.ptp(result.energy.stored) < 1e-12 * result.energy.stored[0]
+
+
+def test_pressed_reed_opens_under_a_later_load_and_comes_back() -> None:
+    """A force of 0.3 N against 0.0866 N of preload from 1 to 3 ms."""
+
+    def course(t: np.ndarray) -> np.ndarray:
+        return np.where((t > 1e-3) & (t < 3e-3), -0.3, 0.0)
+
+    result = impact.solve(pressed(course), dt=1e-6, duration=8e-3)
+    c_reed = float(reed().greens.static_compliance()[0, 0])
+    before = result.time < 0.999e-3
+    np.testing.assert_allclose(result.force[before], 1e-4 / (c_reed + PLATE.static_compliance()[0, 0]), rtol=1e-9)
+    opened = result.time[int(np.argmax(result.gap > 1e-7))]
+    assert 1e-3 < opened < 1.2e-3
+    assert result.gap.max() > 1e-4
+    # it returns within a period (2.6 ms) after the load has ended, and strikes harder than it was pressed
+    closed = result.force[result.time > 3e-3]
+    assert closed.max() > 3 * result.force[0]
+    assert result.energy.residual < 1e-10
+    assert np.all(np.diff(result.energy.dissipated) >= -1e-12 * result.energy.stored.max())
+    assert result.energy.input[-1] != result.energy.input[0]
+
+
+def test_preload_is_not_part_of_the_impulse() -> None:
+    result = impact.solve(pressed(np.zeros_like), dt=1e-6, duration=1e-3)
+    assert measures.impulse(result) == pytest.approx(result.force[0] * 1e-3, rel=1e-9)
+    np.testing.assert_allclose(measures.contact_intervals(result), [[0.0, 1e-3]])
+    assert measures.impact_velocity(result) == 0.0
+
+
+def test_preload_that_cannot_be_is_refused() -> None:
+    free = ContactProblem(impact.rigid_mass(mass=1.0, velocity=0.0), Body(PLATE), preload=True)
+    with pytest.raises(ContactError, match="free to move"):
+        impact.solve(free, dt=1e-3, duration=1e-2)
+    soft = pressed(np.zeros_like, law=impact.Hertz(stiffness=1e9))
+    with pytest.raises(ContactError, match="rigid and linear-spring"):
+        impact.solve(soft, dt=1e-6, duration=1e-5)
+
+
+def three_contacts(law: Law = LAWS[1], velocity: float = -1.0) -> ContactProblem:
+    shapes = np.array([[0.8, 0.8, 0.8], [1.0, -0.3, -0.9], [0.5, -0.8, 0.6]])
+    rest = Residual.exponential(2e-3 * np.eye(3), np.eye(3))
+    omega, zeta = np.array([0.0, 9.0, 31.0]), np.array([0.0, 0.03, 0.05])
+    greens = ModalGreens(omega, zeta, shapes, rest, port_names=("a", "b", "c"))
+    places = [Contact(Body(SEAT), striker_port=k, gap=0.01 * k, law=law) for k in range(3)]
+    return ContactProblem(Body(greens, velocity=velocity), contacts=places)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_step_by_step_is_solve_bit_for_bit(law: Law) -> None:
+    whole = impact.solve(three_contacts(law), dt=1e-3, duration=1.0)
+    stepper = ContactStepper(impact.prepare(three_contacts(law), 1e-3, 1.0))
+    for m in range(1, 1001):
+        state = stepper.step()
+        np.testing.assert_array_equal(state.force, whole.force[m])
+    result = impact.collect(stepper)
+    assert whole.force.max() > 1.0
+    np.testing.assert_array_equal(result.force, whole.force)
+    np.testing.assert_array_equal(result.gap, whole.gap)
+    np.testing.assert_array_equal(result.energy.stored, whole.energy.stored)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_starting_later_gives_the_same_force_later(law: Law) -> None:
+    """An approach of 100 steps more: the gap larger by what they cover, and the held bodies still at rest."""
+    soon = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), Body(SEAT), gap=0.0105, law=law)
+    late = ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), Body(SEAT), gap=0.1105, law=law)
+    a, b = impact.solve(soon, dt=1e-3, duration=0.6), impact.solve(late, dt=1e-3, duration=0.7)
+    assert a.force.max() > 1.0
+    np.testing.assert_array_equal(b.force[:110], 0.0)
+    np.testing.assert_allclose(b.force[100:], a.force, atol=1e-10 * a.force.max(), rtol=0)
+
+
+def test_motions_add_without_contact() -> None:
+    """Displacement is linear in the initial state and in the loads while the seat is far away."""
+    greens = reed().greens
+    assert isinstance(greens, ModalGreens)
+    shape = greens.shapes[:, 0]
+    state = impact.ModalState(1e-5 / (1 + np.arange(12.0)), 1e-2 / (1 + np.arange(12.0)))
+    none = impact.ModalState(np.zeros(12), np.zeros(12))
+    push = (Load(shape, lambda t: 0.2 * np.sin(3000 * t)), Load(np.roll(shape, 1), lambda t: 0.1 * (t < 1e-3)))
+
+    def tip(state: impact.ModalState, loads: tuple[Load, ...]) -> np.ndarray:
+        problem = ContactProblem(Body(greens, state=state, loads=loads), Body(PLATE), gap=1.0)
+        result = impact.solve(problem, dt=2e-6, duration=4e-3)
+        assert not np.any(result.force)
+        return result.striker_displacement
+
+    double = impact.ModalState(2 * state.displacement, 2 * state.velocity)
+    parts = 2 * tip(state, ()) + tip(none, push[:1]) + tip(none, push[1:])
+    whole = tip(double, push)
+    np.testing.assert_allclose(whole, parts, atol=1e-13 * np.abs(whole).max())
+
+
+def test_response_at_one_port_to_the_other_is_symmetric() -> None:
+    """One seat at a time, the same force history on either: u_b from N at a is u_a from N at b (g_ab = g_ba)."""
+    greens = replace(three_contacts().striker, velocity=0.0).greens
+    force = np.abs(np.sin(np.arange(400.0) / 40))
+    seen = []
+    for pushed, watched in ((0, 2), (2, 0)):
+        forces = np.zeros((3, 400))
+        forces[pushed] = force
+        discrete = impact.march.motion.Discrete.of(Body(greens), 1e-3, 400)
+        seen.append(discrete.motion(forces).displacement[watched])
+    assert np.abs(seen[0]).max() > 1e-3
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-13 * np.abs(seen[0]).max())
+    own = greens.step_kernel(1e-3, 10).self_weight(1e-3)
+    np.testing.assert_array_equal(own, own.T)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_momentum_with_several_contacts_on_free_bodies(law: Law) -> None:
+    """Striker 1/0.64 kg with three free blocks: what the contacts give one they take from the others."""
+    blocks = [
+        ModalGreens(np.array([0.0]), np.zeros(1), np.array([[1 / math.sqrt(m)]]), Residual.exponential(1e-3, 0.5))
+        for m in (1.0, 2.0, 4.0)
+    ]
+    start = three_contacts(law)
+    places = [replace(c, target=Body(g, velocity=0.1)) for c, g in zip(start.contacts, blocks, strict=True)]
+    problem = ContactProblem(start.striker, contacts=places)
+    result = impact.solve(problem, dt=1e-3, duration=12.0)
+    assert not np.any(result.force[-2000:])
+    assert all(measures.peak_force(result, contact=c) > 0.1 for c in range(3))
+    # blocks fly freely once their residual has relaxed (2 ms): velocities from the record, not from the impulses
+    late = slice(-2000, None)
+    speeds = [float(np.diff(result.target_displacement[late, c]).mean() / 1e-3) for c in range(3)]
+    given = sum(m * (v - 0.1) for m, v in zip((1.0, 2.0, 4.0), speeds, strict=True))
+    assert given == pytest.approx(-measures.total_impulse(result), rel=1e-10)
+    # the striker's translation: the ports' mean weighted so that both elastic shapes drop out, from its free flight
+    weights = np.linalg.solve(shapes := start.striker.greens.shapes, np.array([0.8, 0.0, 0.0]))  # type: ignore[attr-defined]
+    np.testing.assert_allclose(shapes @ weights, [0.8, 0.0, 0.0], atol=1e-14)
+    mean = result.striker_displacement[late] @ weights
+    after = float(np.diff(mean).mean() / 1e-3)
+    assert start.striker.mass * (after + 1.0) == pytest.approx(measures.total_impulse(result), rel=1e-9)
+
+
+def test_a_greens_function_is_a_body_at_rest() -> None:
+    """Everywhere where a body is wanted; the same one in several contacts is the same body."""
+    ball, plate = impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e6)
+    bare = impact.solve(impact.ContactProblem(ball, plate), dt=1e-6, duration=2e-4)
+    whole = impact.solve(impact.ContactProblem(ball, impact.Body(plate)), dt=1e-6, duration=2e-4)
+    np.testing.assert_array_equal(bare.force, whole.force)
+    listed = impact.ContactProblem(ball, contacts=[impact.Contact(plate)])
+    assert isinstance(listed.contacts[0].target, impact.Body)
+    np.testing.assert_array_equal(impact.solve(listed, dt=1e-6, duration=2e-4).force, whole.force)
+    assert impact.regime_card(ball, plate, bare) == impact.regime_card(ball, impact.Body(plate), bare)
+    block = impact.ModalGreens(np.array([1e4, 3e4]), np.zeros(2), np.eye(2), impact.Residual.none(2), ("left", "right"))
+    beam = impact.ModalGreens(np.array([0.0, 0.0]), np.zeros(2), np.array([[1.0, 1.0], [1.0, -1.0]]),
+                              impact.Residual.none(2), ("left", "right"))  # fmt: skip
+    law = impact.LinearSpring(1e5)
+    contacts = [impact.Contact(block, port=p, striker_port=p, law=law) for p in ("left", "right")]
+    assert len(impact.ContactProblem(beam, contacts=contacts).targets) == 1
+    apart = [impact.Contact(impact.Body(block), port=p, striker_port=p, law=law) for p in ("left", "right")]
+    assert len(impact.ContactProblem(beam, contacts=apart).targets) == 2
+    assert impact.ContactProblem(beam, beam).striker is not impact.ContactProblem(beam, beam).target
+    with pytest.raises(ValueError, match=r"a float is no body: give an impact\.Body, or a Green's function"):
+        impact.ContactProblem(ball, 1.0)  # type: ignore[arg-type]
+
+
+SEATS = [impact.spring(stiffness=1e6), impact.semi_infinite_rod(young=4.0, density=9.0, area=1.0)]
+
+
+@pytest.mark.parametrize("seat", SEATS)
+@pytest.mark.parametrize("overlap", [1e-4, 3e-3])
+def test_the_energy_of_an_overlap_is_put_in(seat: impact.GreensFunction, overlap: float) -> None:
+    """Rigid bodies that begin inside each other: what drives them apart is counted, told, and never a gain."""
+    ball = impact.rigid_mass(mass=1e-2, velocity=-1.0)
+    result = impact.solve(impact.ContactProblem(ball, seat, gap=-overlap), dt=1e-5, duration=1e-2)
+    at_rest = 0.5 * 1e-2
+    assert result.energy.input[0] == pytest.approx(at_rest, rel=1e-12)
+    put_in = float(result.force[1] * overlap)  # the gap closes to zero within the first step
+    assert result.energy.input[-1] == pytest.approx(at_rest + put_in, rel=1e-9)
+    assert result.energy.residual < 1e-9
+    assert result.energy.contact_loss.min() >= -1e-12 * result.energy.input[-1]
+    assert np.max(result.energy.stored - result.energy.input) <= 1e-9 * result.energy.input[-1]
+    (told,) = (advice for advice in result.advice if "overlap" in advice.name)
+    assert told.value == pytest.approx(overlap)
+    assert f"{put_in:.3g} J, counted as put in" in told.reason
+
+
+def oscillator(stiffness: float, load: float) -> impact.Body:
+    """A unit mass on a soft spring under a steady load."""
+    greens = impact.single_mode(frequency_hz=stiffness**0.5 / (2 * np.pi), mass=1.0)
+    return impact.Body(greens, loads=(impact.Load(np.array([1.0]), lambda t: np.full(t.shape, load)),))
+
+
+@pytest.mark.parametrize(("stiffness", "told"), [(1e-4, True), (1e2, False)])
+def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, told: bool) -> None:
+    """10 N on a spring of 1e-4 N/m: 1e5 m, of which a gap keeps 2e-11 m; the seat yields 1e-5 m."""
+    problem = impact.ContactProblem(oscillator(stiffness, -10.0), impact.spring(stiffness=1e6), preload=True)
+    result = impact.solve(problem, dt=1e-4, duration=1e-2)
+    found = [advice for advice in result.advice if "round-off of the gap" in advice.name]
+    assert bool(found) is told
+    if told:
+        assert found[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
+        assert "deflected by 1e+05 m" in found[0].reason
+
+
+def test_a_reed_without_release_can_be_preloaded() -> None:
+    """It is straight and at rest: nothing to give up."""
+    reed = impact.cantilever_reed(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3)
+    seat = impact.spring(stiffness=1e6)
+    result = impact.solve(impact.ContactProblem(reed, seat, gap=-1e-4, preload=True), dt=1e-6, duration=1e-4)
+    compliance = float(reed.greens.static_compliance()[0, 0]) + 1e-6
+    np.testing.assert_allclose(result.force, 1e-4 / compliance, rtol=1e-9)
+    bent = impact.cantilever_reed(
+        young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3, tip_deflection=1e-3
+    )
+    with pytest.raises(impact.ContactError, match="no initial state"):
+        impact.solve(impact.ContactProblem(bent, seat, preload=True), dt=1e-6, duration=1e-4)

@@ -1,0 +1,255 @@
+"""The engines agree, the cost model chooses, runs can be split and fed step by step."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual
+from impact.march import engines
+from impact.march.history import BlockedSum, Poles, direct_sum
+from impact.march.loop import _advance_many
+from impact.storage import checkpoint as files
+from impact.storage.hdf5 import StorageError
+
+
+def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
+    """Rigid, light, critical and heavy damping, relaxations, a dashpot and a bare compliance."""
+    rng = np.random.default_rng(seed)
+    omega = np.concatenate([[0.0], rng.uniform(0.5, 150.0, modes - 1)])
+    shapes = rng.normal(size=(ports, ports))
+    residual = Residual(rng.normal(size=(2, ports)) / 5, np.array([0.0, 40.0]), 1e-3 * shapes @ shapes.T)
+    names = tuple(str(k) for k in range(ports))
+    zeta = rng.choice([0.0, 0.02, 0.5, 1.0, 1.7], modes)
+    return ModalGreens(omega, zeta, rng.normal(size=(modes, ports)), residual, names)
+
+
+def by_poles(poles: Poles, own: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(p, n) response of the compiled recursion to a prescribed force (p, n)."""
+    count = poles.steps.shape[1]
+    q, p, drive, last, out = (
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(len(own)),
+        np.zeros(force.shape),
+    )
+    for n in range(force.shape[1]):
+        now = np.zeros(len(own))
+        _advance_many(poles.steps, poles.psi, q, p, drive, last, now)
+        last = force[:, n].copy()
+        out[:, n] = now + own @ last
+    return out
+
+
+def by_blocks(weights: np.ndarray, force: np.ndarray, block: int) -> np.ndarray:
+    blocked, out, rest = BlockedSum(weights, block), np.zeros(force.shape), np.zeros(len(force))
+    for n in range(force.shape[1]):
+        if n and n % block == 0:
+            blocked.fold(force, rest, n // block)
+        first = n - n % block
+        recent = np.einsum("cdm,dm->c", weights[:, :, : n - first + 1], force[:, first : n + 1][:, ::-1])
+        out[:, n] = blocked.memory[:, n] + recent
+    return out
+
+
+@pytest.mark.parametrize("ports", [1, 2, 4])
+@pytest.mark.parametrize("seed", range(3))
+def test_engines_agree_for_prescribed_forces(ports: int, seed: int) -> None:
+    dt, n = 0.01, 1500
+    greens = random_body(seed, ports)
+    t = dt * np.arange(n + 1)
+    exact = np.array([[np.diff(greens.step_response(t, i, j)) for j in range(ports)] for i in range(ports)])
+    own = greens.step_matrix(dt)
+    exact[:, :, 0] = own
+    poles = Poles.of([(greens, np.eye(ports))], dt, ports)
+    force = np.random.default_rng(seed).normal(size=(ports, n))
+    oracle = np.array([sum(direct_sum(exact[i, j], force[j]) for j in range(ports)) for i in range(ports)])
+    limit = 1e-10 * np.abs(oracle).max()
+    np.testing.assert_allclose(by_poles(poles, own, force), oracle, atol=limit, rtol=0)
+    weights = poles.weights(own, n)
+    np.testing.assert_allclose(weights, exact, atol=1e-12 * np.abs(exact).max(), rtol=0)
+    for block in (1, 64, 100, n):
+        np.testing.assert_allclose(by_blocks(weights, force, block), oracle, atol=limit, rtol=0)
+
+
+def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
+    """A free random body thrown on yielding supports, each with its own gap."""
+    striker = random_body(8, count)
+    support = ModalGreens(np.array([7.0]), np.array([0.1]), np.array([[0.5]]), Residual.exponential(0.02, 0.1))
+    places = [
+        Contact(Body(support), gap=0.01 * k, law=law or impact.Hertz(stiffness=40.0), striker_port=k)
+        for k in range(count)
+    ]
+    rigid = np.zeros(9)
+    rigid[0] = -np.sign(striker.shapes[0, 0])
+    return ContactProblem(Body(striker, state=impact.ModalState(np.zeros(9), rigid)), contacts=places)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_engines_give_the_same_impact(count: int) -> None:
+    """Hertz contacts: smooth, so that round-off stays round-off."""
+    found = {
+        engine: impact.solve(contacts(count), dt=0.01, duration=8.0, engine=engine, block=64)  # type: ignore[arg-type]
+        for engine in ("poles", "direct", "fft")
+    }
+    poles = found["poles"]
+    assert poles.force.max() > 0.1
+    for engine, words in (("direct", "direct sum"), ("fft", "FFT in blocks of 64 steps")):
+        other = found[engine]
+        assert words in other.engine
+        assert "step weights of 11 poles" in other.engine
+        np.testing.assert_allclose(other.force, poles.force, atol=1e-9 * poles.force.max(), rtol=0)
+        # the ledger comes from the poles whatever marched: nothing is known by work only
+        assert other.energy.by_work == ()
+        assert other.energy.residual < 1e-10
+        np.testing.assert_allclose(other.energy.stored, poles.energy.stored, rtol=1e-8)
+
+
+def test_a_kernel_without_poles_refuses_the_pole_engine() -> None:
+    rod = Body(impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0))
+    problem = ContactProblem(impact.rigid_mass(mass=6.0, velocity=-1.0), rod)
+    with pytest.raises(ContactError, match=r"'poles' is impossible: delay kernel.*use 'fft', 'direct' or 'auto'"):
+        impact.solve(problem, dt=0.01, duration=1.0, engine="poles")
+    with pytest.raises(ContactError, match="engine 'fast' is unknown"):
+        impact.solve(problem, dt=0.01, duration=1.0, engine="fast")  # type: ignore[arg-type]
+    with pytest.raises(ContactError, match="block = 0"):
+        impact.solve(problem, dt=0.01, duration=1.0, block=0)
+
+
+def kernel(poles: int) -> impact.StepKernel:
+    omega = np.linspace(1.0, 2.0, poles)
+    greens = ModalGreens(omega, np.zeros(poles), np.ones((poles, 1)), Residual.spring(1e-3))
+    return greens.step_kernel(1e-3, 10)
+
+
+def test_the_cost_model_chooses() -> None:
+    sampled = impact.StepKernel(None, np.ones((1, 1, 10)), "samples")
+    few, many = kernel(40), kernel(20_000)
+    assert engines.choose([few, few], 1, 1_000_000).by_poles == (True, True)
+    # 20,000 poles cost more than forming their weights once and the FFT
+    assert not engines.choose([few, many], 1, 1_000_000).by_poles[1]
+    assert "20000 poles; FFT in blocks" in engines.choose([few, many], 1, 1_000_000).words
+    short, long = engines.choose([few, sampled], 1, 300), engines.choose([few, sampled], 1, 1_000_000)
+    assert short.block == 300
+    assert "direct sum; chosen by the cost model" in short.words
+    assert long.block < 10_000
+    assert long.seconds == pytest.approx(
+        engines.MEASURED.poles(1_000_000, 40, 1) + engines.MEASURED.fft(1_000_000, 1, long.block)
+    )
+    assert engines.choose([few, sampled], 1, 10_000, block=77).block == 77
+    assert engines.choose([few, few], 1, 1000, "direct").by_poles == (False, False)
+
+
+@pytest.mark.parametrize("engine", ["poles", "fft"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_split_runs_are_single_runs_bit_for_bit_through_a_file(
+    engine: engines.Engine, count: int, tmp_path: Path
+) -> None:
+    def fresh() -> ContactStepper:
+        return ContactStepper(impact.prepare(contacts(count), 0.01, 9.0, engine=engine, block=64))
+
+    single = fresh()
+    single.advance(1000)
+    assert single.force.max() > 0.1
+    part = fresh()
+    for number, steps in enumerate((1, 63, 100, 333, 1000)):
+        part.advance(steps)
+        files.save_checkpoint(part, tmp_path / f"{number}.h5")
+        part = fresh()
+        files.restore_checkpoint(part, tmp_path / f"{number}.h5")
+    assert part.done == 900
+    assert np.array_equal(part.force, single.force)
+    assert np.array_equal(part.gap, single.gap)
+
+
+def test_a_checkpoint_of_another_problem_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    stepper = ContactStepper(impact.prepare(contacts(2), 0.01, 5.0))
+    stepper.advance(100)
+    files.save_checkpoint(stepper, path)
+    others = {
+        "step dt": impact.prepare(contacts(2), 0.011, 5.0),
+        "duration": impact.prepare(contacts(2), 0.01, 6.0),
+        "contacts": impact.prepare(contacts(3), 0.01, 5.0),
+        "laws": impact.prepare(contacts(2, impact.Hertz(stiffness=41.0)), 0.01, 5.0),
+        "history engine": impact.prepare(contacts(2), 0.01, 5.0, engine="fft"),
+    }
+    moved = contacts(2)
+    assert moved.striker.state is not None
+    faster = impact.ModalState(moved.striker.state.displacement, 1.001 * moved.striker.state.velocity)
+    others["free motion"] = impact.prepare(
+        ContactProblem(Body(moved.striker.greens, state=faster), contacts=moved.contacts), 0.01, 5.0
+    )
+    for word, prepared in others.items():
+        with pytest.raises(StorageError, match=f"run.h5: checkpoint of another problem: .*{word}"):
+            files.restore_checkpoint(ContactStepper(prepared), path)
+    with pytest.raises(ContactError, match="already done 100 steps"):
+        files.restore_checkpoint(stepper, path)
+    path.write_bytes(path.read_bytes()[:900])
+    with pytest.raises(StorageError, match="truncated or damaged"):
+        files.restore_checkpoint(ContactStepper(impact.prepare(contacts(2), 0.01, 5.0)), path)
+
+
+def loaded_reed(course: object) -> ContactProblem:
+    reed = impact.cantilever_reed(
+        young=2e11, density=7850, length=0.0254, width=0.01, thickness=0.0003, n_modes=8, tip_deflection=2e-4
+    )
+    pressure = Load(reed.greens.shapes[:, 0] * 0.4, course)  # type: ignore[attr-defined, arg-type]
+    reed = Body(reed.greens, state=reed.state, loads=(pressure,))
+    seat = Body(ModalGreens(np.array([2e4]), np.array([0.1]), np.array([[5.0]]), Residual.exponential(1e-8, 1e-3)))
+    return ContactProblem(reed, seat, law=impact.Hertz(stiffness=1e9))
+
+
+@pytest.mark.parametrize("engine", ["poles", "fft"])
+def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: engines.Engine, tmp_path: Path) -> None:
+    def course(t: np.ndarray) -> np.ndarray:
+        return 0.3 * np.sin(4000.0 * t)
+
+    dt, duration = 1e-6, 3e-3
+    known = impact.solve(loaded_reed(course), dt=dt, duration=duration, engine=engine)
+
+    def fresh() -> ContactStepper:
+        return ContactStepper(impact.prepare(loaded_reed(np.zeros_like), dt, duration, engine=engine))
+
+    stepper = fresh()
+    given = course((np.arange(3000) + 0.5) * dt)
+    for amplitude in given[:1500]:
+        state = stepper.step(np.array([amplitude]))
+    assert state.time == pytest.approx(1.5e-3)
+    files.save_checkpoint(stepper, tmp_path / "half.h5")
+    stepper = fresh()
+    files.restore_checkpoint(stepper, tmp_path / "half.h5")
+    for amplitude in given[1500:]:
+        stepper.step(np.array([amplitude]))
+    told = impact.collect(stepper)
+    assert known.force.max() > 1.0
+    assert np.ptp(known.energy.input) > 1e-6  # the load does work, and the ledger knows it
+    np.testing.assert_allclose(told.force, known.force, atol=1e-9 * known.force.max(), rtol=0)
+    np.testing.assert_allclose(told.energy.input, known.energy.input, rtol=1e-9)
+    assert told.energy.residual < 1e-10
+    with pytest.raises(ContactError, match="the run is over after 3000 steps"):
+        stepper.step()
+
+
+def test_free_motion_under_live_loads_is_exact_to_round_off() -> None:
+    """No contact: superposition alone, and ringing on after the load has ended."""
+    problem = loaded_reed(lambda t: np.where(t < 5e-4, 0.2, 0.0))
+    still = loaded_reed(np.zeros_like)
+    far = [ContactProblem(p.striker, p.target, gap=1.0, law=p.contacts[0].law) for p in (problem, still)]
+    known = impact.solve(far[0], dt=1e-6, duration=2e-3)
+    stepper = ContactStepper(impact.prepare(far[1], 1e-6, 2e-3))
+    for _ in range(500):
+        state = stepper.step(np.array([0.2]))
+        assert state.force[0] == 0.0
+    stepper.advance(1500)
+    size = np.abs(known.striker_displacement).max()
+    np.testing.assert_allclose(stepper.gap[:, 0] - 1.0, known.striker_displacement, atol=1e-12 * size + 1e-15, rtol=0)
+
+
+def test_load_amplitudes_are_checked() -> None:
+    stepper = ContactStepper(impact.prepare(loaded_reed(np.zeros_like), 1e-6, 1e-3))
+    for wrong in (np.zeros(2), np.array([np.nan])):
+        with pytest.raises(ContactError, match="1 finite load amplitudes are needed"):
+            stepper.step(wrong)

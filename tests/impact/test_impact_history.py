@@ -1,0 +1,100 @@
+"""The memories of the past agree for prescribed forces: term by term, FFT, FFT in blocks, poles."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import impact
+from impact import ModalGreens, Residual
+from impact.march import history
+from impact.march import loop as march
+from impact.march.history import Poles
+
+RNG = np.random.default_rng(5)
+STEPS, DT = 3000, 0.01
+
+
+def body() -> ModalGreens:
+    omega = np.concatenate([[0.0], RNG.uniform(0.5, 150.0, 11)])
+    zeta = RNG.choice([0.0, 0.02, 0.5, 1.0, 1.7], 12)
+    residual = Residual(np.array([[0.3], [0.2]]), np.array([0.0, 40.0]), np.array([[0.01]]))
+    return ModalGreens(omega, zeta, RNG.normal(size=(12, 1)), residual)
+
+
+GREENS = body()
+WEIGHTS = np.diff(GREENS.step_response(DT * np.arange(STEPS + 1)), prepend=0.0)[1:]
+WEIGHTS[0] += 0.01  # the bare compliance acts within the step
+FORCE = RNG.normal(size=STEPS)
+EXACT = history.direct_sum(WEIGHTS, FORCE)
+LIMIT = 1e-10 * np.abs(EXACT).max()
+
+
+def test_fft_is_the_direct_sum() -> None:
+    np.testing.assert_allclose(history.convolve(WEIGHTS, FORCE), EXACT, atol=LIMIT)
+
+
+@pytest.mark.parametrize("block", [1, 7, 64, 512, 5000])
+def test_blocks_meet_every_pair_once(block: int) -> None:
+    blocked, rest, out = history.BlockedSum(WEIGHTS[None, None], block), np.zeros(1), np.zeros(STEPS)
+    for done, first in enumerate(range(0, STEPS, block), start=1):
+        last = min(first + block, STEPS)
+        for n in range(first, last):
+            out[n] = blocked.memory[0, n] + WEIGHTS[n - first :: -1][: n - first + 1] @ FORCE[first : n + 1]
+        blocked.fold(FORCE[None], rest, done)
+    np.testing.assert_allclose(out, EXACT, atol=LIMIT)
+
+
+def test_poles_are_the_direct_sum() -> None:
+    rows = Poles.of([(GREENS, np.ones((1, 1)))], DT, 1).folded()
+    q, p = np.zeros(rows.shape[1]), np.zeros(rows.shape[1])
+    own = float(GREENS.step_matrix(DT)[0, 0])
+    out = np.zeros(STEPS)
+    for n in range(STEPS):
+        last = FORCE[n - 1] if n > 0 else 0.0
+        out[n] = march._advance(rows, q, p, last) + own * FORCE[n]
+    np.testing.assert_allclose(out, EXACT, atol=LIMIT)
+
+
+def smooth_contact(block: int) -> impact.ImpactResult:
+    """A mass on a rod through a Hertz spring: no chatter that would amplify round-off."""
+    rod = impact.Body(impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0))
+    striker = impact.rigid_mass(mass=5.0, velocity=-1.0)
+    problem = impact.ContactProblem(striker, rod, law=impact.Hertz(stiffness=40.0))
+    return impact.solve(problem, dt=0.002, duration=4.0, block=block)
+
+
+def test_block_length_changes_nothing_but_round_off() -> None:
+    direct, blocked = smooth_contact(10_000), smooth_contact(64)
+    assert direct.force.max() > 1.0
+    np.testing.assert_allclose(blocked.force, direct.force, atol=1e-11 * direct.force.max())
+    np.testing.assert_allclose(blocked.gap, direct.gap, atol=1e-11)
+
+
+def test_pole_and_weight_engines_give_the_same_contact() -> None:
+    """A damped rod by its poles, and the same rod by the closed form's weights."""
+    rod = impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0, damping_ratio=0.1)
+    kernel = rod.step_kernel(0.01, 400)
+    assert kernel.modal is not None
+    striker = impact.rigid_mass(mass=5.0, velocity=-1.0)
+    law = impact.Hertz(stiffness=40.0)
+    poles = impact.solve(impact.ContactProblem(striker, impact.Body(rod), law=law), dt=0.01, duration=4.0)
+    weights = np.diff(rod.step_response(0.01 * np.arange(401)))
+    replay = history.direct_sum(weights, poles.force[1:])
+    np.testing.assert_allclose(-poles.target_displacement[1:], replay, atol=1e-12)
+
+
+def test_compiled_functions_call_only_their_own_file() -> None:
+    """The compiled cache does not notice a change in another file: an edited law would silently not be used."""
+    names = [name for _, name, _ in pkgutil.iter_modules(impact.__path__, "impact.")]
+    found = 0
+    for module in map(importlib.import_module, names):
+        for function in [f for f in vars(module).values() if isinstance(f, Dispatcher)]:
+            scope = function.py_func.__globals__
+            called = [scope[name] for name in function.py_func.__code__.co_names if name in scope]
+            for other in [f for f in called if isinstance(f, Dispatcher)]:
+                found += 1
+                assert other.py_func.__module__ == function.py_func.__module__
+    assert found >= 3  # the march calls the advance and the law, the law its root

@@ -1,0 +1,176 @@
+"""Measures of a record whose force is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import impact
+from impact import EnergyLedger, ImpactResult, measures
+from impact.after.measures import MeasureError
+
+DT = 1e-6
+
+
+def record(force: list[float], **changed: float) -> ImpactResult:
+    n = len(force) + 1
+    zero = np.zeros(n)
+    ledger = EnergyLedger(zero, np.linspace(4.0, 1.0, n), zero, zero, zero, zero)
+    result = ImpactResult(
+        time=DT * np.arange(n),
+        force=np.array([0.0, *force]),
+        gap=np.linspace(1.0, 0.0, n) ** 1,
+        striker_displacement=zero,
+        target_displacement=zero,
+        energy=ledger,
+        dt=DT,
+        striker_mass=2.0,
+        target_mass=math.inf,
+        striker_velocity=-3.0,
+        target_velocity=0.0,
+        engine="none",
+    )
+    return replace(result, **changed)
+
+
+def test_impulse_and_peak() -> None:
+    result = record([0.0, 2.0, 5.0, 1.0, 0.0])
+    assert measures.impulse(result) == pytest.approx(8e-6)
+    assert measures.peak_force(result) == 5.0
+
+
+def test_intervals_span_whole_steps() -> None:
+    result = record([0.0, 2.0, 5.0, 0.0, 1.0])
+    np.testing.assert_allclose(measures.contact_intervals(result), DT * np.array([[1, 3], [4, 5]]))
+    assert measures.contact_intervals(record([0.0, 0.0])).shape == (0, 2)
+    np.testing.assert_allclose(measures.contact_intervals(record([1.0])), DT * np.array([[0, 1]]))
+
+
+def test_groups_close_short_openings() -> None:
+    force = [0.0] * 200
+    for first, last in ((10, 20), (40, 50), (81, 90)):  # openings of 20 and 31 steps
+        force[first:last] = [1.0] * (last - first)
+    result = record(force)
+    np.testing.assert_allclose(measures.contact_groups(result), DT * np.array([[10, 50], [81, 90]]))
+    assert len(measures.contact_groups(result, merge=10e-6)) == 3
+    np.testing.assert_allclose(measures.contact_groups(result, merge=40e-6), DT * np.array([[10, 90]]))
+    # an opening of exactly the limit ends the group
+    assert len(measures.contact_groups(result, merge=19.5e-6)) == 3
+    assert measures.contact_groups(record([0.0] * 5)).shape == (0, 2)
+
+
+def test_filtered_force_is_the_exact_average() -> None:
+    """A pulse of two steps: a trapezoid of base four and top zero under a filter of two steps; half steps at five."""
+    result = record([0.0, 0.0, 6.0, 6.0, 0.0, 0.0])
+    np.testing.assert_allclose(measures.filtered_force(result, 2 * DT), [0, 0, 3, 6, 3, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(measures.filtered_force(result, 4 * DT), [0, 1.5, 3, 3, 3, 1.5, 0], atol=1e-12)
+    # odd width: [t - 2.5, t + 2.5] steps
+    np.testing.assert_allclose(
+        measures.filtered_force(result, 5 * DT), np.array([0.5, 1.5, 2, 2, 2, 1.5, 0.5]) * 1.2, atol=1e-12
+    )
+    assert measures.filtered_peak_force(result, 2 * DT) == pytest.approx(6.0)
+
+
+def test_the_filtered_peak_is_the_largest_of_any_place_of_the_window() -> None:
+    """Between recorded times, too: two steps of 6 N that a window of three steps holds, where centred ones cut one."""
+    result = record(np.array([0.0, 6.0, 0.0, 6.0, 0.0, 0.0]))
+    assert measures.filtered_peak_force(result, 3 * DT) == pytest.approx(4.0)
+    assert np.max(measures.filtered_force(result, 3 * DT)) == pytest.approx(3.0)
+    rng = np.random.default_rng(7)
+    force = rng.uniform(0, 1, 40) * (rng.random(40) < 0.5)
+    fine = np.repeat(force, 200)  # every place, to 1/200 of a step
+    for width in (2.0, 3.37, 7.5):
+        count = round(200 * width)
+        every = np.convolve(fine, np.ones(count)) / count
+        assert measures.filtered_peak_force(record(force), width * DT) == pytest.approx(every.max(), rel=1e-9)
+
+
+def test_filtered_force_keeps_the_impulse() -> None:
+    force = [0.0] * 20 + list(np.random.default_rng(2).uniform(0, 1, 30)) + [0.0] * 20
+    result = record(force)
+    assert np.sum(measures.filtered_force(result, 10 * DT)) * DT == pytest.approx(measures.impulse(result), rel=1e-12)
+
+
+def test_filter_narrower_than_two_steps_is_refused() -> None:
+    with pytest.raises(MeasureError, match=r"below two steps of 1e-06 s.*use dt <= 9.5e-07"):
+        measures.filtered_force(record([1.0, 2.0]), 1.9e-6)
+
+
+def test_impact_velocity_before_first_contact() -> None:
+    result = replace(record([0.0, 0.0, 1.0]), gap=np.array([9.0, 5.0, 2.0, 0.0]) * 1e-6)
+    assert measures.impact_velocity(result) == pytest.approx(3.0)
+    assert measures.impact_velocity(record([1.0, 0.0])) == 3.0  # at once: that of the free motion
+    assert math.isnan(measures.impact_velocity(record([0.0, 0.0])))
+
+
+def test_restitution_of_a_free_striker_from_the_impulse() -> None:
+    result = record([0.0, 5e6, 5e6 / 2, 0.0])  # impulse 7.5, mass 2: -3 + 3.75 = 0.75
+    assert measures.restitution(result) == pytest.approx(0.25)
+    # a free target of mass 6 recoils by 1.25
+    assert measures.restitution(replace(result, target_mass=6.0)) == pytest.approx((0.75 + 1.25) / 3)
+
+
+def test_restitution_of_a_held_striker_from_its_energy() -> None:
+    result = record([0.0, 1.0, 1.0, 0.0], striker_mass=math.inf, striker_velocity=0.0)
+    stored = np.array([4.0, 4.0, 3.0, 1.0, 1.0])
+    result = replace(result, energy=replace(result.energy, striker=stored))
+    assert measures.restitution(result) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("result", "words"),
+    [
+        (record([0.0, 0.0]), "no contact in this record"),
+        (record([0.0, 1.0]), "still in contact"),
+        (record([1.0, 0.0], striker_velocity=0.0), "do not approach"),
+        (record([0.0, 1.0], striker_mass=math.inf), "still in contact"),
+        (
+            replace(record([0.0, 1.0, 0.0], striker_mass=math.inf), energy=EnergyLedger(*[np.zeros(4)] * 6)),
+            "no energy before the contact",
+        ),
+    ],
+)
+def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words: str) -> None:
+    with pytest.raises(MeasureError, match=words):
+        measures.restitution(result)
+
+
+def test_restitution_of_a_hertz_rebound_is_one_to_first_order_by_the_passive_rule() -> None:
+    errors = []
+    for dt in (2e-3, 1e-3):
+        striker, seat = impact.rigid_mass(mass=1.0, velocity=-1.0), impact.rigid_mass(mass=3.0, velocity=0.0)
+        problem = impact.ContactProblem(striker, seat, law=impact.Hertz(stiffness=100.0))
+        errors.append(1 - measures.restitution(impact.solve(problem, dt=dt, duration=1.0, rule="passive")))
+    assert 0 < errors[1] < 0.01
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
+
+
+def test_one_of_several_contacts() -> None:
+    one = record([0.0, 2.0, 5.0, 1.0, 0.0])
+    pair = {k: np.stack([getattr(one, k), 0 * getattr(one, k)], 1) for k in ("force", "gap")}
+    pair |= {k: np.stack([getattr(one, k)] * 2, 1) for k in ("striker_displacement", "target_displacement")}
+    both = replace(one, **pair)
+    for measure in (measures.contact_intervals, measures.filtered_peak_force, measures.impact_velocity):
+        with pytest.raises(MeasureError, match="2 contacts"):
+            measure(both)
+    first, second = measures.of_contact(both, 0), measures.of_contact(both, 1)
+    np.testing.assert_array_equal(measures.contact_intervals(first), measures.contact_intervals(one))
+    assert len(measures.contact_intervals(second)) == 0
+    assert measures.of_contact(one, 0) is one
+    with pytest.raises(MeasureError, match="numbered from 0"):
+        measures.of_contact(both, 2)
+
+
+def test_what_is_no_width_is_given_by_name() -> None:
+    """`contact_groups(result, 1)` meant a merge of 1 s, `contact_intervals(result, 1)` contact 1."""
+    result = record([0.0, 1.0, 0.0])
+    for measure in (
+        measures.contact_groups, measures.contact_intervals, measures.impulse, measures.peak_force, measures.spectrum,
+        measures.impact_velocity, measures.rebound_velocity, measures.restitution, measures.work,
+    ):  # fmt: skip
+        with pytest.raises(TypeError, match="positional argument"):
+            measure(result, 1)  # type: ignore[operator]
+    for filtered in (measures.filtered_force, measures.filtered_peak_force):
+        with pytest.raises(TypeError, match="positional argument"):
+            filtered(result, 2 * DT, 1)  # type: ignore[operator]

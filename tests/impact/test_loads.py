@@ -1,0 +1,169 @@
+"""Loads on reeds: statics against beam formulas, dynamics against the step response."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import impact
+from impact.beams.cantilever import Cantilever
+from impact.beams.clamped import ClampedClamped
+from impact.beams.modes import RectangularBeam
+from impact.beams.timoshenko import TimoshenkoCantilever
+from impact.beams.tip_mass import TipMassCantilever
+from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField, ReedLoad
+from impact.bodies.reeds import cantilever_reed, reed
+from impact.bodies.time_series import TimeSeries
+from impact.greens.base import GreensFunctionError
+
+REED = {"young": 2e11, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}
+STUBBY = {**REED, "thickness": 5.08e-3}  # L/h = 5: shear adds 6 % to the tip deflection
+L, W = REED["length"], REED["width"]
+CANTILEVER = Cantilever(**REED)
+EI = CANTILEVER.rigidity
+NOW = np.zeros(1)
+
+
+def sag(beam: RectangularBeam, at: float, *loads: ReedLoad, n_modes: int = 60) -> float:
+    """Static deflection under the loads at t = 0, from the modes alone."""
+    body = reed(beam, n_modes=n_modes, contact_at=at, loads=loads)
+    force = sum(load.shape * load.amplitude(NOW)[0] for load in body.loads)
+    return float(body.greens.shapes[:, 0] @ (force / body.greens.omega**2))
+
+
+def test_uniform_pressure_on_a_cantilever() -> None:
+    assert sag(CANTILEVER, L, Pressure(lambda t: 2e3)) == pytest.approx(2e3 * W * L**4 / (8 * EI), rel=1e-9)
+
+
+def test_uniform_pressure_on_a_clamped_reed() -> None:
+    beam = ClampedClamped(**REED)
+    assert sag(beam, L / 2, Pressure(lambda t: 2e3)) == pytest.approx(2e3 * W * L**4 / (384 * EI), rel=1e-6)
+
+
+def test_uniform_pressure_with_shear() -> None:
+    beam = TimoshenkoCantilever(**STUBBY)
+    exact = W * L**4 / (8 * beam.rigidity) + W * L**2 / (2 * beam.shear_rigidity)
+    assert beam.rigidity * 8 / (L**4 * beam.shear_rigidity * 2) * L**2 > 0.03  # shear is seen
+    assert sag(beam, L, Pressure(lambda t: 1.0)) == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("beam", [CANTILEVER, ClampedClamped(**REED), TimoshenkoCantilever(**STUBBY)])
+def test_pressure_over_a_hole_with_a_profile(beam: RectangularBeam) -> None:
+    """Against the static compliance integrated over the hole."""
+    hole, at = (0.55 * L, 0.9 * L), 0.8 * L
+    exact = W * quad(lambda x: (1 + x / L) * beam.compliance(at, x), *hole, points=[at], epsabs=0, epsrel=1e-10)[0]
+    load = Pressure(lambda t: 1.0, between=hole, profile=lambda x: 1 + x / L)
+    assert sag(beam, at, load) == pytest.approx(exact, rel=1e-4)  # a load that ends sharply: modal tail n^-4
+
+
+@pytest.mark.parametrize(
+    ("beam", "tip_mass"), [(CANTILEVER, 0.0), (TipMassCantilever(**REED, tip_mass=4e-4), 4e-4)], ids=["plain", "mass"]
+)
+def test_weight(beam: RectangularBeam, tip_mass: float) -> None:
+    exact = -9.81 * (beam.mass * L**3 / 8 + tip_mass * L**3 / 3) / EI
+    assert sag(beam, L, Gravity(-9.81)) == pytest.approx(exact, rel=1e-6)
+
+
+def test_weight_does_not_turn_sections() -> None:
+    beam = TimoshenkoCantilever(**STUBBY)
+    exact = beam.line_density * (L**4 / (8 * beam.rigidity) + L**2 / (2 * beam.shear_rigidity))
+    assert sag(beam, L, Gravity(1.0)) == pytest.approx(exact, rel=1e-6)
+
+
+def test_point_force() -> None:
+    exact = -3.0 * CANTILEVER.compliance(L, 0.4 * L)
+    assert sag(CANTILEVER, L, PointForce(lambda t: -3.0, at=0.4 * L)) == pytest.approx(exact, rel=1e-6)
+
+
+def test_field_of_a_polynomial_is_exact() -> None:
+    field = PressureField(lambda x, t: (x / L) ** 3 * (1 + t), between=(0.2 * L, L), points=4)
+    plain = Pressure(lambda t: 1 + t, between=(0.2 * L, L), profile=lambda x: (x / L) ** 3)
+    modes, t = CANTILEVER.modes(50), np.array([0.0, 2.0])
+    ours, exact = (sum(np.outer(p.shape, p.amplitude(t)) for p in f.modal(modes)) for f in (field, plain))
+    np.testing.assert_allclose(ours, exact, atol=1e-12 * abs(exact).max())
+
+
+def test_travelling_pressure_converges_spectrally() -> None:
+    """cos(k x - w t) = cos k x cos w t + sin k x sin w t: the field against the two loads that separate."""
+    k, w, t = 4.0 / L, 1e4, np.linspace(0, 1e-3, 7)
+    modes = CANTILEVER.modes(30)
+    pair = [
+        Pressure(lambda t: np.cos(w * t), profile=lambda x: np.cos(k * x)),
+        Pressure(lambda t: np.sin(w * t), profile=lambda x: np.sin(k * x)),
+    ]
+    exact = sum(np.outer(p.shape, p.amplitude(t)) for load in pair for p in load.modal(modes))
+    errors = []
+    for points in (4, 8, 12):
+        loads = PressureField(lambda x, t: np.cos(k * x - w * t), points=points).modal(modes)
+        errors.append(abs(sum(np.outer(p.shape, p.amplitude(t)) for p in loads) - exact).max() / abs(exact).max())
+    # the interpolation error (k L/4)^points/points!, a little more near the clamp
+    assert errors[0] < 0.2
+    assert errors[1] < 1e-4
+    assert errors[2] < 1e-8
+
+
+def flight(load: ReedLoad, *, dt: float, duration: float, zeta: float = 0.0, n_modes: int = 15) -> impact.ImpactResult:
+    """The reed under a load, its seat out of reach."""
+    body = cantilever_reed(**REED, damping_ratio=zeta, n_modes=n_modes, loads=[load])
+    seat = impact.Body(impact.spring(stiffness=1e6))
+    return impact.solve(impact.ContactProblem(body, seat, gap=1.0), dt=dt, duration=duration)
+
+
+def test_constant_force_gives_the_step_response() -> None:
+    result = flight(PointForce(lambda t: 2.0, at=L), dt=1e-6, duration=2e-4, zeta=0.02)
+    greens = cantilever_reed(**REED, damping_ratio=0.02, n_modes=15).greens
+    modes = replace(greens, residual=impact.Residual.none())  # loads act on the modes alone
+    exact = 2.0 * modes.step_response(result.time)
+    np.testing.assert_allclose(result.striker_displacement[1:], exact[1:], atol=1e-12 * exact.max())
+    assert result.striker_displacement[0] == 0.0
+
+
+def test_oscillating_load_is_second_order_in_the_step() -> None:
+    """One undamped mode under F cos(w t): q = F phi (cos w t - cos w1 t)/(w1^2 - w^2)."""
+    w1 = CANTILEVER.frequencies(1)[0]
+    w, phi, end = 0.6 * w1, CANTILEVER.shapes(1, L)[0], 2e-3
+    exact = phi**2 * (np.cos(w * end) - np.cos(w1 * end)) / (w1**2 - w**2)
+    errors = []
+    for dt in (4e-5, 2e-5, 1e-5):
+        result = flight(PointForce(lambda t: np.cos(w * t), at=L), dt=dt, duration=end, n_modes=1)
+        errors.append(result.striker_displacement[-1] / exact - 1)
+    orders = np.log2(np.abs(errors[:-1]) / np.abs(errors[1:]))
+    np.testing.assert_allclose(orders, 2, atol=0.1)
+    assert abs(errors[-1]) < 1e-3
+
+
+def test_pressure_lifts_the_reed_and_weight_presses_it_down() -> None:
+    up = flight(Pressure(lambda t: 1e3), dt=1e-5, duration=1e-3).striker_displacement
+    down = flight(Gravity(-9.81), dt=1e-5, duration=1e-3).striker_displacement
+    assert np.all(up[1:] > 0)
+    assert np.all(down[1:] < 0)
+
+
+def test_a_measured_course_is_a_course() -> None:
+    series = TimeSeries(np.array([0.0, 1e-3]), np.array([0.0, 1e3]))
+    ours = flight(Pressure(series), dt=1e-5, duration=1e-3).striker_displacement
+    exact = flight(Pressure(lambda t: 1e6 * t), dt=1e-5, duration=1e-3).striker_displacement
+    np.testing.assert_allclose(ours, exact, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("load", "words"),
+    [
+        (PointForce(lambda t: 1.0, at=0.03), "position 0.03 m is outside"),
+        (Pressure(lambda t: 1.0, between=(0.02, 0.01)), "between 0.02 and 0.01 m must lie on the reed"),
+        (Pressure(lambda t: 1.0, between=(0.0, 0.03)), "between 0 and 0.03 m"),
+        (Pressure(lambda t: 1.0, profile=lambda x: x * np.nan), "profile has values that are not finite"),
+        (PressureField(lambda x, t: x * t, points=0), "points = 0"),
+        (Gravity(float("nan")), "acceleration = nan"),
+    ],
+)
+def test_impossible_loads_are_refused(load: ReedLoad, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        reed(CANTILEVER, loads=[load])
+
+
+@pytest.mark.parametrize(("course", "words"), [(lambda t: t[:3], "3,"), (lambda t: t * np.nan, "not finite")])
+def test_impossible_courses_are_refused(course: object, words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        flight(PointForce(course, at=L), dt=1e-5, duration=1e-3)

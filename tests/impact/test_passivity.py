@@ -1,0 +1,258 @@
+"""Passivity of step weights and the nearest passive samples: what is refused, what is found, what contact then does."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import toeplitz
+
+import impact
+from impact.greens.base import GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.sampled import SampledGreens
+from impact.measured.nearest_passive import repair
+from impact.measured.passivity import passivity, require_passive, work_increments
+from impact.measured.reading import sampling_advice
+
+STEEL = {"young": 2e11, "density": 7850.0}
+DT = 1e-6
+SEAT = ModalGreens(
+    2 * np.pi * np.array([2e4, 5.1e4, 9.3e4]),
+    np.full(3, 0.02),
+    np.array([[20.0], [16.0], [12.0]]),
+    Residual.exponential(2e-9, 5e-4),
+)
+
+
+def seat_samples(n: int) -> np.ndarray:
+    return SEAT.impulse_response(DT * np.arange(n))
+
+
+def noisy(g: np.ndarray, level: float, seed: int) -> np.ndarray:
+    out = g + level * np.abs(g).max() * np.random.default_rng(seed).normal(size=g.shape)
+    out[..., 0] = g[..., 0]
+    return out
+
+
+def two_ports(zeta: float) -> ModalGreens:
+    rng = np.random.default_rng(7)
+    omega = np.sort(rng.uniform(1e4, 9e5, 8))
+    return ModalGreens(omega, np.full(8, zeta), rng.normal(size=(8, 2)), Residual.none(2), ("a", "b"))
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.37, 7.3])
+@pytest.mark.parametrize(
+    "greens",
+    [
+        SEAT,
+        replace(SEAT, zeta=np.zeros(3)),
+        two_ports(0.0),
+        two_ports(0.05),
+        impact.rigid_mass(mass=0.05, velocity=0.0).greens,
+        impact.spring(stiffness=1e6),
+        impact.semi_infinite_rod(**STEEL, area=1e-4),
+        impact.fixed_rod(**STEEL, area=1e-4, length=0.03),
+        impact.free_rod(**STEEL, area=1e-4, length=0.03),
+        impact.fixed_rod(**STEEL, area=1e-4, length=0.03, damping_ratio=0.05),
+        impact.half_space_patch(**STEEL, poisson=0.3, radius=1e-3),
+    ],
+    ids=lambda g: type(g).__name__,
+)
+def test_what_is_passive_is_never_refused(greens, factor):
+    report = passivity(greens, factor * DT, 1500)
+    assert report.passive, report
+    assert report.gain_per_cycle == 0.0
+    assert "passive over 1500 steps" in str(report)
+
+
+def modal_with(zeta: float, sign: float) -> np.ndarray:
+    """The seat and one more oscillator at 30 kHz, sampled."""
+    t = DT * np.arange(2000)
+    omega = 2 * np.pi * 3e4
+    return SEAT.impulse_response(t) + sign * 100 * np.exp(-zeta * omega * t) * np.sin(omega * t) / omega
+
+
+@pytest.mark.parametrize(
+    ("values", "frequency"),
+    [
+        (modal_with(0.01, -1.0), 3e4),  # wrong sign: gains at its own frequency
+        (modal_with(-0.002, 1.0), 3e4),  # negative damping: gains on the flanks of its line
+        (np.r_[np.zeros(5), seat_samples(1995)], None),  # late by 5 samples
+        (noisy(seat_samples(2000), 0.3, 1), None),
+    ],
+    ids=["wrong sign", "negative damping", "time shift", "noise"],
+)
+def test_what_gains_energy_is_found(values, frequency):
+    greens = SampledGreens(values, DT)
+    report = passivity(greens, DT)
+    assert not report.passive
+    assert report.steps == 1999
+    if frequency is not None:  # within 4 widths 1/(n dt) of a line of this record
+        assert report.frequency == pytest.approx(frequency, abs=4 / (1999 * DT))
+    with pytest.raises(GreensFunctionError, match=r"not passive over 1999 steps.*gains.*J per cycle.*impact\.repair"):
+        require_passive(greens, DT)
+    require_passive(SampledGreens(seat_samples(2000), DT), DT)
+
+
+def test_the_reported_gain_is_what_a_harmonic_force_nearly_draws():
+    """Work of cos(omega t) summed by hand; the best force is shaped a little and draws 3.9 % more from this line."""
+    greens = SampledGreens(modal_with(0.05, -1.0), DT)
+    report = passivity(greens, DT)
+    n = report.steps
+    force = np.cos(2 * np.pi * report.frequency * DT * np.arange(n))
+    work = np.dot(force, np.convolve(work_increments(greens, DT)[0, 0], force)[:n])
+    cycles = n * DT * report.frequency
+    assert report.gain_per_cycle == pytest.approx(1.0400 * -work / cycles, rel=0.01)
+
+
+@pytest.mark.parametrize("level", [1e-2, 0.3])
+def test_smallest_eigenvalue_against_a_dense_matrix(level):
+    """Lanczos of 80 steps bounds the eigenvalue from above, within 1 % of it (ends of the spectrum converge first)."""
+    t = DT * np.arange(601)
+    greens = SampledGreens(noisy(replace(SEAT, residual=Residual.none()).impulse_response(t), level, 2), DT)
+    first, *rest = work_increments(greens, DT)[0, 0]
+    exact = np.linalg.eigvalsh(toeplitz([first, *np.array(rest) / 2]))[0]
+    assert exact < 0
+    assert passivity(greens, DT).smallest == pytest.approx(exact, rel=0.01)
+    assert passivity(greens, DT).smallest >= exact * (1 + 1e-9)
+
+
+def test_two_ports_each_passive_but_not_together():
+    """g_12 = 1.1 g_11 = 1.1 g_22: equal and opposite forces draw work though each port alone is passive."""
+    g = seat_samples(500)
+    values = np.einsum("ij,n->ijn", [[1.0, 1.1], [1.1, 1.0]], g)
+    assert passivity(SampledGreens(g, DT), DT).passive
+    pair = SampledGreens(values, DT)
+    assert not passivity(pair, DT).passive
+    assert passivity(repair(pair), DT).passive
+
+
+def test_what_passivity_asks_for():
+    with pytest.raises(GreensFunctionError, match="n is missing"):
+        passivity(SEAT, DT)
+    with pytest.raises(GreensFunctionError, match="7 steps are asked for, 3 step weights are known"):
+        passivity(np.ones(3), DT, 7)
+    with pytest.raises(GreensFunctionError, match="finite"):
+        passivity(np.array([1.0, np.nan]), DT)
+
+
+def rebound(greens, steps: int, dt: float = DT, mass: float = 0.05):
+    striker = impact.rigid_mass(mass=mass, velocity=-1.0)
+    problem = impact.ContactProblem(striker, impact.Body(greens), law=impact.LinearSpring(1e8))
+    result = impact.solve(problem, dt=dt, duration=steps * dt, rule="passive")
+    share = result.energy.target / (0.5 * mass)
+    return float(result.energy.striker[-1] / (0.5 * mass)), float(share.min())
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 2**31),
+    level=st.floats(1e-4, 1.0),
+    tail=st.sampled_from(["zero", "hold", "forbid"]),
+    n=st.integers(60, 300),
+    late=st.integers(0, 5),
+    stride=st.integers(1, 3),
+)
+def test_repaired_kernels_never_gain_energy(seed, level, tail, n, late, stride):
+    """Whatever the noise: the work the seat has received is never negative, nothing rebounds faster than it came."""
+    g = noisy(np.r_[np.zeros(late), seat_samples(n - late)], level, seed)
+    mended = repair(SampledGreens(g, DT, tail))
+    steps = n - 1 if tail == "forbid" else 4 * n
+    assert passivity(mended, DT, steps).passive
+    left, least = rebound(mended, steps // stride, stride * DT)
+    assert least >= -1e-9
+    assert left <= 1 + 1e-9
+
+
+def test_unrepaired_contact_gains_energy():
+    """The test above can fail: a seat that answers against the push sends the mass back faster than it came."""
+    t = DT * np.arange(400)
+    g = SEAT.impulse_response(t) - 3e-3 * np.sin(2 * np.pi * 3e3 * t)
+    left, least = rebound(SampledGreens(g, DT), 399)
+    assert left > 1.05
+    assert least < -0.05
+    left, least = rebound(repair(SampledGreens(g, DT)), 399)
+    assert left <= 1 + 1e-9
+    assert least >= -1e-9
+
+
+def test_repair_takes_off_a_mode_of_the_wrong_sign():
+    """What is nearest to (passive - intruder) is close to the passive part: 5x nearer than before."""
+    g, truth = modal_with(0.002, -1.0), seat_samples(2000)
+    mended = repair(SampledGreens(g, DT))
+    assert np.linalg.norm(mended.values[0, 0] - truth) < np.linalg.norm(g - truth) / 5
+    said = mended.provenance["repair"]
+    change = np.abs(mended.values[0, 0] - g).max() / np.abs(g).max()
+    assert said["change_of_peak"] == pytest.approx(change)
+    assert mended.error_estimate.reduction == pytest.approx(change)
+    assert "gains" in said["before"]
+    assert json.loads(json.dumps(dict(mended.provenance))) == mended.provenance  # goes into files
+
+
+def test_repair_leaves_passive_samples_alone():
+    greens = SampledGreens(seat_samples(300), DT)
+    assert repair(greens) is greens
+    falling = SampledGreens(np.linspace(1.0, 0.0, 200), DT, "zero")  # never rises and ends at zero: passive
+    assert repair(falling) is falling
+
+
+def test_repair_for_a_step_within_the_spacing():
+    """Linear interpolation adds images above the samples' Nyquist frequency; the repaired samples know them."""
+    greens = SampledGreens(seat_samples(400), DT)
+    assert passivity(greens, DT).passive
+    assert not passivity(greens, 0.3 * DT).passive
+    mended = repair(greens, 0.3 * DT)
+    assert mended.dt == 0.3 * DT
+    assert passivity(mended, 0.3 * DT).passive
+
+
+def test_repair_refuses_a_rigid_tail():
+    with pytest.raises(GreensFunctionError, match="subtract t/M"):
+        repair(SampledGreens(seat_samples(50), DT, "rigid"))
+
+
+def test_tails_of_a_cut_and_noisy_record():
+    """A contact of 141 steps on records of 100 and 400 samples with 1 % noise: share of the energy the mass keeps.
+
+    | record | zero | hold | rigid | zero, repaired | hold, repaired | true |
+    |---|---|---|---|---|---|---|
+    | 400 | 0.937 | 0.937 | 0.937 | 0.929 | 0.929 | 0.933 |
+    | 100 | 1.508 | 1.605 | 0.589 | 0.934 | 0.934 | 0.933 |
+
+    A record shorter than the contact makes a seat that gives half the energy of the blow for nothing, or swallows it;
+    "forbid" refuses the run.
+    """
+    truth, _ = rebound(SEAT, 800)
+    assert truth == pytest.approx(0.9334, abs=1e-4)
+    found = {}
+    for n in (100, 400):
+        g = noisy(seat_samples(n), 0.01, 3)
+        for tail in ("zero", "hold", "rigid"):
+            raw = SampledGreens(g, DT, tail)
+            assert not passivity(raw, DT, 800).passive
+            found[n, tail] = rebound(raw, 800)[0]
+        for tail in ("zero", "hold"):  # what the repair changes of 1 % noise is less than 1 % of the energy
+            assert rebound(repair(SampledGreens(g, DT, tail)), 4 * n)[0] == pytest.approx(truth, abs=0.01)
+        with pytest.raises(GreensFunctionError, match="known up to"):
+            rebound(SampledGreens(g, DT, "forbid"), 800)
+    assert [found[400, tail] for tail in ("zero", "hold", "rigid")] == pytest.approx([0.937] * 3, abs=1e-3)
+    assert [found[100, tail] for tail in ("zero", "hold", "rigid")] == pytest.approx([1.508, 1.605, 0.589], abs=1e-3)
+
+
+def test_sampling_advice():
+    quiet = SampledGreens(seat_samples(400), DT)
+    assert sampling_advice(quiet, DT, 399) == ()
+    assert sampling_advice(SEAT, DT, 399) == ()
+    (coarse,) = sampling_advice(quiet, 10 * DT, 39, body="seat")  # 93 kHz modes, steps reach 50 kHz
+    assert "sampled seat's response above half the step rate" in coarse.name
+    assert coarse.value > coarse.limit == 0.01
+    assert "dt <= 1e-06 s" in coarse.remedy
+    bare = replace(SEAT, residual=Residual.none()).impulse_response(DT * np.arange(400))
+    (fine,) = sampling_advice(SampledGreens(bare, DT), 0.3 * DT, 1000)
+    assert fine.value < fine.limit < 0
+    assert "impact.repair" in fine.remedy
+    both = impact.SumGreens((quiet, quiet))
+    assert sampling_advice(both, 10 * DT, 39) == sampling_advice(quiet, 10 * DT, 39) * 2

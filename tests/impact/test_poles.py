@@ -1,0 +1,224 @@
+"""Sums of poles: against modes, against a direct time integration, in contact, on file; their passivity."""
+
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eig, expm
+
+import impact
+from impact.greens.base import GreensFunction, GreensFunctionError
+from impact.measured.pole_passivity import pole_passivity, real_mobility
+from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from impact.storage.hdf5 import load_greens, save_greens
+
+MODAL = impact.ModalGreens(
+    2 * np.pi * np.array([0.0, 1e3, 2.3e3, 5e3, 8e3]),
+    np.array([0.0, 0.02, 0.3, 1.7, 0.0]),
+    np.array([[1.0, 0.5], [2.0, -1.0], [1.5, 1.2], [0.3, 0.9], [0.4, 0.1]]),
+    impact.Residual.exponential([[2e-9, 1e-9], [1e-9, 3e-9]], [[1e-4, 0.0], [0.0, 2e-4]]),
+    ("lip", "stop"),
+)
+POLES = impact.PoleGreens.of(MODAL)
+T = np.concatenate([[-1e-3, 0.0, 1e-12, 1e-9], np.linspace(1e-6, 5e-3, 400)])
+DT = 2e-6
+# a mass pushed at the first of two, a dashpot between the second and the ground only: not Rayleigh damping
+M, K = np.diag([0.02, 0.03]), np.array([[4e5, -3e5], [-3e5, 5e5]])
+C = np.array([[0.0, 0.0], [0.0, 40.0]])
+
+
+def complex_modes(m: np.ndarray, c: np.ndarray, k: np.ndarray, ports: np.ndarray) -> impact.PoleGreens:
+    scale = np.sqrt(np.linalg.norm(k) / np.linalg.norm(m))  # of time, for the digits of the eigenvalues
+    n, zero, c, k = len(m), np.zeros_like(m), c / scale, k / scale**2
+    s, v = eig(np.block([[zero, np.eye(n)], [-k, -c]]), np.block([[np.eye(n), zero], [zero, m]]))
+    s, v = s[s.imag > 0], v[:n, s.imag > 0]
+    norm = np.array([x @ (2 * a * m + c) @ x for a, x in zip(s, v.T, strict=True)])
+    names = tuple(str(j) for j in range(ports.shape[1]))
+    return impact.PoleGreens(scale * s, (ports.T @ v / np.sqrt(norm * scale)).T, port_names=names)
+
+
+COUPLED = complex_modes(M, C, K, np.eye(2)[:, :1])
+
+
+@pytest.mark.parametrize("ports", [(0, 0), (0, 1), (1, 1)])
+def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> None:
+    for name in ("impulse_response", "step_response"):
+        expected = getattr(MODAL, name)(T, *ports)
+        assert getattr(POLES, name)(T, *ports) == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
+    hann = MODAL.filtered(T, 3e-4, *ports)
+    assert POLES.filtered(T, 3e-4, *ports) == pytest.approx(hann, rel=1e-8, abs=1e-9 * np.abs(hann).max())
+    assert POLES.filtered_matrix(T, 3e-4)[ports] == pytest.approx(POLES.filtered(T, 3e-4, *ports), rel=1e-12)
+
+
+@pytest.mark.parametrize("greens", [MODAL, POLES])
+def test_nothing_answers_before_the_pulse(greens: impact.GreensFunction) -> None:
+    early = np.array([-1.0, -3e-4, -1e-9, 0.0])
+    assert np.all(greens.filtered_matrix(early, 3e-4) == 0.0)
+    assert greens.filtered(1.5e-4, 3e-4) > 0.0
+
+
+def test_static_and_initial_values() -> None:
+    assert np.array_equal(POLES.static_compliance(), MODAL.static_compliance())  # inf: a rigid body
+    held = replace(MODAL, omega=np.maximum(MODAL.omega, 100.0))
+    assert impact.PoleGreens.of(held).static_compliance() == pytest.approx(held.static_compliance(), rel=1e-12)
+    assert POLES.initial_value() == pytest.approx(MODAL.initial_value(), abs=1e-14)
+    assert POLES.damping_ratios == pytest.approx([0.02, 0.3, 0.0])
+    assert POLES.frequencies_hz == pytest.approx([1e3, 2.3e3, 8e3])
+
+
+def test_step_weights_are_differences_of_the_step_response_of_full_precision() -> None:
+    with_spring = replace(POLES, compliance=1e-8 * np.array([[2.0, 1.0], [1.0, 2.0]]))
+    n = 1000  # not a square: the last row of the blocks is cut
+    weights = with_spring.step_weights(DT, n)
+    t = DT * np.arange(n + 1)
+    for i, j in ((0, 0), (0, 1), (1, 0)):
+        steps = with_spring.step_response(t, i, j)
+        expected = np.append(steps[1], np.diff(steps[1:]))
+        assert weights[i, j] == pytest.approx(expected, abs=1e-13 * np.abs(steps).max())
+    alone = complex_modes(np.eye(1), np.array([[1e-3]]), np.eye(1), np.eye(1))
+    tiny = alone.step_weights(1e-7, 4)[0, 0]  # h^2 (m + 1/2) to round-off, where a difference has no digits left
+    assert tiny == pytest.approx(1e-14 * (np.arange(4) + 0.5), rel=1e-9)
+
+
+def state_step(force_at: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Exact step of the non-proportional system for a constant force, by the matrix exponential."""
+    a = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    b = np.zeros(4)
+    b[2 + force_at] = 1 / M[force_at, force_at]
+    both = expm(DT * np.block([[a, b[:, None]], [np.zeros((1, 5))]]))
+    return both[:4, :4], both[:4, 4]
+
+
+def problem(target: GreensFunction) -> impact.ContactProblem:
+    striker = impact.rigid_mass(mass=0.01, velocity=-1.0)
+    return impact.ContactProblem(striker, target=impact.Body(target), law=impact.LinearSpring(stiffness=2e6))
+
+
+def test_contact_with_a_nonproportional_system_equals_a_direct_integration() -> None:
+    n, stiffness, mass = 2000, 2e6, 0.01
+    result = impact.solve(problem(COUPLED), dt=DT, duration=n * DT, rule="passive")
+    a, b = state_step()
+    state, y, v, force = np.zeros(4), 0.0, -1.0, []
+    own = b[0] + DT**2 / (2 * mass)
+    # implicit in the closure at the end of the step, as the solver's passive rule for a linear spring
+    for _ in range(n):
+        free = (a @ state)[0] - (y + DT * v)
+        push = max(0.0, stiffness * free / (1 + stiffness * own))
+        state = a @ state - b * push
+        y, v = y + DT * v + DT**2 / (2 * mass) * push, v + DT / mass * push
+        force.append(push)
+    assert max(force) > 100
+    assert result.force[1:] == pytest.approx(force, abs=1e-8 * max(force))
+    assert result.energy.residual < 1e-10
+
+
+@pytest.mark.parametrize("engine", ["fft", "direct"])
+def test_engines_agree_with_the_pole_recursion_of_the_same_modes(engine: str) -> None:
+    modal = impact.ModalGreens(
+        *(np.array(x) for x in ([2e4, 5e4], [0.02, 0.05], [[3.0], [2.0]])), impact.Residual.none()
+    )
+    expected = impact.solve(problem(modal), dt=DT, duration=3e-3, engine="poles").force
+    found = impact.solve(problem(impact.PoleGreens.of(modal)), dt=DT, duration=3e-3, engine=engine).force
+    assert found == pytest.approx(expected, abs=1e-9 * expected.max())
+
+
+def test_a_free_body_flies_as_its_modes_do() -> None:
+    free = impact.ModalGreens(
+        np.array([0.0, 3e4]), np.array([0.0, 0.02]), np.array([[3.0], [2.0]]), impact.Residual.none()
+    )
+    found, expected = (
+        impact.solve(
+            impact.ContactProblem(
+                impact.Body(greens, velocity=-1.0),
+                target=impact.Body(impact.spring(stiffness=1e7)),
+                law=impact.LinearSpring(stiffness=2e6),
+            ),
+            dt=DT,
+            duration=2e-3,
+        )
+        for greens in (impact.PoleGreens.of(free), free)
+    )
+    assert found.striker_mass == pytest.approx(1 / 9)
+    assert found.force == pytest.approx(expected.force, abs=1e-9 * expected.force.max())
+    assert found.energy.residual < 1e-9
+    rebound = [float(np.ravel(impact.measures.rebound_velocity(result))[0]) for result in (found, expected)]
+    assert rebound[0] == pytest.approx(rebound[1], rel=1e-9)
+
+
+def test_a_march_goes_on_from_its_checkpoint(tmp_path: Path) -> None:
+    whole, first, second = (impact.ContactStepper(impact.prepare(problem(COUPLED), DT, 2e-3)) for _ in range(3))
+    whole.advance(1000)
+    first.advance(400)
+    save_checkpoint(first, tmp_path / "march.h5")
+    restore_checkpoint(second, tmp_path / "march.h5")
+    second.advance(600)
+    assert np.array_equal(second.force, whole.force)
+
+
+def test_file_keeps_every_bit(tmp_path: Path) -> None:
+    save_greens(replace(POLES, origin={"from": "test"}), tmp_path / "g.h5")
+    read = load_greens(tmp_path / "g.h5")
+    assert isinstance(read, impact.PoleGreens)
+    for name in (f.name for f in fields(read) if f.name not in ("error", "origin", "port_names")):
+        assert np.array_equal(getattr(read, name), getattr(POLES, name)), name
+    assert read.port_names == POLES.port_names
+    assert read.provenance == {"from": "test"}
+
+
+def test_real_mobility_is_that_of_the_transfer_function() -> None:
+    w = np.array([10.0, 2e3, 4.4e3, 1e5])
+    both = complex_modes(M, C, K, np.eye(2))
+    exact = [np.linalg.inv(K + 1j * x * C - x**2 * M) * 1j * x for x in w]
+    found, size = real_mobility(both, w)
+    assert np.all(np.abs(found - np.real(exact)) <= 1e-12 * size[:, None, None])
+    assert found[:3] == pytest.approx(np.real(exact)[:3], rel=1e-6)
+    assert np.all(size >= np.trace(found, axis1=1, axis2=2) * (1 - 1e-9))
+
+
+def test_passive_systems_are_found_passive() -> None:
+    assert pole_passivity(POLES).passive
+    report = pole_passivity(COUPLED)
+    assert report.passive
+    assert "passive" in str(report)
+    assert pole_passivity(
+        impact.PoleGreens.of(impact.ModalGreens(np.array([1e3]), np.zeros(1), np.ones((1, 1)), impact.Residual.none()))
+    ).passive
+
+
+def test_a_residue_turned_too_far_gains_energy() -> None:
+    # R = exp(i a)/(2i): g(0+) = sin a >= 0, and Re[iw G]/w^2 at w -> 0 asks for a <= 2 asin(zeta)
+    s = 1e3 * (-0.05 + 1j * np.sqrt(1 - 0.05**2))
+    for turn, passive in ((0.03, True), (0.97, True), (1.03, False), (-0.03, False)):
+        shape = np.sqrt(np.exp(2j * turn * np.arcsin(0.05)) / 2j)
+        pair = impact.PoleGreens(np.array([s]), np.array([[shape]]))
+        assert pole_passivity(pair).passive is passive, turn
+
+
+def test_an_undamped_pole_must_be_a_mode() -> None:
+    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[1.0 + 0j]]))).passive
+    assert not pole_passivity(impact.PoleGreens(np.array([1e3j]), np.array([[np.sqrt(1j)]]))).passive
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"poles": np.array([1 + 1j])}, "grows as exp"),
+        ({"poles": np.array([-1 - 1j])}, "Im s = -1"),
+        ({"poles": np.array([-1 + 1j, 2])}, "shapes do not match"),
+        ({"shapes": np.array([[np.nan]])}, "shapes has 1 values"),
+        ({"rates": np.array([-2.0]), "real_shapes": np.ones((1, 1)), "signs": np.ones(1)}, r"grows as exp\(2 t\)"),
+        ({"rates": np.array([2.0]), "real_shapes": np.ones((1, 1)), "signs": np.array([0.5])}, "signs must be"),
+        ({"rates": np.array([0.0]), "real_shapes": np.ones((1, 1)), "signs": -np.ones(1)}, "signs must be"),
+        ({"compliance": -np.ones((1, 1))}, "negative eigenvalue"),
+    ],
+)
+def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:
+    good = impact.PoleGreens(np.array([-1 + 1j]), np.ones((1, 1), complex))
+    with pytest.raises(GreensFunctionError, match=words):
+        replace(good, **change)
+
+
+def test_a_critical_mode_has_no_simple_poles() -> None:
+    with pytest.raises(GreensFunctionError, match="double pole"):
+        impact.PoleGreens.of(replace(MODAL, zeta=np.ones(5)))

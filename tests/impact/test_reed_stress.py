@@ -1,0 +1,134 @@
+"""Bending stress of a reed: statics with any number of modes, free vibration, and the impact of a long beam."""
+
+import math
+
+import numpy as np
+import pytest
+
+import impact
+from impact.after.stresses import StressError, bending_stress, peak_bending_stress, reed_stress
+from impact.bodies.body import Body
+from impact.greens.base import GreensFunctionError
+
+BEAM = impact.Cantilever(young=200e9, density=7850.0, length=25.4e-3, width=10e-3, thickness=0.305e-3)
+X = np.linspace(0.0, BEAM.length, 23)
+
+
+def reed(n_modes: int, **more: object) -> Body:
+    return impact.reed(BEAM, n_modes=n_modes, **more)  # type: ignore[arg-type]
+
+
+def test_release_from_the_static_shape() -> None:
+    """3 E (h/2) d (L - x)/L^3; the modes left out carry 2/(pi n)^2 of the largest at the clamp, less than 8 near it."""
+    top = 1.5 * BEAM.young * BEAM.thickness * 1e-3 / BEAM.length**2
+    for n in (5, 40):
+        body = reed(n, release=impact.StaticShape(1e-3))
+        start = bending_stress(np.zeros(2), 1e-9, body, BEAM, X)[:, 0]
+        missing = (start / top - (1 - X / BEAM.length)) * (math.pi * n) ** 2
+        assert abs(missing[0]) == pytest.approx(2, rel=0.05)
+        assert np.abs(missing).max() < 8
+    peak = peak_bending_stress(np.zeros(2), 1e-9, body, BEAM)
+    assert (peak.at, peak.time) == (0.0, 0.0)
+    assert peak.value == pytest.approx(top, rel=2e-4)
+
+
+@pytest.mark.parametrize("at", [None, 0.6 * BEAM.length])
+@pytest.mark.parametrize("n", [1, 3, 30])
+def test_a_steady_force_gives_the_static_stress_with_any_number_of_modes(n: int, at: float | None) -> None:
+    """M c/I = 6 N (a - x)/(b h^2) up to the contact, none beyond; critical damping has forgotten the start."""
+    body = reed(n, contact_at=at, damping_ratio=1.0)
+    force, dt = np.full(4001, 3.0), 6e-6
+    force[0] = 0.0
+    a = BEAM.length if at is None else at
+    exact = 6 * 3.0 * np.maximum(a - X, 0.0) / (BEAM.width * BEAM.thickness**2)
+    stress = bending_stress(force, dt, body, BEAM, X, contact_at=at)
+    np.testing.assert_allclose(stress[:, -1], exact, atol=1e-9 * exact.max())
+    assert not np.any(stress[:, 0])
+
+
+def test_a_preload_was_there_before() -> None:
+    stress = bending_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, X)
+    exact = 6 * 3.0 * (BEAM.length - X) / (BEAM.width * BEAM.thickness**2)
+    np.testing.assert_allclose(stress, np.repeat(exact[:, None], 9, axis=1), atol=1e-9 * exact.max())
+
+
+def test_free_vibration_in_one_mode() -> None:
+    """sigma = (E h/2) w'' cos(omega t), w'' by differences of the shape itself; peak at the clamp, at its sampling."""
+    body, k = reed(6, release=impact.ModeShape(3, 1e-4)), 2
+    omega = float(BEAM.frequencies(6)[k])
+    dt = 0.01 / omega
+    times = dt * np.arange(1001)
+    h = 1e-5
+    inner = X[1:-1]
+    a, b, c = (BEAM.shapes(6, inner + s)[k] for s in (-h, 0.0, h))
+    amplitude = 1e-4 / float(BEAM.shapes(6, BEAM.length)[k])
+    exact = BEAM.young * BEAM.thickness / 2 * amplitude * np.outer((a - 2 * b + c) / h**2, np.cos(omega * times))
+    stress = bending_stress(np.zeros(1001), dt, body, BEAM, inner)
+    np.testing.assert_allclose(stress, exact, atol=1e-4 * np.abs(exact).max())
+    peak = peak_bending_stress(np.zeros(1001), dt, body, BEAM)
+    clamp = BEAM.young * BEAM.thickness / 2 * abs(amplitude) * 2 * (2.5 * math.pi / BEAM.length) ** 2 / BEAM.mass**0.5
+    assert peak.value == pytest.approx(clamp, rel=1e-3)
+    assert peak.at == 0.0
+
+
+def test_pressure_bends_as_in_the_tables() -> None:
+    """Uniform pressure: M = p b L^2/2 at the clamp, sigma = 3 p L^2/h^2; its tail falls like 1/n^2."""
+    body = reed(30, damping_ratio=1.0, loads=(impact.Pressure(lambda t: 2e4),))
+    stress = bending_stress(np.zeros(4001), 2e-6, body, BEAM, [0.0])
+    assert stress[0, -1] == pytest.approx(3 * 2e4 * BEAM.length**2 / BEAM.thickness**2, rel=1e-3)
+
+
+def test_the_impact_of_a_long_beam() -> None:
+    """A beam stopped at once at one point bears sqrt(3) rho c V there, from then on and whatever its thickness.
+
+    Boussinesq; until the waves come back from the clamp. Its outer parts fly on: compression towards the seat.
+    """
+    speed, at = 1.0, BEAM.length / 2
+    errors = []
+    for n in (100, 200):
+        body = reed(n, contact_at=at, release=impact.GivenShape(velocity=lambda x: np.full_like(x, -speed)))
+        dt = 0.25 / float(BEAM.frequencies(n)[-1])
+        problem = impact.ContactProblem(body, Body(impact.spring(stiffness=1e12)))
+        result = impact.solve(problem, dt=dt, duration=4e-6)
+        late = result.time > 2e-6
+        stress = bending_stress(result.force, dt, body, BEAM, [at], contact_at=at)[0, late].mean()
+        errors.append(-stress / (math.sqrt(3 * BEAM.young * BEAM.density) * speed) - 1)
+    assert abs(errors[1]) < 0.01
+
+
+def test_impossible_stress_is_refused() -> None:
+    two = reed(4, contact_at=(0.01, 0.02))
+    with pytest.raises(StressError, match=r"a reed with 2 contacts.*single one"):
+        bending_stress(np.zeros(5), 1e-6, two, BEAM, X)
+    with pytest.raises(StressError, match=r"force \(5, 2\)"):
+        bending_stress(np.zeros((5, 2)), 1e-6, reed(4), BEAM, X)
+    with pytest.raises(StressError, match="has no modes of bending; make it by cantilever_reed"):
+        bending_stress(np.zeros(5), 1e-6, Body(impact.fixed_rod(young=1, density=1, area=1, length=1)), BEAM, X)
+    with pytest.raises(StressError, match="has no modes"):
+        bending_stress(np.zeros(5), 1e-6, Body(impact.spring(stiffness=1.0)), BEAM, X)
+    with pytest.raises(GreensFunctionError, match=r"position 0.03 m is outside"):
+        bending_stress(np.zeros(5), 1e-6, reed(4), BEAM, [0.03])
+
+
+def test_the_stress_after_the_first_touch_is_told_apart_from_that_of_the_release() -> None:
+    """A reed let go from 1 mm bends most on its way, before it touches; both peaks against the whole field."""
+    body = impact.cantilever_reed(
+        young=BEAM.young, density=BEAM.density, length=BEAM.length, width=BEAM.width, thickness=BEAM.thickness,
+        damping_ratio=0.03, n_modes=12, tip_deflection=1e-3,
+    )  # fmt: skip
+    problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=1e6)))
+    result = impact.solve(problem, dt=5e-7, duration=1.2e-3)
+    found = reed_stress(result.force, result.dt, body, BEAM)
+    first = impact.measures.contact_intervals(result)[0, 0]
+    places = np.linspace(0, BEAM.length, 12 * 4 + 1)
+    field = np.abs(bending_stress(result.force, result.dt, body, BEAM, places))
+    before = result.time <= first + result.dt / 2
+    assert found.after_contact is not None
+    assert found.initial.value == pytest.approx(field[:, before].max(), rel=2e-3)
+    assert found.after_contact.value == pytest.approx(field[:, ~before].max(), rel=2e-3)
+    assert found.initial.time < first < found.after_contact.time
+    assert found.initial.value > found.after_contact.value
+    assert found.largest == found.initial == peak_bending_stress(result.force, result.dt, body, BEAM)
+    never = reed_stress(np.zeros(1001), result.dt, body, BEAM)
+    assert never.after_contact is None
+    assert never.largest == never.initial

@@ -1,0 +1,133 @@
+"""Regime numbers against closed forms; the regime map resumes, and its stored copy is what the code gives."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import regime_map
+from paper_case import CASES, strike, table_1_reed
+from regime_map import fill_map, plot_map, reed_point, rigid_point
+
+import impact
+from impact.after.regime import MAPS, regime, regime_card
+from impact.after.rods import fixed_rod_modes
+from impact.files.table import read_rows
+
+
+def mass_on_rod(alpha: float, end: float = math.inf):
+    rod = impact.rod_with_end_impedance(young=1.0, density=1.0, area=1.0, length=1.0, end_impedance=end)
+    striker, target = impact.rigid_mass(mass=1 / alpha, velocity=-1.0), impact.Body(rod)
+    return striker, target, impact.solve(impact.ContactProblem(striker, target), dt=0.01, duration=7.0)
+
+
+def test_rigid_mass_on_a_fixed_rod() -> None:
+    """Contact lasts 5.89959 l/c for alpha = 1/4 (Timoshenko & Goodier); lambda = 1/sqrt(alpha)."""
+    found = regime(*mass_on_rod(0.25))
+    assert found.mass_ratio == pytest.approx(0.25)
+    assert found.zener_lambda == pytest.approx(2.0)
+    assert found.round_trips_per_contact == pytest.approx(5.89959 / 2, abs=0.01)
+    assert found.predicted_sign == "under"
+    assert found.predicted_impulse_error > 0
+
+
+def test_an_absorbing_end_turns_the_sign_at_equal_masses() -> None:
+    assert regime(*mass_on_rod(0.1, 1.0)).predicted_sign == "over"
+    assert regime(*mass_on_rod(4.0, 1.0)).predicted_sign == "under"
+
+
+@pytest.mark.parametrize(("number", "sign"), [(0, "equal"), (1, "equal"), (2, "over"), (3, "under")])
+def test_card_of_table_1(number: int, sign: str) -> None:
+    case, reed = CASES[number], table_1_reed()
+    greens = fixed_rod_modes(case.rod, 40, residual=True)
+    result = strike(greens, dt=50e-9, duration=1.2e-3)
+    found = regime(reed, impact.Body(case.rod), result)
+    assert found.predicted_sign == sign
+    reed_mass = 25.4e-3 * 10e-3 * 0.305e-3 * 7850 / 4  # phi_1^2 = 4/mass at the tip
+    assert found.mass_ratio == pytest.approx(7850 * case.area * case.length / reed_mass, rel=1e-9)
+    # as modes it is the same seat, but for the impedance its damping lowers: 0.941
+    assert regime(reed, impact.Body(greens), result).round_trip == pytest.approx(found.round_trip)
+    assert regime(reed, impact.Body(greens), result).mass_ratio == pytest.approx(found.mass_ratio / 0.941**2, rel=1e-3)
+    card = regime_card(reed, impact.Body(case.rod), result)
+    assert "\n" not in card
+    assert "Z^2/K" in card  # no number without its meaning
+    assert {"equal": "within 2 %", "over": "over-estimate", "under": "under-estimate"}[sign] in card
+
+
+def test_a_spring_has_no_regime() -> None:
+    reed, seat = table_1_reed(), impact.Body(impact.spring(stiffness=1e6))
+    result = strike(seat.greens, dt=100e-9, duration=0.7e-3)
+    assert regime(reed, seat, result).predicted_sign == "unknown"
+    assert "no prediction" in regime_card(reed, seat, result)
+
+
+def test_stored_maps_are_what_the_code_gives() -> None:
+    """Points of either sign; fails when the reed or the solver changes and the maps were not made again."""
+    for compute, name, rows in (
+        (rigid_point, "regime_rigid.csv", (0, 130, 274)),
+        (reed_point, "regime_reed.csv", (85, 190)),
+    ):
+        stored = read_rows(MAPS / name)
+        for row in (stored[k] for k in rows):
+            again = compute(*list(row.values())[:2])
+            assert again["peak_error"] == pytest.approx(row["peak_error"], abs=2e-3)
+            assert again["impulse_error"] == pytest.approx(row["impulse_error"], abs=2e-3)
+
+
+def test_rigid_points_have_closed_forms() -> None:
+    """alpha = 1, fixed: impulse M (V + V'), V' = 0.68762 V, and a second touch of the ringing rod; absorbing: Z V."""
+    absorbing = rigid_point(0.25, 0.0)
+    # mean of exp(-t/4) over a width of 0.02 * 2 pi: 1.56 % below 1; the spring's half-sine gives sqrt(M K) V = 2
+    assert absorbing["peak_error"] == pytest.approx(2.0 / (1 - 0.0156) - 1, abs=0.01)
+    assert absorbing["impulse_error"] == pytest.approx(1.0, abs=0.01)  # all of 2 M V against M V
+    assert rigid_point(0.25, -1.0)["impulse_error"] <= 2 / 1.8169 - 1 + 1e-3  # at least the first contact
+
+
+def test_a_map_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, done, heard = tmp_path / "map.csv", [], []
+
+    def compute(x: float, y: float) -> dict[str, float]:
+        if len(done) == 3:
+            raise KeyboardInterrupt
+        done.append((x, y))
+        return {"x": x, "y": y, "peak_error": x - y}
+
+    points = [
+        (x, y) for x in (0.08838834764, 1 / 3) for y in (1.0, 2.0)
+    ]  # the first rounds otherwise by way of 7 digits
+    with pytest.raises(KeyboardInterrupt):
+        fill_map(path, compute, points)
+    assert len(read_rows(path)) == 3
+    done.clear()
+    rows = fill_map(path, compute, points, lambda stage, part: heard.append(part))
+    assert done == [(0.333333, 2.0)]
+    assert heard == [0.25, 0.5, 0.75, 1.0]
+    assert [row["y"] for row in rows] == [1.0, 2.0, 1.0, 2.0]
+    assert len(read_rows(path)) == 4
+
+
+def test_picture_of_the_map(tmp_path: Path) -> None:
+    plot_map(read_rows(MAPS / "regime_rigid.csv"), read_rows(MAPS / "regime_reed.csv"), tmp_path / "map.png")
+    assert (tmp_path / "map.png").stat().st_size > 20_000
+
+
+def test_signs_of_the_claim() -> None:
+    """The paper's claim, a constant stiffness over-estimates, holds in part of the map and reverses in another."""
+    rigid, reed = read_rows(MAPS / "regime_rigid.csv"), read_rows(MAPS / "regime_reed.csv")
+    assert all(row["peak_error"] < 0 < row["impulse_error"] for row in rigid if row["reflection"] == -1)
+    over, equal, under = regime_map.signs(reed, "peak_error")
+    assert over + equal + under == len(reed)
+    assert min(over, equal, under) > len(reed) // 5
+    long = [row for row in reed if row["length_m"] > 0.03 and 2e-7 < row["area_m2"] < 2e-6]
+    assert all(row["peak_error"] < 0 for row in long)
+    short = [row for row in reed if 2e-3 < row["length_m"] < 9e-3 and 2e-7 < row["area_m2"] < 2e-6]
+    assert all(row["peak_error"] > 0 for row in short)
+
+
+def test_maps_have_whole_grids() -> None:
+    for name, size in (("regime_rigid.csv", 25 * 11), ("regime_reed.csv", 17 * 13)):
+        with (MAPS / name).open(newline="", encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        assert len(rows) == size + 1, name
+        assert all(np.all(np.isfinite([float(cell) for cell in row])) for row in rows[1:])

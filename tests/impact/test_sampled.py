@@ -1,0 +1,165 @@
+"""Sampled Green's functions: exact integrals, tails, refusals."""
+
+import numpy as np
+import pytest
+
+from impact.greens.base import GreensFunctionError
+from impact.greens.sampled import SampledGreens
+from impact.measured.reading import read_impulse_response
+
+G = np.array([1.0, 3.0, 2.0])
+H = 0.5  # S(1.0) = 0.5 (1/2 + 3 + 2/2) = 2.25
+
+
+def test_linear_between_samples_and_exactly_integrated():
+    g = SampledGreens(G, H)
+    assert g.impulse_response(np.array([-1.0, 0.0, 0.25, 0.5, 0.8, 1.0])) == pytest.approx([0, 1, 2, 3, 2.4, 2])
+    t = np.linspace(0, 1, 7)
+    fine = [np.trapezoid(g.impulse_response(s := np.linspace(0, x, 60001)), s) for x in t]
+    assert g.step_response(t) == pytest.approx(np.array(fine), abs=1e-8)
+    assert g.step_response(1.0) == pytest.approx(2.25)
+    assert g.initial_value() == pytest.approx(1.0)
+    assert g.ports == ("contact",)
+
+
+@pytest.mark.parametrize(
+    ("tail", "value", "step", "static"),
+    [("zero", 0.0, 2.25, 2.25), ("hold", 2.0, 2.25 + 2.0, np.inf), ("rigid", 0.0, 2.25 + 1.0, -np.inf)],
+)
+def test_tails(tail, value, step, static):
+    g = SampledGreens(G, H, tail)  # rigid: the slope -2 goes on, from 2 at t = 1 to 0 at t = 2
+    assert g.impulse_response(2.0) == pytest.approx(value, abs=1e-12)
+    assert g.step_response(2.0) == pytest.approx(step)
+    assert g.static_compliance()[0, 0] == static
+
+
+def test_forbid_says_how_far_it_is_known():
+    g = SampledGreens(G, H)
+    with pytest.raises(GreensFunctionError, match=r"asked for at 1.5 s but known up to 1 s"):
+        g.step_response(1.5)
+    with pytest.raises(GreensFunctionError, match="known up to"):
+        g.step_kernel(0.3, 4)
+    with pytest.raises(GreensFunctionError, match="static compliance is unknown"):
+        g.static_compliance()
+    assert SampledGreens(G, H, static=np.array([[7.0]])).static_compliance()[0, 0] == 7.0
+
+
+def test_step_kernel_sums_to_the_step_response():
+    g = SampledGreens(G, H, "hold")
+    kernel = g.step_kernel(0.3, 6)
+    assert kernel.modal is None
+    assert kernel.weights.shape == (1, 1, 6)
+    assert kernel.weights[0, 0].cumsum() == pytest.approx(g.step_response(0.3 * np.arange(1, 7)))
+    assert kernel.self_weight(0.3)[0, 0] == pytest.approx(float(g.step_response(0.3)))
+
+
+def test_several_ports():
+    values = np.einsum("ij,n->ijn", [[2.0, 1.0], [1.0, 3.0]], G)
+    g = SampledGreens(values, H, port_names=("lip", "back"))
+    assert g.impulse_response(0.5, 0, 1) == pytest.approx(3.0)
+    assert g.port_index("back") == 1
+    assert g.step_kernel(0.25, 4).weights.shape == (2, 2, 4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((np.array([1.0, np.nan]), H), "1 of 2 samples are not finite"),
+        ((np.array([-1.0, 1.0]), H), r"g\(0\+\) = -1"),
+        ((np.array([1.0]), H), "n >= 2"),
+        ((G, -H), "dt = -0.5 s must be positive"),
+        ((G, H, "mirror"), "tail 'mirror' is unknown; choose from zero, hold, rigid, forbid"),
+        ((G, H, "zero", ("a", "b")), "2 port names for 1 ports"),
+        ((np.array([[G, G], [2 * G, G]]), H), "differ by 5.0e-01"),
+    ],
+)
+def test_refusals(arguments, message):
+    with pytest.raises(GreensFunctionError, match=message):
+        SampledGreens(*arguments)
+
+
+TIME = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+VALUE = np.array([0.0, 0.0, 1.0, 3.0, 2.0])
+
+
+def test_from_series():
+    g = SampledGreens.from_series(TIME, VALUE, tail="hold", port_names=("lip",))
+    assert g.values[0, 0] == pytest.approx(G)  # zeros before t = 0 are causal
+    assert (g.dt, g.tail, g.ports) == (0.5, "hold", ("lip",))
+    assert "pretrigger" not in g.provenance
+    rounded = TIME + 0.002 * np.array([1, -1, 0, 1, 0.0])  # within 1 % of the spacing
+    assert SampledGreens.from_series(rounded, VALUE).values[0, 0] == pytest.approx(G)
+    both = np.einsum("ij,n->ijn", [[2.0, 1.0], [1.0, 3.0]], VALUE)
+    times = np.broadcast_to(TIME, both.shape)
+    assert SampledGreens.from_series(times, both).impulse_response(0.5, 0, 1) == pytest.approx(3.0)
+
+
+def test_motion_before_the_blow():
+    early = VALUE.copy()
+    early[1] = 0.5
+    with pytest.raises(GreensFunctionError, match=r"not causal: 2 samples before t = 0 reach 0\.5 .* 1\.75% .*drop"):
+        SampledGreens.from_series(TIME, early)
+    g = SampledGreens.from_series(TIME, early, pretrigger="drop", origin={"kind": "measured"})
+    assert g.values[0, 0] == pytest.approx(G)
+    assert g.provenance["kind"] == "measured"
+    assert g.provenance["pretrigger"] == {"samples": 2, "share_of_squares": pytest.approx(0.25 / 14.25)}
+
+
+@pytest.mark.parametrize(
+    ("time", "values", "message"),
+    [
+        (TIME + np.array([0, 0, 0, 0.1, 0]), VALUE, r"from sample 2 at 0 s to the next it is 0\.6 s, usually 0\.5 s"),
+        (-TIME, VALUE, "not equally spaced"),
+        (TIME + 1.5, VALUE, r"starts at 0\.5 s"),
+        (TIME + 0.1, VALUE, r"no sample at t = 0, the nearest is at 0\.1 s"),
+        (TIME - 1.0, VALUE, "no sample at t = 0"),
+        (TIME[:3], VALUE, r"time \(3,\) and values \(5,\) do not match"),
+        (
+            np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]),
+            np.ones((2, 2, 5)),
+            r"different times: sample 0 is at -1\.1 s for ports 2, 2 and at -1 s",
+        ),
+    ],
+)
+def test_refused_times(time, values, message):
+    with pytest.raises(GreensFunctionError, match=message):
+        SampledGreens.from_series(time, values)
+
+
+def write(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_read_impulse_response(tmp_path):
+    file = write(tmp_path / "g.csv", "# hammer\ntime [us],impulse_response [um/(N s)]\n0,1\n500000,3\n1000000,2\n")
+    g = read_impulse_response(file, tail="hold", port_name="lip")
+    assert g.values[0, 0] == pytest.approx(1e-6 * G)
+    assert g.dt == pytest.approx(0.5)
+    assert (g.ports, g.tail) == (("lip",), "hold")
+    assert g.provenance == {"kind": "measured", "file": "g.csv"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"line 1: header '' must be like"),
+        ("time [us],force [N]\n0,1\n", r"line 1: header 'time \[us\],force \[N\]' must be like"),
+        ("time [us],impulse_response [um]\n0,1\n", r"m/\(N s\), mm/\(N s\)"),
+        ("time [us],impulse_response [um/(N s)]\n0,1,2\n", "line 2: 3 columns"),
+        ("time [us],impulse_response [um/(N s)]\n0,1\n1,x\n", "line 3, column 2: 'x' is not a finite number"),
+        ("time [us],impulse_response [um/(N s)]\n", "do not match"),
+        ("time [us],impulse_response [um/(N s)]\n0,-1\n1,1\n", r"g\(0\+\) = -1e-06"),
+    ],
+)
+def test_refused_files(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message) as refusal:
+        read_impulse_response(write(tmp_path / "g.csv", text))
+    assert "g.csv" in str(refusal.value)
+    with pytest.raises(GreensFunctionError, match="no such file"):
+        read_impulse_response(tmp_path / "missing.csv")
+
+
+def test_a_run_longer_than_the_record():
+    with pytest.raises(GreensFunctionError, match=r"the run lasts 1\.2 s but g is known up to 1 s only: .* 3 steps"):
+        SampledGreens(G, H).step_kernel(0.3, 4)

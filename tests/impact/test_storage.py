@@ -1,0 +1,301 @@
+"""Files of Green's functions and results: what is read is what was written, and every damage is named."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import impact
+from impact.exact.closed_form import PowerLaw
+from impact.files.atomic import whole_file
+from impact.greens.base import ErrorEstimate, GreensFunction
+from impact.greens.sampled import SampledGreens
+from impact.storage.hdf5 import SCHEMA, StorageError, load_greens, load_results, save_greens, save_results
+
+STEEL = {"young": 200e9, "density": 7850.0, "area": 1e-6}
+REED = {"young": 200e9, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}
+TWO_PORTS = impact.ModalGreens(
+    np.array([0.0, 1.0, 1e5]),
+    np.array([0.0, 0.03, 1.2]),
+    np.array([[1.0, 2.0], [0.5, -0.1], [1 / 3, 0.0]]),
+    impact.Residual.exponential([[2e-9, 1e-9], [1e-9, 3e-9]], [[0.1, 0.0], [0.0, 0.2]]),
+    ("tip", "stop"),
+    ErrorEstimate(0.01, None),
+    {"dof": 12, "versions": {"numpy": "2"}, "note": "Fl\u00e4che", "nothing": None},
+)
+SAMPLES = np.array([0.0, 0.1, 1 / 3, 0.25])
+KINDS: dict[str, GreensFunction] = {
+    "modal, two ports": TWO_PORTS,
+    "spring": impact.spring(stiffness=3e7),
+    "semi-infinite rod": impact.semi_infinite_rod(**STEEL),
+    "single mode": impact.single_mode(frequency_hz=100.0, mass=0.3, damping_ratio=0.1),
+    "rigid mass": impact.rigid_mass(mass=0.2, velocity=-1.0).greens,
+    "reed": impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-3).greens,
+    "rod": impact.fixed_rod(**STEEL, length=0.03),
+    "free rod": impact.free_rod(**STEEL, length=0.03),
+    "damped rod": impact.fixed_rod(**STEEL, length=0.03, damping_ratio=0.1),
+    "plate": impact.infinite_plate(young=70e9, poisson=0.3, density=2700.0, thickness=1e-3),
+    "beam": impact.infinite_beam(**STEEL, second_moment=1e-12),
+    "samples": SampledGreens(SAMPLES, 0.5, tail="zero", error=ErrorEstimate(None, 0.1), origin={"from": "hammer"}),
+    "samples, static": SampledGreens(np.stack([SAMPLES] * 4).reshape(2, 2, 4), 0.5, static=np.ones((2, 2))),
+}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "seat.h5"
+    save_greens(TWO_PORTS, path)
+    return path
+
+
+def assert_same(read: object, written: object) -> None:
+    """Bit for bit, field by field."""
+    assert type(read) is type(written)
+    for field in fields(written):  # type: ignore[arg-type]
+        a, b = getattr(read, field.name), getattr(written, field.name)
+        if isinstance(b, np.ndarray):
+            assert a.dtype == b.dtype
+            np.testing.assert_array_equal(a, b)
+        elif isinstance(b, impact.Residual | impact.EnergyLedger):
+            assert_same(a, b)
+        else:
+            assert a == b, field.name
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_greens_function_is_read_as_it_was_written(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "new folder" / "g.h5"
+    save_greens(KINDS[name], path)
+    read = load_greens(path)
+    assert_same(read, KINDS[name])
+    assert read.provenance == KINDS[name].provenance
+    assert read.error_estimate == KINDS[name].error_estimate
+    assert [p.name for p in path.parent.iterdir()] == ["g.h5"]
+
+
+@pytest.mark.parametrize("seat", ["spring", "rod", "damped rod"])
+def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> None:
+    """Advice included: the second result's step is too coarse for its reed."""
+    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
+    reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-3)
+    target = impact.Body(KINDS[seat])
+    fine = impact.solve(impact.ContactProblem(mass, target), dt=1e-7, duration=2e-4)
+    coarse = impact.solve(impact.ContactProblem(reed, target), dt=5e-6, duration=8e-4)
+    assert fine.force.max() > 0
+    assert coarse.advice
+    save_results(tmp_path / "r.h5", {"wave": fine, "spring": coarse}, {"title": "two", "path": tmp_path})
+    read = load_results(tmp_path / "r.h5")
+    assert set(read) == {"wave", "spring"}
+    assert_same(read["wave"], fine)
+    assert_same(read["spring"], coarse)
+
+
+def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Path) -> None:
+    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
+    seats = [impact.Contact(KINDS["spring"]), impact.Contact(KINDS["rod"], gap=1e-6)]
+    result = impact.solve(impact.ContactProblem(mass, contacts=seats), dt=1e-7, duration=2e-5)
+    assert result.force.shape == (201, 2)
+    save_results(tmp_path / "r.h5", {"two": result}, {})
+    assert_same(load_results(tmp_path / "r.h5")["two"], result)
+    with h5py.File(tmp_path / "r.h5", "r+") as opened:
+        short = opened["two/gap"][:, :1]
+        del opened["two/gap"]
+        opened["two/gap"] = short
+    with pytest.raises(StorageError, match="differ in their number of contacts"):
+        load_results(tmp_path / "r.h5")
+
+
+def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
+    greens: GreensFunction = KINDS["rod"]
+    for _ in range(9):
+        greens = impact.SumGreens((greens,))
+    with pytest.raises(StorageError, match="more than 8 deep"):
+        save_greens(greens, tmp_path / "deep.h5")
+
+
+def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
+    class Odd(PowerLaw):
+        @property
+        def provenance(self) -> dict[str, object]:
+            return {}
+
+    with pytest.raises(StorageError, match="type Odd has no file form"):
+        save_greens(Odd(1.0, 0.5), tmp_path / "odd.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.01, 0.3, 0.7, 0.999])
+def test_truncated_files_say_so(kept: float, file: Path) -> None:
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(kept * len(whole))])
+    with pytest.raises(StorageError, match=r"seat\.h5: truncated or damaged \(.*\); compute it again"):
+        load_greens(file)
+
+
+def test_what_is_no_such_file_at_all(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match=r"absent\.h5: no such file"):
+        load_greens(tmp_path / "absent.h5")
+    with pytest.raises(StorageError, match="is a folder; a regular file is needed"):
+        load_greens(tmp_path)  # a folder
+    text = tmp_path / "scene.toml"
+    text.write_text("title = 'not HDF5'\n" * 100)
+    with pytest.raises(StorageError, match=r"scene\.toml: truncated or damaged \(.*signature"):
+        load_greens(text)
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["x"] = 1.0
+    with pytest.raises(StorageError, match=r"other\.h5: holds 'something else', a 'greens' file is needed"):
+        load_greens(tmp_path / "other.h5")
+
+
+def set_attribute(name: str, value: object) -> Callable[[h5py.File], None]:
+    return lambda file: file.attrs.__setitem__(name, value)
+
+
+def put(dataset: str, index: object, value: float) -> Callable[[h5py.File], None]:
+    return lambda file: file[dataset].__setitem__(index, value)
+
+
+def remove(name: str) -> Callable[[h5py.File], None]:
+    return lambda file: (file.attrs if name in file.attrs else file).__delitem__(name)
+
+
+def shorten(name: str) -> Callable[[h5py.File], None]:
+    def act(file: h5py.File) -> None:
+        kept = file[name][:-1]
+        del file[name]
+        file[name] = kept
+
+    return act
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (
+            set_attribute("schema", SCHEMA + 1),
+            f"schema {SCHEMA + 1} is newer than this version reads .*update the pack",
+        ),
+        (set_attribute("schema", "two"), "damaged .*'two'"),
+        (set_attribute("content", "result"), "holds 'result', a 'greens' file is needed"),
+        (
+            set_attribute("kind", "psychic"),
+            "unknown kind of Green's function 'psychic'; known: modal, sampled, poles, delay_r",
+        ),
+        (set_attribute("provenance", '{"dof": 1'), "damaged .*; compute it again"),
+        (set_attribute("ports", '["tip"]'), "damaged: shapes do not match.*1 ports; compute it again"),
+        (remove("kind"), "damaged .*kind.*; compute it again"),
+        (remove("omega"), "damaged: omega is missing; compute it again"),
+        (remove("residual"), "damaged: residual/shapes is missing; compute it again"),
+        (shorten("zeta"), r"damaged: shapes do not match: omega \(3,\), zeta \(2,\)"),
+        (put("omega", 1, np.nan), "damaged: omega has 1 values that are not finite; compute it again"),
+        (put("omega", 1, -5.0), "damaged: omega must be >= 0 .*smallest -5; compute it again"),
+        (put("residual/rates", 0, np.inf), "damaged: residual/rates has 1 values that are not finite"),
+        (put("residual/compliance", (0, 1), np.nan), "damaged: residual/compliance has 1 values"),
+    ],
+)
+def test_damage_is_named(file: Path, damage: Callable[[h5py.File], None], message: str) -> None:
+    with h5py.File(file, "r+") as opened:
+        damage(opened)
+    with pytest.raises(StorageError, match=rf"seat\.h5: .*{message}"):
+        load_greens(file)
+
+
+def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
+    rod = tmp_path / "rod.h5"
+    save_greens(KINDS["rod"], rod)
+    with h5py.File(rod, "r+") as opened:
+        opened.attrs["provenance"] = '{"kind": "delay_rod", "impedance": 1.0}'
+    with pytest.raises(StorageError, match=r"rod\.h5: truncated or damaged .*round_trip"):
+        load_greens(rod)
+    problem = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), impact.Body(KINDS["spring"]))
+    results = tmp_path / "result.h5"
+    save_results(results, {"wave": impact.solve(problem, dt=1e-6, duration=1e-4)}, {})
+    with pytest.raises(StorageError, match=r"result\.h5: holds 'result', a 'greens' file is needed"):
+        load_greens(results)
+    with h5py.File(results, "r+") as opened:
+        opened["wave/force"][3] = np.nan
+    with pytest.raises(StorageError, match=r"result\.h5: damaged: force has 1 values that are not finite"):
+        load_results(results)
+    with h5py.File(results, "r+") as opened:
+        del opened["wave/energy/input"]
+    with pytest.raises(StorageError, match=r"result\.h5: damaged: energy/input is missing; compute it again"):
+        load_results(results)
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
+def test_an_interrupted_writer_leaves_the_older_file(error: type[BaseException], tmp_path: Path) -> None:
+    path = tmp_path / "deep" / "result.json"
+
+    def write(text: str, fail: bool) -> None:
+        with whole_file(path) as temporary:
+            assert temporary.parent == path.parent
+            assert temporary.suffix == ".json"
+            temporary.write_text(text)
+            if fail:
+                raise error
+
+    with pytest.raises(error):
+        write("first", True)
+    assert list(path.parent.iterdir()) == []
+    write("second", False)
+    with pytest.raises(error):
+        write("third", True)
+    assert [(p.name, p.read_text()) for p in path.parent.iterdir()] == [("result.json", "second")]
+    assert path.stat().st_mode & 0o777 == 0o666 & ~umask()
+
+
+def umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+WRITER = """
+import sys, time
+from impact.files.atomic import whole_file
+with whole_file(sys.argv[1]) as temporary:
+    temporary.write_text("half")
+    print("writing", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
+def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Path) -> None:
+    """After SIGKILL a hidden temporary file may stay; under the final name there is the older file or none."""
+    path = tmp_path / "result.h5"
+    path.write_text("older")
+    command = [sys.executable, "-c", WRITER, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "writing\n"
+        start = time.monotonic()
+        process.send_signal(sent)
+        process.wait(timeout=20)
+    assert time.monotonic() - start < 20
+    assert path.read_text() == "older"
+    left = sorted(p.name for p in tmp_path.iterdir())
+    assert left == ["result.h5"] if sent is signal.SIGINT else left[-1] == "result.h5" and left[0].startswith(".")
+
+
+def test_flipped_bytes_are_found_before_they_are_used(tmp_path: Path) -> None:
+    """HDF5 itself can crash on them: each file is read, or refused in words, in this very process."""
+    greens = impact.cantilever_reed(young=2e11, density=7850, length=0.025, width=0.01, thickness=3e-4).greens
+    path = tmp_path / "seat.h5"
+    save_greens(greens, path)
+    whole, random = path.read_bytes(), np.random.default_rng(3)
+    for count in (1, 1, 5, 5, 50, 50):
+        damaged = bytearray(whole)
+        for place in random.integers(512, len(whole), count):
+            damaged[place] ^= 1 << int(random.integers(8))
+        path.write_bytes(bytes(damaged))
+        with pytest.raises(StorageError, match=r"seat\.h5: .*(damaged|changed since|holds)"):
+            load_greens(path)

@@ -1,0 +1,88 @@
+"""CSV time series: units, interpolation, and errors that name file, line and column."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
+
+GOOD = "time [ms],pressure [bar]\n# from the test stand\n0,1.0\n0.5,1.5\n\n2, -0.25\n"
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "p.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_units_become_si(tmp_path: Path) -> None:
+    series = read_time_series(written(tmp_path, GOOD), "pressure")
+    np.testing.assert_allclose(series.time, [0, 0.5e-3, 2e-3], rtol=1e-15)
+    np.testing.assert_allclose(series.value, [1e5, 1.5e5, -0.25e5], rtol=1e-15)
+    assert series(np.array([0.25e-3]))[0] == pytest.approx(1.25e5, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("Time [s];Force [kN]\n0;1\n1;3\n", 2000.0), ("\ufefftime[us] ; force [ mN ]\n0;1e3\n1e6;3e3\n", 2.0)],
+)
+def test_headers_with_other_units_and_separators(tmp_path: Path, text: str, value: float) -> None:
+    series = read_time_series(written(tmp_path, text), "force", delimiter=";")
+    assert series(np.array([0.5]))[0] == pytest.approx(value, rel=1e-14)
+
+
+def test_beyond_the_record() -> None:
+    time, value = np.array([1.0, 2.0]), np.array([3.0, 5.0])
+    t = np.array([0.5, 1.5, 2.5])
+    np.testing.assert_array_equal(TimeSeries(time, value, "hold")(t), [3, 4, 5])
+    np.testing.assert_array_equal(TimeSeries(time, value, "zero")(t), [0, 4, 0])
+    forbidding = TimeSeries(time, value, name="p.csv")
+    with pytest.raises(TimeSeriesError, match=r"p\.csv: covers 1\.\.2 s, the run asks for 0\.5\.\.2\.5 s.*hold"):
+        forbidding(t)
+    np.testing.assert_array_equal(forbidding(np.array([1.0, 2.0])), [3, 5])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty; the first line must be like 'time \\[s\\],pressure"),
+        ("0,1\n1,2\n", "line 1, column 1: header '0' must be 'time \\[unit\\]'"),
+        ("time [s],pressure\n0,1\n1,2\n", "line 1, column 2: header 'pressure' must be 'pressure \\[unit\\]'"),
+        ("time [s],force [N]\n0,1\n1,2\n", "line 1, column 2: header 'force \\[N\\]' must be 'pressure"),
+        ("time [h],pressure [Pa]\n0,1\n1,2\n", "column 1: header 'time \\[h\\]' .* with the unit s, ms, us"),
+        ("time [s]\n0\n1\n", "line 1: the header has 1 columns"),
+        ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x' is not a finite number"),
+        ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan' is not"),
+        ("time [s],pressure [Pa]\n0,1\n1,2,3\n", "line 3: 3 columns, 2 are needed"),
+        ("time [s],pressure [Pa]\n0,1\n\n2,1\n1,1\n", "line 5, column 1: time 1 does not exceed the one before, 2"),
+        ("time [s],pressure [Pa]\n0,1\n0,1\n", "line 3, column 1: time 0 does not exceed"),
+        ("time [s],pressure [Pa]\n0,1\n", "1 samples, at least 2"),
+    ],
+)
+def test_bad_files_are_named_by_line_and_column(tmp_path: Path, text: str, words: str) -> None:
+    with pytest.raises(TimeSeriesError, match=f"p\\.csv.*{words}"):
+        read_time_series(written(tmp_path, text), "pressure")
+
+
+def test_files_that_are_no_text(tmp_path: Path) -> None:
+    with pytest.raises(TimeSeriesError, match="no such file"):
+        read_time_series(tmp_path / "none.csv", "force")
+    path = tmp_path / "binary.csv"
+    path.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(TimeSeriesError, match=r"binary\.csv: is no CSV text in UTF-8"):
+        read_time_series(path, "force")
+
+
+@pytest.mark.parametrize(
+    ("time", "value", "outside", "words"),
+    [
+        ([0.0, 1.0], [0.0, 1.0], "guess", "outside = 'guess' is unknown"),
+        ([0.0, 1.0], [0.0], "hold", "equal length"),
+        ([0.0, 0.0], [0.0, 1.0], "hold", "must increase"),
+        ([0.0, 1.0], [0.0, np.inf], "hold", "not finite"),
+    ],
+)
+def test_impossible_series_are_refused(time: list[float], value: list[float], outside: object, words: str) -> None:
+    with pytest.raises(TimeSeriesError, match=words):
+        TimeSeries(np.array(time), np.array(value), outside)

@@ -1,0 +1,374 @@
+"""Workers end with their parent, asked or killed; their folders are removed, at the latest by the next start."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import psutil
+import pytest
+
+from seatfem.jobs import journal
+from seatfem.jobs.folders import LOCK, private_folder, sweep
+from seatfem.jobs.signals import Terminated, ended_by_signals, exit_code
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+SOON = 3.0  # s within which orphans have ended, on a busy machine too
+ASKED = 20.0  # s within which a program tidies up and an interpreter ends
+LONG = """
+[seat]
+kind = "block"
+width = "20 mm"
+depth = "20 mm"
+thickness = "8 mm"
+patch_width = "4 mm"
+patch_depth = "4 mm"
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+mesh = { size = "0.5 mm", contact_size = "0.4 mm" }
+greens = { bandwidth = "50 kHz" }
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "20 us"
+"""
+"""Its mesh of some 400,000 elements takes the better part of a minute."""
+SHORT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n' + LONG[LONG.index("[reed]") :]
+
+
+@contextmanager
+def program(folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
+    """A program with a TMPDIR of its own, which is empty; nothing of it survives the test."""
+    temporary = folder / "tmp"
+    temporary.mkdir(exist_ok=True)
+    environment = os.environ | {"TMPDIR": str(temporary), "PYTHONPATH": str(ROOT)}
+    pipe = subprocess.PIPE
+    command = (sys.executable, *command)
+    with subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True, env=environment) as process:
+        family = [psutil.Process(process.pid)]
+        try:
+            yield process
+        finally:
+            with suppress(psutil.NoSuchProcess):
+                family += family[0].children(recursive=True)
+            for member in family:
+                with suppress(psutil.NoSuchProcess):
+                    member.kill()
+
+
+def seatfem(folder: Path, *arguments: str):
+    return program(folder, "-m", "seatfem", *arguments)
+
+
+def scene(folder: Path, text: str = LONG) -> str:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> list[psutil.Process]:
+    """All descendants, once one whose command line holds ``which`` has taken that much processor time."""
+    top = psutil.Process(process.pid)
+
+    def at_work() -> list[psutil.Process]:
+        family = top.children(recursive=True)
+        for member in family:
+            with suppress(psutil.Error):
+                used = member.cpu_times()
+                if which in " ".join(member.cmdline()) and used.user + used.system >= busy:
+                    return family
+        return []
+
+    return wait_for(at_work, 120, process)
+
+
+def wait_for(found: Callable[[], list[psutil.Process]], most: float, process: subprocess.Popen[str]):
+    end = time.monotonic() + most
+    while time.monotonic() < end and process.poll() is None:
+        if family := found():
+            return family
+        time.sleep(0.05)
+    raise AssertionError(f"no worker at work (the program: {process.poll()})")
+
+
+def alive(family: Sequence[psutil.Process]) -> list[psutil.Process]:
+    """Those that still run after `SOON`; nobody may be there to bury a zombie."""
+    end = time.monotonic() + SOON
+    while time.monotonic() < end and (left := [m for m in family if _runs(m)]):
+        time.sleep(0.05)
+    return left
+
+
+def _runs(member: psutil.Process) -> bool:
+    with suppress(psutil.NoSuchProcess):
+        return member.is_running() and member.status() != psutil.STATUS_ZOMBIE
+    return False
+
+
+def left_in(folder: Path) -> list[str]:
+    return sorted(path.name for path in (folder / "tmp").iterdir() if path.name.startswith("seatfem"))
+
+
+def next_start(folder: Path) -> None:
+    """Any run of the program."""
+    (folder / "next.toml").write_text(SHORT, encoding="utf-8")
+    with seatfem(folder, "plan", "next.toml", "--quiet") as process:
+        assert process.wait(60) == 0, process.stderr.read()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "which"),
+    [(("greens",), "_gmsh_worker"), (("trade", "--quick"), "_gmsh_worker")],
+    ids=["mesher", "mesher of a trade"],
+)
+def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_path: Path) -> None:
+    with seatfem(tmp_path, *arguments, scene(tmp_path)) as process:
+        family = workers(process, which, busy=1.0)
+        process.kill()
+        process.wait()
+        assert alive(family) == []
+        assert left_in(tmp_path) != []  # a killed program cannot tidy up
+    next_start(tmp_path)
+    assert left_in(tmp_path) == []
+
+
+def test_the_workers_of_the_battery_do_not_survive_kill_9(tmp_path: Path) -> None:
+    code = "from pathlib import Path; from types import SimpleNamespace; from tests.extremes import run_battery\n"
+    code += "run_battery([SimpleNamespace(name='any')], Path('log'))"
+    with program(tmp_path, "-c", code) as process:
+        family = workers(process, "extremes.worker", busy=1.0)
+        process.kill()
+        process.wait()
+        assert alive(family) == []
+
+
+def test_nor_do_those_of_the_fuzzer(tmp_path: Path) -> None:
+    """Forked: the second process of the same command."""
+    command = [*("--cases", "2000", "--seed", "3", "--folder", str(tmp_path / "fuzz"), "--only", "rod-area")]
+    with program(tmp_path, "-c", "import sys; sys.path.insert(0, '.')") as nothing:
+        nothing.wait()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.fuzz", *command, "--cheap"],
+        cwd=ROOT,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        family = workers(process, "tests.fuzz", busy=0.1)
+    finally:
+        process.kill()
+        process.wait()
+    assert alive(family) == []
+
+
+def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
+    with seatfem(tmp_path, "run", scene(tmp_path), "-o", "out") as process:
+        family = workers(process, "_gmsh_worker", busy=0.5)
+        process.terminate()
+        assert process.wait(ASKED) == 143
+        assert alive(family) == []
+        told = process.stderr.read()
+    assert "seatfem: interrupted; files are written whole or not at all" in told
+    assert "Traceback" not in told
+    assert left_in(tmp_path) == []
+    assert not list((tmp_path / "out").glob("*"))
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_path: Path) -> None:
+    text = "import sys, time; from seatfem.faces import cli\n"
+    text += "def busy(path): print('busy', flush=True); time.sleep(60)\n"
+    text += "cli._load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
+    with program(tmp_path, "-c", text) as process:
+        assert process.stdout.readline() == "busy\n"
+        process.send_signal(number)
+        assert process.wait(ASKED) == code
+        assert process.stderr.read() == "seatfem: interrupted; files are written whole or not at all\n"
+
+
+def test_a_trade_asked_to_end_ends_its_points(tmp_path: Path) -> None:
+    """They have sessions of their own, which no signal to the program reaches."""
+    with seatfem(tmp_path, "trade", "--quick", scene(tmp_path)) as process:
+        family = workers(process, "_gmsh_worker", busy=0.5)
+        process.terminate()
+        assert process.wait(ASKED) == 143
+        assert alive(family) == []
+    assert left_in(tmp_path) == []
+
+
+WORKER = """
+import ctypes, sys, time
+from seatfem.jobs.worker import end_with_parent
+end_with_parent()
+{busy}
+"""
+PARENT = """
+import threading, time
+from pathlib import Path
+from seatfem.jobs.processes import start_worker
+def start():
+    global worker
+    worker = start_worker("worker", log=Path("log"), environment={{"PYTHONPATH": {path!r}}})
+{start}
+print(worker.pid, flush=True)
+{then}
+time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(
+    ("busy", "start", "survives"),
+    [
+        ("time.sleep(60)", "start()", False),
+        ("time.sleep(60)", "t = threading.Thread(target=start); t.start(); t.join()", False),
+        pytest.param(
+            "ctypes.PyDLL(None).sleep(60)",  # holds on to the interpreter: no thread of the worker runs
+            "start()",
+            False,
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills with the parent"),
+        ),
+    ],
+    ids=["by pipe and kernel", "by pipe alone", "by kernel alone"],
+)
+def test_each_way_ends_a_worker(busy: str, start: str, survives: bool, tmp_path: Path) -> None:
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    (tmp_path / "worker.py").write_text(WORKER.format(busy=busy), encoding="utf-8")
+    with program(tmp_path, "-c", PARENT.format(path=path, start=start, then="")) as process:
+        worker = psutil.Process(int(process.stdout.readline()))
+        time.sleep(1.5)  # loaded, at work
+        assert _runs(worker)
+        process.kill()
+        process.wait()
+        assert alive([worker]) == []
+
+
+def test_a_worker_outlives_the_thread_that_started_it(tmp_path: Path) -> None:
+    """Which the kernel would take for the parent's end."""
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    (tmp_path / "worker.py").write_text(WORKER.format(busy="time.sleep(60)"), encoding="utf-8")
+    start = "t = threading.Thread(target=lambda: (start(), time.sleep(1.5))); t.start(); t.join()"
+    with program(tmp_path, "-c", PARENT.format(path=path, start=start, then="")) as process:
+        worker = psutil.Process(int(process.stdout.readline()))
+        time.sleep(0.5)
+        assert _runs(worker)
+
+
+def test_a_folder_is_private_and_goes_with_its_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with private_folder("test") as folder:
+        assert folder.parent == tmp_path
+        assert folder.stat().st_mode & 0o077 == 0
+        (folder / "deep").mkdir()
+        (folder / "deep" / "file").write_text("", encoding="utf-8")
+        assert sweep() == ()  # its owner lives
+        assert (folder / "deep" / "file").exists()
+        with pytest.raises(ZeroDivisionError), private_folder("other") as other:
+            raise ZeroDivisionError
+        assert not other.exists()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_what_is_ours_and_left_over_is_swept(tmp_path: Path) -> None:
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "precious").write_text("", encoding="utf-8")
+    (outside / LOCK).write_text("", encoding="utf-8")
+    among = tmp_path / "among"
+    dead, foreign, unlocked, linked = (among / f"seatfem-{name}" for name in ("dead", "foreign", "unlocked", "linked"))
+    other = among / "other-1"
+    for folder in (dead, foreign, unlocked, other):
+        folder.mkdir(parents=True)
+    for folder in (dead, foreign, other):
+        (folder / LOCK).write_text("", encoding="utf-8")
+    (dead / "link").symlink_to(outside)
+    (dead / "arrays.npz").write_text("", encoding="utf-8")
+    linked.symlink_to(outside)
+    lock_is_a_link = among / "seatfem-lock"
+    lock_is_a_link.mkdir()
+    (lock_is_a_link / LOCK).symlink_to(outside / LOCK)
+    (among / "seatfem-file").write_text("", encoding="utf-8")
+    kept = {unlocked.name, linked.name, other.name, lock_is_a_link.name, "seatfem-file"}
+    if os.geteuid() == 0:
+        os.chown(foreign, 12345, 12345)
+        kept.add(foreign.name)
+    assert dead in sweep(among)
+    assert {path.name for path in among.iterdir()} == kept
+    assert sorted(path.name for path in outside.iterdir()) == [LOCK, "precious"]
+    assert sweep(tmp_path / "nowhere") == ()
+
+
+def _asked(*numbers: signal.Signals) -> None:
+    with ended_by_signals():
+        for number in numbers:
+            os.kill(os.getpid(), number)
+        time.sleep(1)
+        pytest.fail("went on")
+
+
+def test_signals_that_are_ignored_or_handled_are_left_alone() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # nohup
+    try:
+        with pytest.raises(Terminated) as stopped:
+            _asked(signal.SIGHUP, signal.SIGTERM)
+        assert exit_code(stopped.value) == 143
+        assert exit_code(KeyboardInterrupt()) == 130
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_a_second_signal_does_not_disturb_the_tidying_up() -> None:
+    tidied = []
+
+    def work() -> None:
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+            time.sleep(1)
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
+            tidied.append(True)
+
+    with pytest.raises(Terminated), ended_by_signals():
+        work()
+    assert tidied == [True]
+
+
+def test_a_journal_keeps_whole_lines_and_passes_the_rest(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "log.jsonl"
+    assert list(journal.entries(path)) == []
+    journal.append(path, {"a": 1})
+    with path.open("a", encoding="utf-8") as file:
+        file.write('{"a": 2')  # a kill
+    journal.append(path, {"a": "3\n\u2028"})
+    with path.open("a", encoding="utf-8") as file:
+        file.write("[1]\nnull\n" + "[" * 5000 + "\n")
+    journal.append(path, {"a": 4})
+    assert [entry["a"] for entry in journal.entries(path)] == [1, "3\n\u2028", 4]
+
+
+def test_two_programs_share_a_journal(tmp_path: Path) -> None:
+    code = "import sys; from pathlib import Path; from seatfem.jobs.journal import append\n"
+    code += "for k in range(300): append(Path('log'), {'who': sys.argv[1], 'k': k, 'much': 'x' * 5000})"
+    command = [sys.executable, "-c", code]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    both = [subprocess.Popen([*command, who], cwd=tmp_path, env=environment) for who in ("a", "b")]
+    assert [process.wait(60) for process in both] == [0, 0]
+    found = list(journal.entries(tmp_path / "log"))
+    for who in ("a", "b"):
+        assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
+def test_a_journal_on_a_full_disk_is_named() -> None:
+    with pytest.raises(OSError, match=r"No space left on device: '/dev/full'"):
+        journal.append(Path("/dev/full"), {"a": 1})

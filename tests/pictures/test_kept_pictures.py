@@ -1,0 +1,100 @@
+"""Pictures of mesh and modes: kept beside the stored seat, there again in any folder that reuses it."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import impact
+from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.seats.store import Store, content_key
+from seatfem.study.runs import pictures
+from seatfem.study.scene import load_scene
+
+KEY = content_key({"seat": "a"})
+OTHER = content_key({"seat": "b"})
+SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)
+SCENE = """\
+[seat]
+kind = "bar"
+length = "12 mm"
+width = "4 mm"
+height = "4 mm"
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+[reed]
+kind = "rigid_mass"
+mass = "5 g"
+velocity = "-2 m/s"
+[run]
+duration = "1 ms"
+"""
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
+    for name in ("plot_force", "plot_motion", "plot_energy"):
+        monkeypatch.setattr(pictures, name, lambda *given, **options: write(given[-1]))
+    monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: write(path))
+    (tmp_path / "scene.toml").write_text(SCENE)
+    return load_scene(tmp_path / "scene.toml")
+
+
+def write(path, text="curve"):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+
+
+def drawn(scene, folder, of_seat, monkeypatch):
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
+    files, gaps = pictures.draw_run(scene, SeatAnswer(SEAT), None, None, folder, lambda stage, done: None)
+    assert gaps == ()
+    assert all(file.parent == folder and file.is_file() for file in files)
+    return {file.name for file in files}
+
+
+def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path, monkeypatch):
+    curves = {"force.png", "motion.png", "energy.png", "greens.png"}
+    of_seat = [("mesh.png", lambda path: write(path, "mesh")), ("mode_1.gif", lambda path: write(path, "mode"))]
+    assert drawn(scene, tmp_path / "one", of_seat, monkeypatch) == curves | {"mesh.png", "mode_1.gif"}
+    assert drawn(scene, tmp_path / "two", [], monkeypatch) == curves | {"mesh.png", "mode_1.gif"}
+    assert (tmp_path / "two" / "mesh.png").read_text() == "mesh"
+    assert (tmp_path / "two" / "mode_1.gif").read_text() == "mode"
+    another = scene.model_copy(update={"seat": scene.seat.model_copy(update={"length": 13e-3})})
+    assert drawn(another, tmp_path / "three", [], monkeypatch) == curves
+
+
+def test_what_is_kept_belongs_to_its_key_and_goes_with_it(tmp_path):
+    store = Store(tmp_path / "store")
+    function = store.put(KEY, SEAT)
+    store.put(OTHER, SEAT)
+    picture = tmp_path / "mesh.png"
+    picture.write_bytes(b"0123456789")
+    store.keep(KEY, picture)
+    assert [path.name for path in store.fetch(KEY, tmp_path / "out")] == ["mesh.png"]
+    assert store.fetch(OTHER, tmp_path / "other") == ()
+    sizes = {entry.key: entry.size for entry in store.entries()}
+    assert sizes[KEY] == function.stat().st_size + 10
+    assert len(store.entries()) == 2
+    store.prune(most_bytes=0)
+    assert list(Path(store.folder).iterdir()) == []
+
+
+def test_seats_that_are_not_meshed_leave_the_store_alone(scene, tmp_path, monkeypatch):
+    spring = scene.model_copy(update={"seat": SimpleNamespace(kind="spring")})
+    drawn(spring, tmp_path / "out", [], monkeypatch)
+    assert not (tmp_path / "store").exists()
+
+
+def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_told(scene, tmp_path, monkeypatch):
+    (tmp_path / "store").write_text("a file where the folder should be")
+
+    def broken(path):
+        raise MemoryError
+
+    of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
+    files, gaps = pictures.draw_run(scene, SeatAnswer(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
+    assert "mesh.png" in {file.name for file in files}
+    assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"
+    assert gaps[1].startswith("pictures of the seat are not kept for later runs: ")

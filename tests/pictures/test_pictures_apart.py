@@ -1,0 +1,86 @@
+"""Pictures in another process: what crashes, fails or cannot be handed over costs itself alone."""
+
+import os
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from impact.files.atomic import whole_file
+from seatfem.pictures import apart
+from seatfem.pictures.apart import drawn_apart
+
+WORKER = """
+import os, signal, time
+from pathlib import Path
+
+def fine(path, text="a picture"):
+    Path(path).write_text(f"{text} by {os.getpid()}")
+
+def failing(path):
+    raise MemoryError("no room")
+
+def crashing(path):
+    print("words of a library that are no answer", flush=True)
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+def hanging(path):
+    time.sleep(60)
+"""
+
+
+@pytest.fixture
+def drawers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A module that both processes can import."""
+    (tmp_path / "drawers.py").write_text(WORKER, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    import drawers  # type: ignore[import-not-found]
+
+    return drawers
+
+
+def test_another_process_draws_while_this_one_goes_on(drawers, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    with drawn_apart([("a.png", partial(drawers.fine, text="one")), ("b.png", drawers.fine)], out) as drawn:
+        assert (drawn("b.png"), drawn("a.png")) == ("", "")
+    texts = [(out / name).read_text(encoding="utf-8") for name in ("a.png", "b.png")]
+    assert texts[0].startswith("one by ")
+    assert not any(text.endswith(f" {os.getpid()}") for text in texts)
+    assert {path.name for path in out.iterdir()} == {"a.png", "b.png"}
+
+
+def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> None:
+    jobs = [("a.png", drawers.crashing), ("b.png", drawers.failing), ("c.png", drawers.fine)]
+    with drawn_apart(jobs, tmp_path) as drawn:
+        assert drawn("a.png").startswith("a.png: the process that draws it crashed")
+        assert drawn("b.png") == "b.png: MemoryError: no room"
+        assert drawn("c.png") == ""
+    assert (tmp_path / "c.png").exists()
+
+
+def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(apart, "PATIENCE", 0.5)
+    with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
+        assert drawn("a.png") == "a.png: no answer within 0.5 s"
+
+
+def test_leaving_the_block_ends_the_work(drawers, tmp_path: Path) -> None:
+    """As Ctrl-C does."""
+    begun = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt), drawn_apart([("a.png", drawers.hanging)], tmp_path):
+        raise KeyboardInterrupt
+    assert time.perf_counter() - begun < 40  # of 60
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_what_cannot_be_handed_over_is_drawn_here(tmp_path: Path) -> None:
+    def draw(path: Path) -> None:
+        with whole_file(path) as temporary:
+            temporary.write_text(str(os.getpid()))
+
+    with drawn_apart([("a.png", draw)], tmp_path) as drawn:
+        assert drawn("a.png") == ""
+    assert (tmp_path / "a.png").read_text() == str(os.getpid())

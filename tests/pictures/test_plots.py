@@ -1,0 +1,369 @@
+"""Figures and pictures: what is drawn, what is written in them, and what happens when they cannot be made."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import skfem
+
+import impact
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.receptance import receptance
+from impact.pictures import plots
+from impact.pictures.drawing import PictureError, scaled, sheet, text
+from impact.pictures.greens_plots import error_text, lowest_excited, sampled_filter
+from seatfem.pictures import plots as seat_plots
+from seatfem.pictures import rendering
+from seatfem.pictures.cell_grid import CellGrid
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.model import Material, ModelError
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return impact.fixed_rod(young=200e9, density=7850.0, area=4.17e-7, length=3e-3, damping_ratio=0.1)
+
+
+@pytest.fixture(scope="module")
+def modal():
+    """Two modes, a relaxation and a bare spring: every term a modal function can have."""
+    return ModalGreens(
+        omega=2 * np.pi * np.array([60e3, 210e3]),
+        zeta=np.array([0.1, 0.2]),
+        shapes=np.array([[20.0], [15.0]]),
+        residual=Residual(np.array([[0.03]]), np.array([4e5]), np.array([[1e-9]])),
+        error=impact.ErrorEstimate(0.004, None),
+    )
+
+
+@pytest.fixture(scope="module")
+def runs(rod):
+    reed = impact.cantilever_reed(
+        young=200e9,
+        density=7850.0,
+        length=25.4e-3,
+        width=10e-3,
+        thickness=0.305e-3,
+        damping_ratio=0.03,
+        n_modes=12,
+        tip_deflection=1e-3,
+    )
+    spring = impact.spring(stiffness=1 / float(rod.static_compliance()[0, 0]))
+    return [impact.solve(impact.ContactProblem(reed, impact.Body(g)), dt=1e-7, duration=1.2e-3) for g in (rod, spring)]
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "expected"),
+    [
+        (3e-5, "m", "30.0 µm"),
+        (0.0, "N", "0 N"),
+        (809.2e-6, "N s", "809 µN s"),
+        (28.404, "N", "28.4 N"),
+        (82421.8, "Hz", "82.4 kHz"),
+        (-1.5e7, "N/m", "-15.0 MN/m"),
+        (1e-3, "s", "1.00 ms"),
+        (float("inf"), "m/N", "–"),
+        (3.21e-18, "J", "3.21e-06 pJ"),
+        (1e150, "m/N", "1.00e+141 Gm/N"),
+    ],
+)
+def test_numbers_are_written_with_prefixed_units(value: float, unit: str, expected: str) -> None:
+    assert text(value, unit) == expected
+
+
+def test_scale_ignores_values_that_are_not_finite() -> None:
+    factor, unit = scaled([np.nan, np.inf, -2e-9], "m")
+    assert unit == "nm"
+    assert factor == pytest.approx(1e9)
+
+
+def test_receptance_is_the_fourier_transform_of_the_impulse_response(modal: ModalGreens) -> None:
+    # g has fallen to exp(-0.1 * 2 pi 60e3 * 4e-4) = 3e-7 of its start when the record ends
+    t, h = np.linspace(0.0, 4e-4, 400_001, retstep=True)
+    g = modal.impulse_response(t)
+    for f in (2e3, 60e3, 150e3, 400e3):
+        expected = np.trapezoid(g * np.exp(-2j * np.pi * f * t), dx=h) + 1e-9
+        assert abs(receptance(modal, f) - expected) < 1e-5 * abs(expected)
+
+
+def test_receptance_at_low_frequency_is_the_static_compliance(modal: ModalGreens) -> None:
+    assert receptance(modal, [1e-3])[0].real == pytest.approx(modal.static_compliance()[0, 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["modal", "rod", "spring"])
+def test_sampled_filter_agrees_with_the_quadrature(name: str, request: pytest.FixtureRequest) -> None:
+    g = impact.spring(stiffness=3e7) if name == "spring" else request.getfixturevalue(name)
+    t, sampled = sampled_filter(g, 300, 2e-6)
+    exact = g.filtered(t[::15], 2e-6)
+    # trapezoidal rule over 48 intervals: (2 pi/48)^2/12 = 1.4e-3, doubled at the jump of a spring
+    assert np.abs(sampled[::15] - exact).max() < 4e-3 * np.abs(exact).max()
+
+
+def test_force_figure_states_the_measured_numbers(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
+    plots.plot_force(*runs, tmp_path / "force.svg", filter_width=1e-6, title="A <b>title")
+    written = (tmp_path / "force.svg").read_text(encoding="utf-8")
+    assert "A &lt;b&gt;title" in written
+    for run in runs:
+        assert f">{text(impact.measures.peak_force(run), 'N')}<" in written
+        assert f">{text(impact.measures.filtered_peak_force(run), 'N')}<" in written
+        assert f">{text(impact.measures.impulse(run), 'N s')}<" in written
+
+
+def test_energy_figure_states_the_residual(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
+    plots.plot_energy(runs[0], tmp_path / "energy.svg")
+    assert f"{runs[0].energy.residual:.1e}" in (tmp_path / "energy.svg").read_text(encoding="utf-8")
+
+
+def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
+    runs: list[impact.ImpactResult], modal: ModalGreens, tmp_path: Path
+) -> None:
+    import matplotlib
+    from PIL import Image
+
+    before = dict(matplotlib.rcParams)
+    plots.plot_force(*runs, tmp_path / "force.png")
+    plots.plot_motion(*runs, tmp_path / "motion.png")
+    plots.plot_energy(runs[0], tmp_path / "energy.png")
+    plots.plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6, reference=modal)
+    assert dict(matplotlib.rcParams) == before
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["energy.png", "force.png", "greens.png", "motion.png"]
+    for picture in tmp_path.iterdir():
+        with Image.open(picture) as image:
+            assert min(image.size) > 900
+            assert len(image.convert("L").getcolors()) > 50  # not blank
+
+
+def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -> None:
+    away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.Body(impact.spring(stiffness=1e6)))
+    result = impact.solve(away, dt=1e-7, duration=1e-4)
+    plots.plot_force(result, None, tmp_path / "force.svg")
+    plots.plot_motion(result, None, tmp_path / "motion.svg")
+    plots.plot_energy(result, tmp_path / "energy.svg")
+    assert ">none<" in (tmp_path / "force.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "greens",
+    [
+        impact.spring(stiffness=3e7),
+        impact.spring(stiffness=99.99999999999999),  # a flat curve whose logarithm rounds
+        impact.infinite_plate(young=2e11, poisson=0.3, density=7850.0, thickness=1e-3),
+        impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=3e-3),
+        impact.rigid_mass(mass=1e-3, velocity=-1.0).greens,
+    ],
+    ids=["spring", "soft spring", "plate", "undamped rod", "free mass"],
+)
+def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, tmp_path: Path) -> None:
+    plots.plot_greens(greens, tmp_path / "greens.svg", duration=2e-5, width=1e-6)
+    written = (tmp_path / "greens.svg").read_text(encoding="utf-8")
+    finite = np.isfinite(greens.static_compliance()[0, 0])
+    assert ("static " in written) == finite
+
+
+def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="width <= duration"):
+        plots.plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
+
+
+def test_error_text_tells_unknown_from_zero() -> None:
+    assert "reduction 0.4 %, mesh not known" in error_text(impact.ErrorEstimate(0.004, None), 1e-6)
+    assert "not known" in error_text(impact.ErrorEstimate(), 1e-6)
+    assert "closed form" in error_text(impact.ErrorEstimate(0.0, 0.0), 1e-6)
+
+
+def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(PictureError, match=r'pip install "seatfem\[pictures\]"'), sheet(tmp_path / "a.png", 3, 3):
+        pass
+
+
+def test_an_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match=r"\.png"), sheet(tmp_path / "a.xyz", 3, 3):
+        pass
+
+
+def test_a_figure_that_fails_keeps_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    path.write_text("old")
+    with pytest.raises(ZeroDivisionError), sheet(path, 3, 3):
+        raise ZeroDivisionError
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A small quadratic block with named faces, and its model."""
+    straight = skfem.MeshTet.init_tensor(*[np.linspace(0.0, length, 3) for length in (2e-3, 2e-3, 3e-3)])
+    mesh = skfem.MeshTet2.from_mesh(straight)
+    mesh = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 3e-3 - 1e-9})
+    return assemble(mesh, Material(200e9, 0.3, 7850.0))
+
+
+@pytest.fixture(scope="module")
+def grid(block) -> CellGrid:
+    return CellGrid.of_model(block)
+
+
+@pytest.fixture(scope="module")
+def shapes(grid: CellGrid) -> list[np.ndarray]:
+    """Bending and stretching of the block."""
+    x, _, z = grid.points.T
+    zero = np.zeros_like(z)
+    return [np.array([z**2, zero, -2 * (x - 1e-3) * z]), np.array([zero, zero, z])]
+
+
+@pytest.fixture
+def drawing() -> None:
+    pytest.importorskip("pyvista")
+    try:
+        rendering.load_pyvista()
+    except PictureError as gap:
+        pytest.skip(str(gap))
+
+
+def _volume(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    a, b, c, d = (points[cells[:, k]] for k in range(4))
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
+
+
+def test_grid_has_its_middle_nodes_on_the_edges_vtk_expects(grid: CellGrid) -> None:
+    edges = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+    for column, (a, b) in enumerate(edges, start=4):
+        middle = (grid.points[grid.cells[:, a]] + grid.points[grid.cells[:, b]]) / 2
+        assert np.abs(grid.points[grid.cells[:, column]] - middle).max() < 1e-15
+
+
+def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: CellGrid) -> None:
+    whole = np.abs(_volume(grid.points, grid.cells))
+    parts = np.abs(_volume(grid.points, grid.linear_cells)).reshape(-1, 8)
+    assert parts == pytest.approx(np.repeat(whole[:, None], 8, axis=1) / 8, rel=1e-9)
+    signs = np.sign(_volume(grid.points, grid.linear_cells)).reshape(-1, 8)
+    assert np.all(signs == np.sign(_volume(grid.points, grid.cells))[:, None])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
+    """VTK's own volumes of the cells and of their eighths (negative: mirrored); a node out of place would fold them."""
+    straight = skfem.MeshHex.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
+    mesh = straight if order == 1 else skfem.MeshHex2.from_mesh(straight)
+    named = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 1 - 1e-9})
+    grid = CellGrid.of_model(assemble(named, Material(1.0, 0.3, 1.0)))
+    pyvista = rendering.import_pyvista()
+    for cells, volume in ((grid.cells, 1 / 8), (grid.linear_cells, 1 / 8 if order == 1 else 1 / 64)):
+        found = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
+        assert np.abs(found) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
+    assert len(grid.linear_cells) == (8 if order == 1 else 64)
+
+
+def test_grid_of_bare_matrices_is_refused(block) -> None:
+    bare = type(block)(block.M, None, block.K, block.ports)
+    with pytest.raises(ModelError, match="does not know its mesh"):
+        CellGrid.of_model(bare)
+
+
+def test_visible_facets_close_the_half_that_is_kept(block) -> None:
+    mesh = block.dofs.mesh
+    kept = mesh.p[1][mesh.t].mean(axis=0) > 1e-3
+    found = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
+    facets = np.concatenate(list(found.values()))
+    assert len(np.unique(facets)) == len(facets)
+    a, b, c = (mesh.p[:, mesh.facets[k, facets]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum() / 2
+    # the mesh has a layer of nodes at y = 1 mm, so the half is a block of 2 x 1 x 3 mm
+    assert area == pytest.approx(2e-6 * (2 * 1 + 2 * 3 + 1 * 3), rel=1e-9)
+
+
+def test_vtu_holds_quadratic_cells_and_shapes(
+    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
+) -> None:
+    import pyvista
+
+    seat_plots.write_vtu(grid, shapes, [1234.5, 67890.0], tmp_path / "modes.vtu")
+    read = pyvista.read(tmp_path / "modes.vtu")
+    assert set(read.celltypes) == {pyvista.CellType.QUADRATIC_TETRA}
+    assert read.array_names == ["mode 01, 1234.5 Hz", "mode 02, 67890 Hz"]
+    assert np.array_equal(read["mode 01, 1234.5 Hz"], shapes[0].T)
+    assert [p.name for p in tmp_path.iterdir()] == ["modes.vtu"]
+
+
+def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
+    from PIL import Image
+
+    seat_plots.plot_modes(grid, shapes, [1234.5, 67890.0], tmp_path / "modes.png", cut=True)
+    with Image.open(tmp_path / "modes.png") as image:
+        pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
+    yellow = (pixels[:, 0] > 200) & (pixels[:, 1] > 190) & (pixels[:, 2] < 90)  # largest displacement
+    violet = (pixels[:, 0] < 90) & (pixels[:, 1] < 40) & (pixels[:, 2] > 45)  # at rest
+    assert yellow.sum() > 1000
+    assert violet.sum() > 1000
+
+
+def test_animation_is_a_loop_that_moves(
+    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
+) -> None:
+    import imageio.v3 as imageio
+
+    seat_plots.animate_mode(grid, shapes[0], 1234.5, tmp_path / "mode.gif", frames=8)
+    frames = imageio.imread(tmp_path / "mode.gif").astype(int)
+    assert len(frames) == 8
+    assert np.abs(frames[0] - frames[4]).mean() > 2  # the two extremes
+    assert np.abs(frames[1] - frames[7]).mean() < 1  # to and fro by the same way
+    assert (tmp_path / "mode.gif").stat().st_size < 2e6
+
+
+def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_path: Path) -> None:
+    from PIL import Image
+
+    seat_plots.plot_mesh(block.dofs.mesh, tmp_path / "mesh.png")
+    with Image.open(tmp_path / "mesh.png") as image:
+        r, g, b = np.moveaxis(np.asarray(image.convert("RGB")).astype(int), 2, 0)
+    assert ((r > 150) & (g > 60) & (g < 130) & (b < 60)).sum() > 2000
+    assert ((b > 130) & (b - r > 60)).sum() > 2000
+
+
+def test_shapes_that_do_not_fit_are_refused(grid: CellGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match="give as many"):
+        seat_plots.plot_modes(grid, shapes, [1.0], tmp_path / "modes.png")
+    with pytest.raises(PictureError, match=r"must be finite and \(3, "):
+        seat_plots.write_vtu(grid, [shapes[0].T], [1.0], tmp_path / "modes.vtu")
+
+
+def test_a_missing_library_is_told_before_vtk_is_touched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendering, "picture_library_gap", lambda: "no pictures: apt-get install libegl1")
+    with pytest.raises(PictureError, match="apt-get install libegl1"):
+        rendering.load_pyvista()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="drivers are found by path on Linux only")
+def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null")
+    rendering.can_draw.cache_clear()
+    try:
+        if rendering.can_draw():
+            pytest.skip("this machine draws without EGL")
+        with pytest.raises(PictureError, match="libgl1-mesa-dri"):
+            rendering.load_pyvista()
+    finally:
+        rendering.can_draw.cache_clear()
+
+
+def test_the_lowest_pole_that_is_told_carries_compliance(modal):
+    """A pole of a reduction with a millionth of the compliance is no mode to be told of."""
+    assert lowest_excited(modal) == pytest.approx(60e3)
+    weak = ModalGreens(
+        omega=2 * np.pi * np.array([11.3e3, 60e3]),
+        zeta=np.zeros(2),
+        shapes=np.array([[0.01], [20.0]]),
+        residual=Residual.spring(np.zeros((1, 1))),
+    )
+    assert lowest_excited(weak) == pytest.approx(60e3)
+    assert (
+        lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)), residual=weak.residual))
+        is None
+    )

@@ -1,0 +1,210 @@
+"""Axisymmetric assembly: rigid motions, total mass and force, nodal mass, regions, supports, messages of bad input."""
+
+import math
+
+import numpy as np
+import pytest
+import skfem
+from scipy import sparse
+
+from seatfem.pictures.revolved_grid import revolve
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.elements.supports import Absorbing, Foundation
+from seatfem.structures.materials import Material, Orthotropic
+from seatfem.structures.model import ModelError
+
+STEEL = Material(200e9, 0.3, 7850.0, "steel")
+KINDS = [(skfem.MeshTri, 1), (skfem.MeshTri, 2), (skfem.MeshQuad, 1), (skfem.MeshQuad, 2)]
+
+
+def ring(inner=0.0, outer=1.0, height=2.0, n=(3, 4), kind=skfem.MeshQuad):
+    """Meridian of a (hollow) cylinder: contact on top, fixed below."""
+    mesh = kind.init_tensor(np.linspace(inner, outer, n[0] + 1), np.linspace(0, height, n[1] + 1))
+    return mesh.with_boundaries(
+        {
+            "contact": lambda x: np.isclose(x[1], height),
+            "fixed": lambda x: np.isclose(x[1], 0.0),
+            "outer": lambda x: np.isclose(x[0], outer),
+        }
+    )
+
+
+def curved(mesh, bend=0.05):
+    """Second-order copy with curved sides; the axis stays straight."""
+    kind = skfem.MeshTri2 if isinstance(mesh, skfem.MeshTri) else skfem.MeshQuad2
+    second = kind.from_mesh(mesh)
+    points = np.array(second.doflocs)
+    points[0] *= 1 + bend * np.sin(2 * points[1])
+    return kind(points, second.t).with_boundaries(mesh.boundaries)
+
+
+def volume(mesh):
+    """By the divergence theorem on the outline."""
+    outline = skfem.FacetBasis(mesh, mesh.elem(), facets=mesh.boundary_facets(), intorder=9)
+    return math.pi * float((outline.global_coordinates().value[0] ** 2 * outline.normals[0] * outline.dx).sum())
+
+
+def unknowns(model, amplitudes):
+    """The vector of unknowns whose expansion is (3, n_nodes) ``amplitudes``."""
+    return model.dofs.turned.T @ np.asarray(amplitudes).T.ravel()
+
+
+def rigid_motions(model, harmonic):
+    """Amplitudes (U, V, W): along z; along x and about y."""
+    r, _, z = model.dofs.points
+    one, none = np.ones_like(r), np.zeros_like(r)
+    return [(none, none, one)] if harmonic == 0 else [(one, -one, none), (z, -z, -r)]
+
+
+@pytest.mark.parametrize("inner", [0.0, 0.4])
+@pytest.mark.parametrize("harmonic", [0, 1])
+@pytest.mark.parametrize(("kind", "order"), KINDS)
+@pytest.mark.parametrize("mass", ["consistent", "nodal"])
+def test_rigid_motions_have_no_stress_and_the_bodys_mass(kind, order, harmonic, inner, mass):
+    straight = ring(inner, kind=kind)
+    for mesh in (straight, curved(straight)) if order == 2 else (straight,):
+        model = assemble_axisymmetric(mesh, STEEL, harmonic=harmonic, fixed=(), order=order, mass=mass)
+        assert model.mass_is_diagonal == (mass == "nodal")
+        for motion in rigid_motions(model, harmonic):
+            u = unknowns(model, motion)
+            np.testing.assert_allclose(model.expand(u), motion, atol=1e-12)
+            assert np.abs(model.K @ u).max() < 1e-13 * abs(model.K).max()
+        # U = -V = 1 moves everything by 1: cos^2 + sin^2, each integrating to pi
+        u = unknowns(model, rigid_motions(model, harmonic)[0])
+        # Simpson's rule of the nodal mass is exact to order 3, the bent cells' r |J| has more: measured 1e-5
+        rel = 1e-4 if mass == "nodal" and mesh is not straight else 1e-12
+        assert u @ model.M @ u == pytest.approx(STEEL.density * volume(mesh), rel=rel)
+
+
+@pytest.mark.parametrize("harmonic", [0, 1, 2])
+def test_port_is_the_rings_mean_normal_displacement_and_its_impedance(harmonic):
+    model = assemble_axisymmetric(ring(0.5), STEEL, harmonic=harmonic, order=2)
+    port, r = model.ports["contact"], model.dofs.points[0]
+    area = math.pi * (1 - 0.25)
+    assert port.area == pytest.approx(area, rel=1e-12)
+    along = unknowns(model, np.stack([0 * r, 0 * r, r]))  # mean of r over the ring: 2/3 (b^3 - a^3)/(b^2 - a^2)
+    assert port.vector @ along == pytest.approx(2 / 3 * (1 - 0.125) / 0.75, rel=1e-12)
+    assert port.impedance == pytest.approx(7850 * STEEL.c_p * area / (1 if harmonic == 0 else 2), rel=1e-12)
+
+
+def test_port_on_a_cone_follows_its_outward_normal():
+    mesh = ring(0.5, height=1.0)
+    points = np.array(mesh.p)
+    points[1] -= 0.5 * points[0] * points[1]  # the top falls outward: normal (1, 2)/sqrt(5)
+    cone = skfem.MeshQuad(points, mesh.t).with_boundaries(mesh.boundaries)
+    model = assemble_axisymmetric(cone, STEEL, order=2)
+    one = np.ones_like(model.dofs.points[0])
+    port = model.ports["contact"]
+    assert port.area == pytest.approx(math.pi * 0.75 * math.sqrt(1.25), rel=1e-12)
+    assert port.vector @ unknowns(model, (0 * one, 0 * one, one)) == pytest.approx(2 / math.sqrt(5), rel=1e-12)
+    assert port.vector @ unknowns(model, (one, 0 * one, 0 * one)) == pytest.approx(1 / math.sqrt(5), rel=1e-12)
+
+
+def test_sliding_on_a_cone_leaves_its_tangents_free():
+    mesh = ring(0.5, height=1.0)
+    points = np.array(mesh.p)
+    points[0] += 0.25 * points[1]
+    cone = skfem.MeshQuad(points, mesh.t).with_boundaries(
+        {"contact": mesh.boundaries["contact"], "outer": mesh.boundaries["outer"]}
+    )
+    for harmonic in (0, 2):
+        model = assemble_axisymmetric(cone, STEEL, harmonic=harmonic, fixed=(), sliding="outer", order=2)
+        u, _, w = model.expand(np.random.default_rng(1).standard_normal(model.size))
+        on = np.isclose(model.dofs.points[0] - 0.25 * model.dofs.points[2], 1.0)
+        assert np.abs(u[on] - 0.25 * w[on]).max() < 1e-12  # normal (4, -1)
+        assert np.abs(w[on]).max() > 0.1
+
+
+def test_axis_conditions():
+    rng = np.random.default_rng(0)
+    for harmonic in (0, 1, 2):
+        model = assemble_axisymmetric(ring(), STEEL, harmonic=harmonic, fixed=(), order=2)
+        u, v, w = model.expand(rng.standard_normal(model.size))[:, model.dofs.points[0] == 0]
+        held = {0: [u, v], 1: [u + v, w], 2: [u, v, w]}[harmonic]
+        assert max(np.abs(field).max() for field in held) < 1e-14
+        assert harmonic != 0 or np.abs(w).max() > 0.1
+
+
+def test_regions_weigh_and_damp_apart():
+    mesh = ring(0.5).with_subdomains({"low": lambda x: x[1] < 1, "high": lambda x: x[1] > 1})
+    rubber = Material(1e7, 0.4, 1000.0, loss_factor=0.2, rayleigh=(3.0, 1e-5))
+    model = assemble_axisymmetric(mesh, {"low": STEEL, "high": rubber}, fixed=(), ports={}, order=2)
+    one = np.ones_like(model.dofs.points[0])
+    z = unknowns(model, (0 * one, 0 * one, one))
+    half = math.pi * 0.75
+    assert z @ model.M @ z == pytest.approx(half * (7850 + 1000), rel=1e-12)
+    assert z @ model.C @ z == pytest.approx(3.0 * 1000 * half, rel=1e-9)
+    low = model.dofs.points[2] < 1 - 1e-9
+    upper = unknowns(model, (0 * one, 0 * one, np.where(low, 0.0, model.dofs.points[2] - 1)))
+    assert upper @ model.loss @ upper == pytest.approx(0.2 * half * rubber.elasticity[2, 2], rel=1e-9)
+    with pytest.raises(ModelError, match="none"):
+        assemble_axisymmetric(mesh, {"low": STEEL}, order=2)
+
+
+def test_orthotropic_solids_must_be_the_same_in_every_meridian():
+    fine = Orthotropic((10e9, 10e9, 1e9), (0.25, 0.1, 0.1), (4e9, 1e9, 1e9), 1500.0)
+    model = assemble_axisymmetric(ring(), fine, harmonic=1, fixed=(), order=2)
+    assert np.abs(model.K @ unknowns(model, rigid_motions(model, 1)[1])).max() < 1e-12 * abs(model.K).max()
+    with pytest.raises(ModelError, match="turned by 45 degrees"):
+        assemble_axisymmetric(ring(), Orthotropic((10e9, 10e9, 1e9), (0.25, 0.1, 0.1), (5e9, 1e9, 1e9), 1500.0))
+
+
+def test_supports_act_on_the_whole_ring():
+    plain = assemble_axisymmetric(ring(0.5), STEEL, fixed=(), order=2)
+    held = assemble_axisymmetric(
+        ring(0.5), STEEL, fixed=(), order=2, supports=[Foundation("fixed", 1e9, 2e8), Absorbing("outer")]
+    )
+    one = np.ones_like(plain.dofs.points[0])
+    z = unknowns(plain, (0 * one, 0 * one, one))
+    assert z @ (held.K - plain.K) @ z == pytest.approx(1e9 * math.pi * 0.75, rel=1e-9)
+    assert z @ held.C @ z == pytest.approx(7850 * STEEL.c_s * 2 * math.pi * 2.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"harmonic": -1}, "harmonic = -1"),
+        ({"order": 3}, "order 3"),
+        ({"mass": "lumped"}, "'lumped' is unknown"),
+        ({"fixed": "bottom"}, "no boundary 'bottom'"),
+        ({"fixed": "contact"}, "cannot be pushed"),
+    ],
+)
+def test_bad_arguments_are_named(change, words):
+    with pytest.raises(ModelError, match=words):
+        assemble_axisymmetric(ring(), STEEL, **change)
+
+
+def test_bad_meshes_are_named():
+    mesh = ring()
+    with pytest.raises(ModelError, match="must be >= 0"):
+        assemble_axisymmetric(mesh.translated((-0.5, 0.0)).with_boundaries(mesh.boundaries), STEEL)
+    with pytest.raises(ModelError, match="two dimensions"):
+        assemble_axisymmetric(skfem.MeshTet(), STEEL)
+    points = np.array(mesh.p)
+    points[:, 7] += [0.6, 0.0]
+    with pytest.raises(ModelError, match="folded"):
+        assemble_axisymmetric(skfem.MeshQuad(points, mesh.t).with_boundaries(mesh.boundaries), STEEL)
+
+
+@pytest.mark.parametrize(("kind", "order"), KINDS)
+def test_revolved_picture_has_the_bodys_volume_and_the_modes_displacements(kind, order):
+    model = assemble_axisymmetric(ring(0.0, kind=kind), STEEL, harmonic=1, fixed=(), order=order)
+    body = revolve(model, slices=120)
+    tets = body.grid.points[body.grid.cells]
+    volumes = np.linalg.det(tets[:, 1:] - tets[:, :1]) / 6
+    assert volumes.min() > 0
+    off_axis = np.hypot(*body.grid.points[:, :2].T) > 0
+    assert np.abs(body.grid.points[off_axis, :2]).min() > 1e-4  # the cut planes miss the nodes
+    # a polygon of 120 sides in the circle
+    assert volumes.sum() == pytest.approx(2 * math.pi * np.sinc(2 / 120), rel=1e-9)
+    lateral, tilt = (body.shape(np.array(motion), 1) for motion in rigid_motions(model, 1))
+    np.testing.assert_allclose(lateral, np.outer([1, 0, 0], np.ones(len(body.nodes))), atol=1e-12)
+    x, _, z = body.grid.points.T
+    np.testing.assert_allclose(tilt, [z, 0 * z, -x], atol=1e-12)
+
+
+def test_stiffness_stays_positive_when_nearly_incompressible():
+    model = assemble_axisymmetric(ring(0.5), Material(1e7, 0.4999, 1000.0), harmonic=2, order=2)
+    smallest = sparse.linalg.eigsh(model.K, 1, model.M, sigma=-1.0, return_eigenvectors=False)
+    assert smallest[0] > 0

@@ -1,0 +1,148 @@
+"""Geometry specs, face selectors, and their plain-data form: nothing here starts gmsh."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.shapes import (
+    AnnularSeat,
+    Bar,
+    Block,
+    CadPart,
+    ColourFace,
+    Face,
+    Geometry,
+    GeometryError,
+    PlaneFace,
+    decode,
+    encode,
+    fingerprint,
+    select,
+)
+from seatfem.structures.shapes.cad import stated_unit
+from seatfem.structures.shapes.step_colours import paint
+
+UP = (0.0, 0.0, 1.0)
+
+
+def ring(tag: int, inner: float, outer: float, z: float = 0.0, colour=None, curves=()) -> Face:
+    angle = np.linspace(0.0, 2 * math.pi, 9)
+    circle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(9)])
+    outline = np.vstack([inner * circle, outer * circle]) + np.array([0.0, 0.0, z])
+    area = math.pi * (outer**2 - inner**2)
+    return Face(tag, "Plane", (0.0, 0.0, z), area, outline, frozenset(curves or (10 * tag,)), UP, colour)
+
+
+@pytest.mark.parametrize(
+    ("spec", "values", "message"),
+    [
+        (AnnularSeat, {"bore_radius": -4e-3}, r"AnnularSeat.bore_radius = -0.004 m: must be a finite length > 0"),
+        (AnnularSeat, {"thickness": math.nan}, r"AnnularSeat.thickness = nan"),
+        (AnnularSeat, {"outer_radius": 5e-3}, r"outer_radius = 0.005 m: must be > 0.005 m \(bore_radius \+ lip_width"),
+        (AnnularSeat, {"lip_edge_radius": 0.5e-3, "lip_height": 1e-3}, r"lip_edge_radius = 0.0005 m: must be < 0.0005"),
+        (AnnularSeat, {"lip_edge_radius": 0.3e-3, "lip_height": 0.2e-3}, r"must be < 0.0002 m \(the lip_height\)"),
+        (AnnularSeat, {"lip_edge_radius": -1e-4}, r"lip_edge_radius = -0.0001 m"),
+        (Bar, {"length": 1.0, "width": 0.0, "height": 1.0}, r"Bar.width = 0 m"),
+        (Block, dict.fromkeys(("width", "depth", "thickness", "patch_depth"), 1.0) | {"patch_width": 2.0}, r"<= 1 m"),
+        (CadPart, {"path": "seat.igs"}, r"seat.igs: unknown CAD format '.igs'"),
+        (CadPart, {"path": "seat.brep"}, r"states no unit"),
+        (CadPart, {"path": "seat.step", "unit": -1.0}, r"CadPart.unit = -1"),
+        (PlaneFace, {"normal": (0.0, 0.0, 0.0), "offset": 0.0}, r"must not be zero"),
+        (ColourFace, {"colour": (256, 0, 0, 255)}, r"four numbers from 0 to 255"),
+    ],
+)
+def test_bad_values_name_field_value_and_limit(spec, values, message):
+    with pytest.raises(GeometryError, match=message):
+        spec(**values)
+
+
+def test_sharp_lip_is_allowed():
+    assert AnnularSeat(lip_edge_radius=0.0).lip_edge_radius == 0.0
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        AnnularSeat(bore_radius=5e-3),
+        Bar(0.03, 0.003, 0.002),
+        Block(0.02, 0.03, 0.008, 0.002, 0.001),
+        CadPart(Path("a.step"), contact=PlaneFace(UP, 8.5e-3, radius_max=6e-3), fixed=ColourFace((1, 2, 3, 255))),
+    ],
+)
+def test_plain_data_round_trip(geometry: Geometry):
+    assert decode(json.loads(json.dumps(encode(geometry)))) == geometry
+
+
+def test_fingerprint_follows_content_not_path(tmp_path):
+    first, second, changed = (tmp_path / name for name in ("a.step", "b.step", "c.step"))
+    first.write_text("solid")
+    second.write_text("solid")
+    changed.write_text("other")
+    assert fingerprint(CadPart(first)) == fingerprint(CadPart(second)) != fingerprint(CadPart(changed))
+
+
+def test_plane_selector_by_offset_normal_and_radius():
+    faces = [ring(1, 4e-3, 5e-3, 8e-3), ring(2, 5e-3, 12e-3, 8e-3), ring(3, 0.0, 12e-3, 0.0)]
+    lip = PlaneFace(UP, 8e-3, radius_min=4e-3, radius_max=5e-3)
+    assert [face.tag for face in select(faces, lip, "contact")] == [1]
+    assert [face.tag for face in select(faces, PlaneFace((0.0, 0.0, 5.0), 0.0), "fixed")] == [3]
+    with pytest.raises(GeometryError, match="no face for 'fixed'"):
+        select(faces, PlaneFace((0.0, 0.0, -1.0), 0.0), "fixed")
+
+
+def test_empty_selection_lists_what_is_there():
+    with pytest.raises(GeometryError) as caught:
+        select([ring(7, 4e-3, 5e-3, 8e-3, (9, 8, 7, 255))], PlaneFace(UP, 9e-3), "contact")
+    for part in ("'contact'", "offset 9 mm", "face 7: Plane", "(0, 0, 8) mm", "28.27 mm^2", "colour (9, 8, 7, 255)"):
+        assert part in str(caught.value)
+
+
+def test_separate_faces_are_ambiguous_unless_wanted():
+    faces = [ring(1, 1e-3, 2e-3), ring(2, 4e-3, 5e-3)]
+    with pytest.raises(GeometryError, match=r"ambiguous selection for 'contact'.*2 separate faces"):
+        select(faces, PlaneFace(UP, 0.0), "contact")
+    assert len(select(faces, PlaneFace(UP, 0.0, several=True), "contact")) == 2
+
+
+def test_touching_faces_are_one_patch():
+    # 1-3 and 3-2 share a curve: connected although 1 and 2 do not touch.
+    faces = [ring(1, 1e-3, 2e-3, curves=(1, 2)), ring(2, 3e-3, 4e-3, curves=(5, 6)), ring(3, 2e-3, 3e-3, curves=(2, 5))]
+    assert len(select(faces, PlaneFace(UP, 0.0), "contact")) == 3
+
+
+def test_colour_selector_has_a_tolerance():
+    faces = [ring(1, 1e-3, 2e-3, colour=(254, 1, 0, 255)), ring(2, 2e-3, 3e-3, colour=(0, 0, 255, 255)), ring(3, 0, 1)]
+    assert [face.tag for face in select(faces, ColourFace((255, 0, 0, 255)), "contact")] == [1]
+
+
+@pytest.mark.parametrize(
+    ("entities", "unit"),
+    [
+        ("#1 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );", 1e-3),
+        ("#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));", 1.0),
+        (
+            "#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n"
+            "#3=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#4));",
+            0.0254,
+        ),
+    ],
+)
+def test_step_states_its_unit(tmp_path, entities, unit):
+    path = tmp_path / "a.step"
+    path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{entities}\n")
+    assert stated_unit(path) == unit
+
+
+def test_step_without_unit_is_an_error(tmp_path):
+    path = tmp_path / "a.step"
+    path.write_text("#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));")
+    with pytest.raises(GeometryError, match="states no length unit"):
+        stated_unit(path)
+
+
+def test_painting_needs_one_shell():
+    with pytest.raises(GeometryError, match="0 closed shells"):
+        paint("DATA;\nENDSEC;", {1: (255, 0, 0, 255)})

@@ -1,0 +1,99 @@
+"""Several meshes by one gmsh process."""
+
+import dataclasses
+import subprocess
+
+import numpy as np
+import pytest
+
+from seatfem.structures.mesh.gmsh_process import GmshSession
+from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
+from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.shapes import AnnularSeat, Stopper
+
+COARSE = MeshSpec(size=2.5e-3)
+
+
+def started(monkeypatch) -> list[subprocess.Popen[str]]:
+    """The gmsh processes that are started from here on."""
+    found: list[subprocess.Popen[str]] = []
+
+    class Watched(subprocess.Popen):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            found.append(self)
+
+    monkeypatch.setattr(subprocess, "Popen", Watched)
+    return found
+
+
+def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh) -> None:
+    """Nodes, elements and groups; round-off where optimisers move nodes."""
+    np.testing.assert_array_equal(mesh.mesh.t, expected.mesh.t)
+    np.testing.assert_allclose(mesh.mesh.doflocs, expected.mesh.doflocs, rtol=0, atol=1e-15)
+    assert set(mesh.mesh.boundaries) == set(expected.mesh.boundaries)
+    for name, faces in expected.mesh.boundaries.items():
+        np.testing.assert_array_equal(np.sort(mesh.mesh.boundaries[name]), np.sort(faces))
+
+
+@pytest.mark.parametrize(
+    ("make", "geometry", "shape"),
+    [
+        (make_mesh, AnnularSeat(), "tet"),
+        (make_mesh, Stopper(), "hex"),
+        (make_meridian, AnnularSeat(), "tet"),
+        (make_meridian, AnnularSeat(), "hex"),
+    ],
+    ids=["solid", "plan", "triangles", "quadrilaterals"],
+)
+def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geometry, shape) -> None:
+    """Fine, coarse, and fine again, by one process: nothing of one mesh is left in the next."""
+    size = 2.5e-3 if make is make_mesh else 0.8e-3
+    fine = MeshSpec(size=size, contact_size=size / 2, shape=shape)
+    coarse = MeshSpec(size=1.6 * size, contact_size=0.8 * size, shape=shape)
+    single = {spec: make(geometry, spec) for spec in (fine, coarse)}
+    assert single[fine].quality.elements > 1.2 * single[coarse].quality.elements
+    processes = started(monkeypatch)
+    with GmshSession() as gmsh:
+        for spec in (fine, coarse, fine):
+            assert_same(make(geometry, spec, gmsh=gmsh), single[spec])
+    assert len(processes) == 1
+    assert processes[0].returncode is not None
+
+
+def test_a_session_changes_geometry_and_kind_of_mesh(monkeypatch) -> None:
+    """Options of quadrilaterals do not reach the solid's triangles, nor does one geometry the next."""
+    quadrilaterals = dataclasses.replace(COARSE, shape="hex")
+    jobs = [(make_meridian, AnnularSeat(), quadrilaterals), (make_meridian, Stopper(), COARSE)]
+    jobs += [(make_mesh, Stopper(), COARSE), (make_mesh, AnnularSeat(), COARSE)]
+    single = [make(geometry, spec) for make, geometry, spec in jobs]
+    processes = started(monkeypatch)
+    with GmshSession() as gmsh:
+        for (make, geometry, spec), expected in zip(jobs, single, strict=True):
+            assert_same(make(geometry, spec, gmsh=gmsh), expected)
+    assert len(processes) == 1
+
+
+def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
+    """With another process: the one that failed is not asked again."""
+    processes = started(monkeypatch)
+    with GmshSession() as gmsh:
+        with pytest.raises(MeshingError, match="no_such_task"):
+            gmsh({"task": "no_such_task"})
+        assert make_meridian(AnnularSeat(), COARSE, gmsh=gmsh).quality.elements > 0
+    assert [process.poll() is None for process in processes] == [False, False]
+
+
+def test_an_interrupt_between_two_meshes_kills_gmsh(monkeypatch) -> None:
+    processes = started(monkeypatch)
+
+    def interrupted() -> None:
+        with GmshSession() as gmsh:
+            make_meridian(AnnularSeat(), COARSE, gmsh=gmsh)
+            assert processes[0].poll() is None
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert processes[0].poll() is not None

@@ -1,0 +1,131 @@
+"""Patches on a ring: Fourier sums, first velocities, whole rings and covered rings, messages."""
+
+import math
+
+import numpy as np
+import pytest
+import skfem
+
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.ring_patches import RingPatch, first_velocities_beyond, mixing, pair_weights
+
+STEEL = Material(200e9, 0.3, 7850.0)
+BAND, DURATION, ZETA = 150e3, 30e-6, 0.05
+TIMES = np.linspace(0, DURATION, 121)
+INNER, OUTER, HEIGHT = 4e-3, 7e-3, 5e-3
+
+
+def meridian(n=(3, 4)):
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, n[0] + 1), np.linspace(0, HEIGHT, n[1] + 1))
+    lip = INNER + (OUTER - INNER) / n[0]
+    return mesh.with_boundaries(
+        {
+            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < lip),
+            "rim": lambda x: np.isclose(x[0], OUTER),
+            "fixed": lambda x: np.isclose(x[1], 0.0),
+        }
+    )
+
+
+def solve(patches, tolerance=1e-2, **more):
+    return ring_greens(
+        meridian(), STEEL, patches, order=2, bandwidth=BAND, duration=DURATION, tolerance=tolerance, damping_ratio=ZETA,
+        **more,
+    )  # fmt: skip
+
+
+def response(greens):
+    return greens.filtered_matrix(TIMES, 1 / BAND)
+
+
+def ring_response():
+    model = assemble_axisymmetric(meridian(), STEEL, order=2)
+    return greens_function(model, bandwidth=BAND, duration=DURATION, tolerance=1e-4, damping_ratio=ZETA)
+
+
+@pytest.fixture(scope="module")
+def three():
+    """120 degrees apart, of 0.6 rad, the first turned by 0.3 rad."""
+    return solve({name: RingPatch(0.3 + 2 * math.pi * k / 3, 0.6) for k, name in enumerate("abc")})
+
+
+def test_fourier_series_of_patches_sums_to_their_own_pressure():
+    """Parseval: sum of all weights is 2 pi/w on a patch, 0 between two; the rest of a long sum falls like 1/n."""
+    patches = {"a": RingPatch(0.2, 0.5), "b": RingPatch(1.5, 1.0)}
+    total = 1 + 2 * pair_weights(patches, np.arange(1, 20_001)).sum(axis=0)
+    np.testing.assert_allclose(total, np.diag([2 * math.pi / 0.5, 2 * math.pi]), atol=2e-3)
+    beyond = first_velocities_beyond(patches, {"contact": 1.0}, 3)
+    by_sum = 2 * pair_weights(patches, np.arange(4, 20_001)).sum(axis=0)
+    np.testing.assert_allclose(beyond, by_sum, atol=2e-3)
+
+
+def test_cos_and_sin_columns_give_the_angle_between_patches():
+    patches = {"a": RingPatch(0.2, 0.5), "b": RingPatch(1.5, 1.0)}
+    matrices = mixing(patches, ["contact"], 4)
+    assert len(matrices) == 2
+    np.testing.assert_allclose(sum(x @ x.T for x in matrices), pair_weights(patches, np.array([4]))[0], atol=1e-15)
+    assert mixing({"a": RingPatch(0.0, 2 * math.pi)}, ["contact"], 3) == []
+
+
+def test_first_velocity_is_that_of_each_patch_alone(three):
+    impedance = assemble_axisymmetric(meridian(), STEEL, order=2).ports["contact"].impedance * 0.6 / (2 * math.pi)
+    damped = 2 / math.pi * math.acos(ZETA) / math.sqrt(1 - ZETA**2)
+    np.testing.assert_allclose(three.initial_value(), np.eye(3) * damped / impedance, atol=1e-8 * damped / impedance)
+
+
+def test_equal_patches_turned_by_a_third_answer_alike(three):
+    g = response(three)
+    scale = np.abs(g).max()
+    for i, j in ((1, 1), (2, 2)):
+        assert np.abs(g[i, j] - g[0, 0]).max() < 1e-9 * scale
+    for i, j in ((1, 2), (2, 0)):
+        assert np.abs(g[i, j] - g[0, 1]).max() < 1e-9 * scale
+    assert np.abs(g[0, 1]).max() < 0.6 * scale
+
+
+def test_stated_error_covers_a_ten_times_finer_tolerance(three):
+    fine = solve({name: RingPatch(0.3 + 2 * math.pi * k / 3, 0.6) for k, name in enumerate("abc")}, 1e-3)
+    assert fine.origin["harmonics"] > three.origin["harmonics"]
+    error = np.abs(response(three) - response(fine)).max() / np.abs(response(fine)).max()
+    assert 1e-5 < error < three.error.reduction <= 1e-2
+    assert fine.error.reduction <= 1e-3
+    static = fine.static_compliance()
+    np.testing.assert_allclose(three.static_compliance(), static, atol=1e-3 * static[0, 0])
+
+
+def test_patches_that_cover_the_ring_are_the_ring():
+    """A force shared by three patches of 120 degrees is uniform: the mean of all g_ij is the harmonic 0."""
+    thirds = solve({str(k): RingPatch(2 * math.pi * k / 3, 2 * math.pi / 3) for k in range(3)})
+    whole = ring_response().filtered(TIMES, 1 / BAND)
+    # the thirds' weights cancel to round-off, so only the reduction of harmonic 0 differs
+    assert np.abs(response(thirds).mean(axis=(0, 1)) - whole).max() < 4e-3 * np.abs(whole).max()
+
+
+def test_a_whole_ring_needs_harmonic_zero_only():
+    ring = solve({"ring": RingPatch(0.0, 2 * math.pi)})
+    assert ring.origin["harmonics"] == 0
+    whole = ring_response().filtered(TIMES, 1 / BAND)
+    assert np.abs(response(ring)[0, 0] - whole).max() < 4e-3 * np.abs(whole).max()
+
+
+@pytest.mark.parametrize(
+    ("patches", "words"),
+    [
+        ({}, "no ring patch"),
+        ({"a": RingPatch(0.0, 1.0), "b": RingPatch(6.0, 0.5)}, "'a' and 'b' overlap"),
+        ({"a": RingPatch(0.0, 1.0, "lip")}, "no boundary 'lip'"),
+    ],
+)
+def test_bad_patches_are_named(patches, words):
+    with pytest.raises(ModelError, match=words):
+        solve(patches)
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, 7.0, math.nan])
+def test_width_of_a_patch_is_checked(width):
+    with pytest.raises(ModelError, match="width"):
+        RingPatch(0.0, width)

@@ -1,0 +1,107 @@
+"""gmsh takes what it does not know for a script: no file of a user's may get that far."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.shapes import CadPart, GeometryError
+
+MESHES = Path(__file__).parents[2] / "meshes"
+SOUND = MESHES / "annular_seat.msh"
+HEAD = b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+ZIPPED = b"\x1f\x8b\x08\x00"
+
+
+@pytest.fixture
+def spell(tmp_path):
+    """A script that leaves a mark, and where."""
+    mark = tmp_path / "mark"
+    return f'SystemCall "touch {mark}";\nPrintf("") > "{mark}";\n'.encode(), mark
+
+
+@pytest.mark.parametrize(
+    ("name", "before"),
+    [
+        ("a.msh", b""),
+        ("a.MSH", b""),
+        ("a.msh", b"\n" + HEAD),
+        ("a.msh", b"   "),
+        ("a.msh", b"// $MeshFormat\n"),
+        ("a.msh", b"$Comments\n$EndComments\n"),
+        ("a.msh", b"\xef\xbb\xbf" + HEAD),
+        ("a.msh", b"$meshformat\n4.1 0 8\n"),
+        ("a.msh", b"$MeshFormats\n4.1 0 8\n"),
+        ("a.msh", b"$MeshFormat\n1 0 8\n"),
+        ("a.msh", b"$PostFormat\n1.4 0 8\n$EndPostFormat\n"),
+        ("a.msh", b"$NOD\n"),
+        ("a.msh", ZIPPED),
+        ("a.med", b""),
+        ("a.med", HEAD),
+    ],
+)
+def test_a_mesh_that_is_a_script_is_refused_before_gmsh(tmp_path, spell, name, before):
+    text, mark = spell
+    path = tmp_path / name
+    path.write_bytes(before + text)
+    with pytest.raises(MeshError, match=r"is no \.m\w\w file; it begins with b'.* instead of .*Export it again"):
+        read_mesh(path)
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("between", [b"", b"$Comments\n"])
+def test_a_script_behind_a_sound_head_is_not_run(tmp_path, spell, between):
+    text, mark = spell
+    path = tmp_path / "a.msh"
+    path.write_bytes(HEAD + between + text)
+    with pytest.raises(MeshError, match=r"a\.msh: "):
+        read_mesh(path)
+    path.write_bytes(SOUND.read_bytes() + text)
+    assert read_mesh(path).quality.elements > 0
+    assert not mark.exists()
+
+
+def test_what_lies_beside_a_mesh_or_in_the_home_folder_is_not_run(tmp_path, spell, monkeypatch):
+    text, mark = spell
+    mesh = tmp_path / "good.msh"
+    shutil.copy(SOUND, mesh)
+    part = tmp_path / "part.step"
+    shutil.copy(MESHES / "stopper.step", part)
+    for name in ("good.msh.opt", "good.opt", "good.geo", "part.step.opt", ".gmshrc", ".gmsh-options", "default.geo"):
+        (tmp_path / name).write_bytes(text)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert read_mesh(mesh).quality.elements > 0
+    assert make_mesh(CadPart(part, fixed=()), MeshSpec(3e-3)).quality.elements > 0
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("suffix", [".step", ".stp", ".brep"])
+def test_a_part_that_is_a_script(tmp_path, spell, suffix):
+    text, mark = spell
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(text)
+    with pytest.raises(GeometryError, match=r"is no (STEP|BREP) file"):
+        make_mesh(CadPart(path, unit=1e-3), MeshSpec(1e-3))
+    assert not mark.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+@pytest.mark.parametrize("name", ["a.msh", "a.inp", "a.unv", "a.bdf", "a.vtu"])
+def test_pipes_devices_and_folders_are_no_meshes(tmp_path, name):
+    path = tmp_path / name
+    os.mkfifo(path)
+    with pytest.raises(MeshError, match="is a pipe; a regular file is needed"):
+        read_mesh(path)
+    path.unlink()
+    path.symlink_to("/dev/zero")
+    with pytest.raises(MeshError, match="is a device; a regular file is needed"):
+        read_mesh(path)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(MeshError, match="is a folder; a regular file is needed"):
+        read_mesh(path)

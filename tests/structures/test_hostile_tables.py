@@ -1,0 +1,213 @@
+"""Decks, matrices and tables made to cost time or memory."""
+
+import gzip
+import io
+import pickle
+import time
+import tracemalloc
+import zipfile
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.measured.frf import FrequencyResponseError, read_frf
+from impact.measured.reading import read_impulse_response
+from seatfem.structures.formats.abaqus_deck import Budget
+from seatfem.structures.formats.includes import with_included
+from seatfem.structures.formats.matrices import read_matrices
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.formats.uff import UffError, read_modes_uff
+from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.model import ModelError
+
+SLOW = 10.0  # s of the processor, while every allocation is counted
+MUCH = 100e6  # bytes
+DECK = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n"
+
+
+@contextmanager
+def bounded():
+    """Little time and memory, whatever the file claims."""
+    start = time.process_time()
+    tracemalloc.start()
+    yield
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < MUCH
+    assert time.process_time() - start < SLOW
+
+
+def refused(path, text, message):
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with bounded(), pytest.raises(MeshError, match=message):
+        read_mesh(path)
+
+
+def test_files_that_include_files_that_include_files(tmp_path):
+    """14 lines each in 8 files: 14^8 readings."""
+    for level in range(8):
+        (tmp_path / f"{level}.inp").write_text(f"*INCLUDE, INPUT={level + 1}.inp\n" * 14)
+    (tmp_path / "8.inp").write_text(DECK)
+    with pytest.raises(MeshError, match=r"is included after 200 other files, the most of a deck; write one file"):
+        read_mesh(tmp_path / "0.inp")
+    assert len(with_included(tmp_path / "0.inp")) == 9
+
+
+def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
+    monkeypatch.setattr(Budget.__init__, "__defaults__", (200, 3000))
+    (tmp_path / "part.inp").write_text("** " + "x" * 1000)
+    deck = "*INCLUDE, INPUT=part.inp\n" * 3
+    refused(tmp_path / "a.inp", deck, r"part\.inp: has .* MB; such a file is read up to")
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ("*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*may have 2e\+05 together"),
+        ("*NSET, NSET=A, GENERATE\n" + "1,30000\n" * 20, r"a\.inp:8: \*NSET: 3e\+04 members"),
+        ("*NSET, NSET=A, GENERATE\n1," + "9" * 300 + "\n", r"a\.inp:8: \*NSET: 1e\+300 members"),
+        ("*NSET, NSET=A, GENERATE\n1,4,0\n", "GENERATE takes first, last, step"),
+        ("*NSET, NSET=A, GENERATE\n1\n", "GENERATE takes first, last, step"),
+        ("*ELSET, ELSET=A, GENERATE\n1,400000000\n", r"\*ELSET: 4e\+08 members"),
+        (
+            "*NSET, NSET=S0, GENERATE\n1,5000\n"
+            + "".join(f"*NSET, NSET=S{k + 1}\nS{k},S{k},S{k}\n" for k in range(30)),
+            r"\*NSET: 5000 members, 2\.05e\+05 with those before",
+        ),
+        (
+            "*ELSET, ELSET=E, GENERATE\n1,5000\n*SURFACE, NAME=S\n" + "E,S1\n" * 1000,
+            r"\*SURFACE: 5000 members, 2\.05e\+05 with those before",
+        ),
+        ("*ELEMENT,TYPE=C3D5\n²,1\n", "no surface group named|tetrahedra or hexahedra"),
+        ("*NSET, NSET=A\n²\n", "no NSET '²' before this line"),
+        ("*NSET, NSET=A\n--1\n", "no NSET '--1' before this line"),
+        ("*NSET" + ",\n" * 200_000, "NSET= is missing"),
+    ],
+)
+def test_sets_of_more_than_there_is(tmp_path, monkeypatch, lines, message):
+    monkeypatch.setattr("seatfem.structures.formats.abaqus_deck.MOST_MEMBERS", 200_000)
+    refused(tmp_path / "a.inp", DECK + lines, message)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ("SPC1,4,123,1,THRU,400000000\n", r"a\.bdf:6: SPC1: THRU spans 4e\+08 numbers: at most 1e\+06"),
+        ("SPC1,4,123,1,THRU,90000\n" * 5, r"SPC1: set 4 holds 2.7e\+05 nodes: at most 2e\+05"),
+        ("SPC1,4,123,²\n", "'²': must be a whole number or THRU"),
+        ("SPC1,4,123,1,THRU,²\n", "THRU must stand between two whole numbers"),
+        ("CTETRA,2,3,²,2,3,4\n", "element 2 has 3 nodes"),
+    ],
+)
+def test_numbers_written_out(tmp_path, monkeypatch, lines, message):
+    monkeypatch.setattr("seatfem.structures.formats.nastran_mesh.MOST_HELD", 200_000)
+    nodes = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
+    refused(tmp_path / "a.bdf", nodes + lines, message)
+
+
+def test_a_universal_mesh_of_promises(tmp_path):
+    promise = "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n"
+    refused(tmp_path / "a.unv", promise, "not readable as a universal file")
+
+
+M3 = "%%MatrixMarket matrix coordinate real general\n"
+
+
+def matrix_refused(tmp_path, name, data, message):
+    path = tmp_path / name
+    path.write_bytes(data)
+    with bounded(), pytest.raises(ModelError, match=message):
+        read_matrices(path, path, ports={"contact": {0: 1.0}})
+
+
+def npy(shape, body=b"", dtype="<f8"):
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, {"descr": dtype, "fortran_order": False, "shape": shape})
+    return head.getvalue() + body
+
+
+def zipped(**members):
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as out:
+        for name, data in members.items():
+            out.writestr(f"{name}.npy", data)
+    return file.getvalue()
+
+
+def test_matrices_that_unfold(tmp_path, monkeypatch):
+    monkeypatch.setattr("seatfem.structures.formats.matrix_files.FREE", 1 << 20)
+    zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))
+    matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*its 1 arrays claim 8 MB in a file of .* MB; at most 1 MB")
+    text = (M3 + "9 9 99999999\n" + "1 1 1\n" * 1_000_000).encode()
+    matrix_refused(
+        tmp_path,
+        "K.mtx.gz",
+        gzip.compress(text, 9),
+        r"K\.mtx\.gz: .*it unfolds to more than 1 MB, 20 times its size: unpack it",
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("K.npy", npy((50_000, 50_000)), r"its head claims 1\.\d+e\+04 MB in 0\.000\d+ MB"),
+        ("K.npz", zipped(data=npy((1 << 30,)), indices=npy((1,))), "its head claims 8192 MB in"),
+        ("K.npy", npy((2, 2), pickle.dumps([1]), "|O"), "Python objects, which are not read"),
+        ("K.npz", zipped(data=npy((1,), pickle.dumps([1]), "|O")), "Python objects, which are not read"),
+        ("K.mtx", (M3 + "9 9 900000000\n1 1 1\n").encode(), "900000000 entries for 9 x 9 places"),
+        ("K.mtx", (M3 + "99999 99999 900000000\n1 1 1\n").encode(), "it has 6 words; 900000000 entries"),
+        ("K.mtx", b"%%MatrixMarket matrix array real general\n90000 90000\n1\n", "it has 3 words; "),
+        ("K.mtx", b"%%MatrixMarket matrix array real symmetric\n90000 90000\n1\n", "it has 3 words; "),
+        ("K.mtx", (M3 + "%" + "x" * 5_000_000 + "\n1 1 1\n1 1 1\n").encode(), "a line of more than 65536 characters"),
+        ("K.mtx.gz", gzip.compress((M3 + "%" + "x" * 5_000_000).encode()), "a line of more than 65536 characters"),
+        ("K.mtx.gz", gzip.compress(b"\0" * 5_000_000), "a line of more than 65536 characters"),
+    ],
+)
+def test_matrices_that_claim(tmp_path, name, data, message):
+    matrix_refused(tmp_path, name, data, message)
+
+
+@pytest.mark.parametrize("rows", ["²,1", "٣,1", "+1,1", "1_0,1", "1e0,1", "9" * 5000 + ",1"])
+def test_degrees_of_freedom_that_are_no_numbers(tmp_path, rows):
+    path = tmp_path / "K.mtx"
+    path.write_text(M3 + "2 2 2\n1 1 2\n2 2 2\n")
+    port = tmp_path / "port.csv"
+    port.write_text(f"dof,weight\n{rows}\n", encoding="utf-8")
+    with pytest.raises(ModelError, match=r"port\.csv, line 2: .* must be a dof number and a weight"):
+        read_matrices(path, path, ports={"contact": port})
+
+
+@pytest.mark.parametrize("text", ["," * 1_000_000, "time [s],force [N]\n" + ",".join("1" * 100) + "\n"])
+def test_tables_of_many_columns(tmp_path, text):
+    path = tmp_path / "p.csv"
+    path.write_text(text)
+    with pytest.raises(TimeSeriesError, match=r"p\.csv, line \d: \d+ columns, .*at most 64"):
+        read_time_series(path, "force")
+
+
+def test_tables_of_many_lines(tmp_path, monkeypatch):
+    monkeypatch.setattr("impact.bodies.time_series.MOST_LINES", 1000)
+    path = tmp_path / "p.csv"
+    path.write_text("time [s],force [N]\n" + "1,1\n" * 2000)
+    with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines; at most"):
+        read_time_series(path, "force")
+
+
+@pytest.mark.parametrize(
+    ("read", "error"),
+    [
+        (lambda path: read_time_series(path, "force"), TimeSeriesError),
+        (read_impulse_response, TimeSeriesError),
+        (read_frf, TimeSeriesError),
+        (lambda path: read_modes_uff(path, ports={"contact": (1, "+z")}), UffError),
+    ],
+)
+def test_records_from_devices(tmp_path, read, error):
+    path = tmp_path / "a.csv"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(error, match=r"a\.csv: is a device; a regular file is needed"):
+        read(path)
+    with pytest.raises((TimeSeriesError, FrequencyResponseError, ValueError), match="no such file"):
+        read(tmp_path / "none.csv")

@@ -1,0 +1,141 @@
+"""Predicted memory against what a process of its own really takes, and the refusal."""
+
+import dataclasses
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
+
+from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures.counts import memory_need as needs
+from seatfem.structures.counts.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
+from seatfem.structures.elements.assembly import Material, assemble
+from seatfem.structures.mesh.quality import MeshQuality
+from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh
+
+QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
+CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)
+HEXES = Counts(dof=3e5, nnz=5e7, mass_nnz=3e5)
+
+
+def block(shape, order, cells):
+    """A seat of nx x ny x nz cells, standing on its fixed face."""
+    kinds = {("tet", 1): MeshTet, ("tet", 2): MeshTet2, ("hex", 1): MeshHex, ("hex", 2): MeshHex2}
+    straight = kinds[shape, 1].init_tensor(*(1e-3 * np.arange(n + 1) for n in cells))
+    mesh = straight if order == 1 else kinds[shape, 2].from_mesh(straight)
+    top = 1e-3 * cells[2]
+    mesh = mesh.with_boundaries({"contact": lambda x: x[2] > top - 1e-6, "fixed": lambda x: x[2] < 1e-6})
+    name = {"tet": "tetrahedron", "hex": "hexahedron"}[shape]
+    return SeatMesh(mesh, order, QUALITY, MeshProvenance("block", "", "", {}, {}), name)
+
+
+@pytest.mark.parametrize("shape", ["tet", "hex"])
+@pytest.mark.parametrize("order", [1, 2])
+def test_counts_are_those_of_the_matrices(shape, order):
+    seat = block(shape, order, (3, 2, 4))
+    steel = Material(young=2e11, poisson=0.3, density=7850.0)
+    model = assemble(seat, steel, fixed=(), mass="nodal" if shape == "hex" else "consistent")
+    counts = counts_of(seat)
+    assert (counts.dof, counts.nnz, counts.mass_nnz) == (model.size, model.K.nnz, model.M.nnz)
+
+
+def test_a_cube_is_compact_and_plates_and_bars_are_less():
+    """6 V^(2/3)/S: 1 for a cube; for 8 x 8 x 1 and 1 x 1 x 8 elements 6 16/160 and 6 4/34."""
+    for shape in ("tet", "hex"):
+        assert [counts_of(block(shape, 2, n)).compactness for n in ((3, 3, 3), (8, 8, 1), (1, 1, 8))] == pytest.approx(
+            [1.0, 0.6, 12 / 17]
+        )
+
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from seatfem.structures.elements.assembly import Material, assemble
+from seatfem.structures.reduction.greens import reduce_model
+from test_memory_need import block
+
+def solve(shape, cells, method):
+    steel = Material(young=2e11, poisson=0.3, density=7850.0)
+    model = assemble(block(shape, 2, cells), steel, mass="nodal" if shape == "hex" else "consistent")
+    reduce_model(model, bandwidth=5e4, duration=2e-5, tolerance=0.1, method=method)
+    status = Path("/proc/self/status").read_text()  # ru_maxrss would begin with the parent's
+    return int(status.partition("VmHWM:")[2].split()[0])
+
+shape, method, *cells = sys.argv[1:]
+before = solve(shape, (1, 1, 2), method)
+print(1024 * (solve(shape, [int(n) for n in cells], method) - before))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
+@pytest.mark.parametrize(
+    ("shape", "method", "cells"),
+    [
+        ("hex", "krylov", (10, 10, 10)),
+        ("tet", "krylov", (10, 10, 10)),
+        ("hex", "lanczos", (10, 10, 10)),
+    ],
+)
+def test_the_prediction_is_within_a_factor_of_a_process_of_its_own(shape, method, cells):
+    """28 000 unknowns each; a factor 1.5 either way."""
+    pytest.importorskip("pypardiso")
+    folder = Path(__file__).parent
+    threads = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "PYTHONPATH": str(folder)}
+    command = [sys.executable, "-c", PROGRAM, shape, method, *map(str, cells)]
+    done = subprocess.run(command, env={**os.environ, **threads}, capture_output=True, text=True, check=True)
+    need = memory_need(counts_of(block(shape, 2, cells)))
+    predicted = need.lanczos if method == "lanczos" else need.factorized
+    assert 1 / 1.5 < predicted / float(done.stdout) < 1.5
+
+
+def test_the_refusal_names_need_memory_key_and_what_would_fit():
+    need = memory_need(CUBE)
+    with pytest.raises(MemoryNeedError, match=r"^seat.mesh.size: 3e\+05 unknowns need about .* GB") as refused:
+        check_memory(CUBE, size=1e-3, levels=("axisymmetric", "sector"), available=1e9)
+    told = str(refused.value)
+    assert f"{need.factorized / 1e9:.2g} GB of memory, 1 GB are available" in told
+    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in told
+    assert 'seat.mesh.shape = "hex" with seat.greens.method = "lanczos"' in told
+    size = float(told.partition('seat.mesh.size = "')[2].partition(" mm")[0])
+    check_memory(CUBE.scaled(size**-3), available=1e9)  # the size it advises does fit
+    with pytest.raises(MemoryNeedError):
+        check_memory(CUBE.scaled((0.9 * size) ** -3), available=1e9)
+    assert check_memory(CUBE, available=1.01 * need.factorized) == need
+
+
+def test_hexahedra_may_do_without_a_factorization():
+    need = memory_need(HEXES)
+    there = 2 * need.lanczos
+    assert there < need.factorized
+    with pytest.raises(MemoryNeedError, match=r'make the mesh coarser, about .*or seat.greens.method = "lanczos" \('):
+        check_memory(HEXES, available=there)
+    check_memory(HEXES, method="lanczos", available=there)
+    with pytest.raises(MemoryNeedError, match=r"coarser, about [^,]* unknowns fit$"):
+        check_memory(HEXES, method="lanczos", available=need.lanczos / 2)
+
+
+def test_a_system_that_tells_nothing_is_trusted(monkeypatch):
+    monkeypatch.setattr(needs, "available_memory", lambda: math.inf)
+    check_memory(CUBE.scaled(1e6))
+
+
+def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(needs, "available_memory", lambda: 1e6)
+    monkeypatch.setattr("seatfem.structures.seats.seat.matrices", lambda *given: pytest.fail("assembled"))
+    mesh = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        f"[seat]\nkind = 'mesh'\nfile = '{mesh.as_posix()}'\n"
+        'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "20 us"\n'
+    )
+    assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
+    err = capsys.readouterr().err
+    assert err.startswith("seatfem: seat.mesh.size: ")
+    assert "0.001 GB are available" in err
+    assert "Traceback" not in err

@@ -1,0 +1,146 @@
+"""What a mesh must not be: flat, inside out, in pieces, unmerged; and what is mended."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh.cell_kinds import CELL_KINDS
+from seatfem.structures.mesh.checks import check_coincident, check_mesh, check_parts, part_of_element
+from seatfem.structures.mesh.io import MeshArrays, MeshError
+from seatfem.structures.mesh.quality import scaled_jacobian, straight_determinants
+
+NONE = ()
+
+
+def reference_element(nodes):
+    return MeshArrays(CELL_KINDS[nodes].nodes.copy(), np.arange(nodes)[None, :], {}, {}, "one.inp")
+
+
+def side_by_side(nodes, gap):
+    """Two equal elements, the second moved along x; no node is shared."""
+    one = reference_element(nodes)
+    points = np.vstack([one.points, one.points + np.array([1.0 + gap, 0.0, 0.0])])
+    return MeshArrays(points, np.arange(2 * nodes).reshape(2, nodes), {}, {}, "two.inp")
+
+
+@pytest.mark.parametrize("nodes", CELL_KINDS)
+def test_a_mirrored_mesh_is_turned_right_side_out(nodes):
+    one = reference_element(nodes)
+    mirrored = dataclasses.replace(one, points=one.points * [1.0, 1.0, -1.0])
+    assert straight_determinants(mirrored)[0] < 0.0
+    mended = check_mesh(mirrored, NONE)
+    assert sorted(mended.cells[0]) == list(range(nodes))
+    # Right for the nodes on edges and faces too: the map is a mirror image, so det J = 1 everywhere.
+    assert scaled_jacobian(mended)[0] == pytest.approx(1.0, rel=1e-12)
+    assert check_mesh(one, NONE) is one
+
+
+@pytest.mark.parametrize("nodes", CELL_KINDS)
+def test_one_inside_out_element_is_an_error(nodes):
+    two = side_by_side(nodes, 1.0)
+    two.points[nodes:] *= [1.0, 1.0, -1.0]
+    with pytest.raises(MeshError, match=r"1 inside-out elements, inverted against the others, near \(2"):
+        check_mesh(two, NONE, parts=2)
+
+
+@pytest.mark.parametrize("nodes", CELL_KINDS)
+def test_flat_elements_are_located(nodes):
+    two = side_by_side(nodes, 1.0)
+    two.points[nodes:, 2] = 5.0
+    with pytest.raises(MeshError, match=r"two.inp: 1 flat elements \(no volume\), near \(2.*, 5000\) mm"):
+        check_mesh(two, NONE, parts=2)
+
+
+@pytest.mark.parametrize("nodes", [8, 27])
+def test_a_folded_hexahedron(nodes):
+    one = reference_element(nodes)
+    one.points[6] = [0.2, 0.2, 0.9]  # beyond the plane of its neighbours: det J < 0 at this vertex alone
+    assert straight_determinants(one)[0] > 0.0
+    with pytest.raises(MeshError, match=r"1 inverted elements, folded by their shape \(smallest scaled Jacobian -"):
+        check_mesh(one, NONE)
+
+
+def test_parts_are_counted_and_accepted():
+    two = side_by_side(8, 0.5)
+    assert list(part_of_element(two)) == [0, 1]
+    with pytest.raises(
+        MeshError,
+        match=r"2 parts that share no node, not 1: 1 elements around \(2000, 500, 500\) mm; 1 elements .*parts = 2",
+    ):
+        check_parts(two)
+    check_parts(two, 2)
+    check_coincident(two)
+    joined = dataclasses.replace(two, cells=two.cells.copy())
+    joined.cells[1, 0] = joined.cells[0, 1]  # one common vertex holds them together
+    check_parts(joined)
+
+
+def test_unmerged_meshes_say_so():
+    with pytest.raises(MeshError, match=r"4 nodes stand where another one stands .*\(1000, 0, 0\).* merge = 2e-05"):
+        check_coincident(side_by_side(8, 0.0))
+
+
+DECK = """*Node
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+5, 0, 0, 1
+6, 1, 0, 1
+7, 1, 1, 1
+8, 0, 1, 1
+12, 1.00001, 0, 0
+13, 2, 0, 0
+14, 2, 1, 0
+15, 1, 1, 0
+16, 1, 0, 1
+17, 2, 0, 1
+18, 2, 1, 1
+19, 1, 1, 1
+99, 7, 7, 7
+*Element, type=C3D8
+1, 1, 2, 3, 4, 5, 6, 7, 8
+2, 12, 13, 14, 15, 16, 17, 18, 19
+*Nset, nset=Left
+1, 4, 5, 8
+*Nset, nset=Right
+13, 14, 17, 18
+"""
+
+
+def test_merging_on_reading(tmp_path):
+    path = tmp_path / "two.inp"
+    path.write_text(DECK)
+    with pytest.raises(MeshError, match="3 nodes stand where another one stands"):
+        read_mesh(path, contact="Left", fixed="Right")
+    with pytest.raises(MeshError, match="2 parts that share no node"):
+        read_mesh(path, contact="Left", fixed="Right", merge=0.0)
+    apart = read_mesh(path, contact="Left", fixed="Right", merge=0.0, parts=2)
+    assert apart.quality.nodes == 16
+    whole = read_mesh(path, contact="Left", fixed="Right", merge=1e-4)
+    assert whole.quality.nodes == 12
+    assert whole.quality.volume == pytest.approx(2.0, rel=1e-5)
+    assert whole.quality.areas == pytest.approx({"contact": 1.0, "fixed": 1.0})
+    assert whole.provenance.notes == ("5 nodes of no element are dropped",)
+    assert "dropped" in str(whole)
+    assert whole.provenance.content_hash != apart.provenance.content_hash
+
+
+def test_a_mirrored_file_says_that_it_was_mended(tmp_path):
+    path = tmp_path / "mirrored.inp"
+    one, _, _ = DECK.replace("1, 1, 2, 3, 4, 5, 6, 7, 8", "1, 5, 6, 7, 8, 1, 2, 3, 4").partition("2, 12, 13")
+    path.write_text(f"{one}*Nset, nset=L\n1, 4, 5, 8\n*Nset, nset=R\n2, 3, 6, 7\n")
+    seat = read_mesh(path, contact="L", fixed="R")
+    assert seat.quality.min_scaled_jacobian == pytest.approx(1.0)
+    assert seat.provenance.notes[0] == "all elements were in mirrored node order and are reordered"
+
+
+def test_a_patch_inside_the_mesh(tmp_path):
+    path = tmp_path / "two.inp"
+    path.write_text(
+        DECK.replace("*Nset, nset=Right", "*Element, type=S4, elset=Middle\n3, 2, 3, 7, 6\n*Nset, nset=Right")
+    )
+    with pytest.raises(MeshError, match="1 of 1 faces of 'contact' lie inside the mesh"):
+        read_mesh(path, contact="Middle", fixed="Right", merge=1e-4)

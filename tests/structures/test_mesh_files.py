@@ -1,0 +1,363 @@
+"""Mesh files that gmsh and VTK write, and decks in the dialects of other programs: the same mesh comes out of each."""
+
+import itertools
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh.io import MeshError
+
+UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
+RING = 3 * math.pi / 4 * UNIT**3
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """gmsh in a process of its own."""
+    folder = tmp_path_factory.mktemp("files")
+    script = Path(__file__).with_name("write_mesh_files.py")
+    subprocess.run([sys.executable, str(script), str(folder)], check=True, capture_output=True)
+    return folder
+
+
+def ring(files, name, **options):
+    groups = {"contact": "PID 6", "fixed": "PID 1"} if name.endswith("bdf") else {}
+    return read_mesh(files / name, unit=UNIT, **(groups | options))
+
+
+def sorted_nodes(seat):
+    """Nodes in an order that does not depend on their numbers."""
+    places = np.round(seat.mesh.doflocs.T / UNIT, 5)
+    return places[np.lexsort(places.T)]
+
+
+CASES = [
+    *itertools.product(("tet-2", "hex-2"), ("msh2.msh", "msh2bin.msh", "msh4bin.msh", "med")),
+    *itertools.product(("tet-2", "hex20-2"), ("unv", "bdf")),
+    *itertools.product(("tet-1", "hex-1"), ("msh2.msh", "med", "unv", "bdf")),
+    *itertools.product(("tet-1", "tet-2", "hex-1", "hex-2", "hex20-2"), ("inp",)),
+]
+
+
+@pytest.fixture(scope="module")
+def reference(files):
+    return {name: ring(files, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
+
+
+@pytest.mark.parametrize(("name", "ending"), CASES)
+def test_every_format_gives_the_same_mesh(files, reference, name, ending):
+    seat, same = ring(files, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
+    # The small fields of .bdf hold six digits.
+    tolerance = 3e-6 if ending == "bdf" else 1e-12
+    assert (seat.order, seat.shape) == (same.order, same.shape)
+    assert seat.quality.elements == same.quality.elements
+    assert seat.quality.volume == pytest.approx(same.quality.volume, rel=tolerance)
+    for patch in ("contact", "fixed"):
+        assert seat.quality.areas[patch] == pytest.approx(same.quality.areas[patch], rel=tolerance)
+        place = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries[patch]]]
+        assert np.allclose(place[2], UNIT if patch == "contact" else 0.0, atol=1e-9)
+    assert len(seat.mesh.subdomains["PID 1" if ending == "bdf" else "steel"]) == seat.quality.elements
+    assert np.allclose(sorted_nodes(seat), sorted_nodes(same), atol=2e-5)
+    assert str(seat.shape)[:5] in str(seat)
+
+
+@pytest.mark.parametrize(("name", "order"), [("tet-1", 2), ("hex-1", 2), ("tet-2", 4), ("hex-2", 4), ("hex20-2", 4)])
+def test_curved_volume_converges(files, name, order):
+    # A chord misses a circle's sector by O(h^2), the parabola through three of its points by O(h^4). From two to four
+    # elements on the quarter the next term of the series is 2 % of the first, which moves the order by 0.03.
+    errors = [RING - ring(files, f"{name}-{n}.inp").quality.volume for n in (2, 4)]
+    assert errors[0] > errors[1] > 0.0
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+# One element whose nodes stand at F(reference place), F = (x + A x z, y + B x^2, z): det F' = 1 + A z, and areas of the
+# faces z = 0 and z = 1 in closed form. Reference places as the manuals print them.
+A, B = 0.3, 0.2
+TET = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+TET_MIDDLE = [(0.5, 0, 0), (0.5, 0.5, 0), (0, 0.5, 0), (0, 0, 0.5), (0.5, 0, 0.5), (0, 0.5, 0.5)]
+HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+LOW = [(0.5, 0, 0), (1, 0.5, 0), (0.5, 1, 0), (0, 0.5, 0)]
+HIGH = [(0.5, 0, 1), (1, 0.5, 1), (0.5, 1, 1), (0, 0.5, 1)]
+UPRIGHT = [(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)]
+ABAQUS = {"C3D4": TET, "C3D10M": TET + TET_MIDDLE, "C3D8R": HEX, "C3D20R": HEX + LOW + HIGH + UPRIGHT}
+NASTRAN = {"CTETRA4": TET, "CTETRA": TET + TET_MIDDLE, "CHEXA8": HEX, "CHEXA": HEX + LOW + UPRIGHT + HIGH}
+
+
+def moved(places, curved):
+    x, y, z = np.array(places, dtype=float).T
+    return np.c_[x + A * x * z, y + (B * x**2 if curved else 0), z]
+
+
+def check_one_element(seat, nodes):
+    tet = nodes in (4, 10)
+    volume = 1 / 6 + A / 24 if tet else 1 + A / 2
+    # First order: the tetrahedron's vertices stay where they are; the hexahedron's map is trilinear, F itself.
+    exact = 1 / 6 if nodes == 4 else volume
+    assert seat.quality.volume == pytest.approx(exact, rel=1e-12)
+    areas = {"contact": 0.5 if tet else 1 + A, "fixed": 0.5 if tet else 1.0}
+    assert {name: seat.quality.areas[name] for name in areas} == pytest.approx(areas, rel=1e-12)
+    assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
+
+
+def abaqus_deck(kind):
+    """Data lines of *NODE and *ELEMENT; node numbers with gaps, 15 numbers on a line."""
+    places = ABAQUS[kind]
+    points = moved(places, len(places) > 8)
+    nodes = "\n".join(f"{10 * k + 7}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(points.tolist()))
+    numbers = [str(10 * k + 7) for k in range(len(places))]
+    return nodes, ",\n".join(", ".join(numbers[k : k + 15]) for k in range(0, len(numbers), 15))
+
+
+def write_abaqus(path, kind):
+    """As Abaqus/CAE writes it: part, instance, internal element set behind the surface."""
+    nodes, listed = abaqus_deck(kind)
+    tet = len(ABAQUS[kind]) in (4, 10)
+    contact = "S4" if tet else "S2"  # x = 0; z = 1
+    path.write_text(f"""*Heading
+** a comment, then a keyword line that goes on
+*Part, name=Seat
+*NODE
+{nodes}
+*Element,
+ type={kind}
+5, {listed}
+*Nset, nset=Base, generate
+ 7, {27 if tet else 37}, 10
+*Elset, elset=Steel
+5,
+*End Part
+*Assembly, name=Assembly
+*Instance, name=Seat-1, part=Seat
+*End Instance
+*Elset, elset=_Top, internal, instance=Seat-1
+ 5,
+*Surface, type=ELEMENT, name=Top
+_Top, {contact}
+*End Assembly
+*Material, name=Steel
+*Elastic
+210000., 0.3
+""")
+
+
+@pytest.mark.parametrize("kind", ABAQUS)
+def test_abaqus_dialect(tmp_path, kind):
+    path = tmp_path / "seat.inp"
+    write_abaqus(path, kind)
+    seat = read_mesh(path, contact="top", fixed="BASE")  # names without regard to case
+    check_one_element(seat, len(ABAQUS[kind]))
+    assert list(seat.mesh.subdomains) == ["seat", "Steel"]
+
+
+def fields(name, words):
+    """Small fields, continued on as many lines as it takes."""
+    lines = [words[k : k + 8] for k in range(0, len(words), 8)]
+    heads = [name, *["+"] * (len(lines) - 1)]
+    return "\n".join(
+        f"{head:8}" + "".join(f"{word:8}" for word in line) for head, line in zip(heads, lines, strict=True)
+    )
+
+
+@pytest.mark.parametrize("kind", NASTRAN)
+def test_nastran_dialect(tmp_path, kind):
+    places = NASTRAN[kind]
+    tet = len(places) in (4, 10)
+    points = moved(places, len(places) > 8).tolist()
+    # Large fields, the exponent without its letter.
+    grid = [
+        f"GRID*   {k + 1:<16}{'':16}{10 * x:<16.9f}{10 * y:<16.9f}\n*       {z:.9f}+1"
+        for k, (x, y, z) in enumerate(points)
+    ]
+    element = fields(kind.rstrip("48"), ["5", "2", *(str(k + 1) for k in range(len(places)))])
+    load = "PLOAD4,9,5,1.,,,,1,2" if tet else "PLOAD4,9,5,1.,,,,5,7"  # a vertex, and the one off the face or opposite
+    held = "SPC1,4,123,1,THRU,3" if tet else "SPC1,4,123,1,2,3,4"
+    lines = ["SOL 103", "CEND", "BEGIN BULK", "$ comment", *grid, element, load, held, "ENDDATA", "GRID,1,7"]
+    path = tmp_path / "seat.bdf"
+    path.write_text("\n".join(lines))
+    seat = read_mesh(path, contact="PLOAD4 9", fixed="SPC 4", unit=0.1)
+    check_one_element(seat, len(places))
+    assert list(seat.mesh.subdomains) == ["seat", "PID 2"]
+
+
+VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
+VTK |= {"vtkTriQuadraticHexahedron": 29}
+VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes
+
+
+@pytest.mark.parametrize("name", VTK)
+def test_vtu_by_vtk_itself(tmp_path, name):
+    pyvista = pytest.importorskip("pyvista")
+    vtk = pytest.importorskip("vtk")
+    cell = getattr(vtk, name)()
+    nodes = cell.GetNumberOfPoints()
+    places = np.array([cell.GetParametricCoords()[k] for k in range(3 * nodes)]).reshape(-1, 3)
+    tet = nodes in (4, 10)
+    for k in range(nodes):
+        cell.GetPointIds().SetId(k, k)
+    axis, level = (0, 0.0) if tet else (2, 1.0)
+    face = next(ids for ids in _faces(cell) if np.all(places[ids, axis] == level))
+    grid = pyvista.UnstructuredGrid(
+        np.array([nodes, *range(nodes), len(face), *face]),
+        np.array([VTK[name], VTK_FACES[nodes]]),
+        moved(places, nodes > 8),
+    )
+    grid.cell_data["contact"] = np.array([0, 1])
+    grid.cell_data["material"] = np.array([7, 0])
+    grid.cell_data["pressure"] = np.array([0.0, 1.0])
+    grid.point_data["base"] = (places[:, 2] == 0).astype(np.uint8)
+    path = tmp_path / "seat.vtu"
+    grid.save(path)
+    seat = read_mesh(path, fixed="base")
+    check_one_element(seat, 20 if nodes == 27 else nodes)
+    assert list(seat.mesh.subdomains) == ["seat", "material 7"]
+
+
+def _faces(cell):
+    for face in map(cell.GetFace, range(cell.GetNumberOfFaces())):
+        yield [face.GetPointId(k) for k in range(face.GetNumberOfPoints())]
+
+
+ABAQUS_BAD = [
+    ("*Nset, nset=Base", "*Ngen, nset=Base", r"seat.inp:\d+: \*NGEN: not supported"),
+    ("*Instance, name=Seat-1, part=Seat", "*Instance, name=Seat-1, part=Seat\n1., 0., 0.", "moved or turned"),
+    ("*End Part", "*End Part\n*Part, name=Reed", "2 blocks .PART .Seat, Reed."),
+    ("7, 17, 27, 37", "7, 17, 27, 99", r"node 99 is used and not defined \(1 such nodes\)"),
+    ("7, 17, 27, 37", "7, 17, 27", "are no multiple of 5"),
+    ("type=C3D4", "type=C3D6", "tetrahedra or hexahedra, all of one order, 1 or 2; found: 1 C3D6"),
+    ("*Nset", "*Element, type=C3D5\n6, 7, 17, 27, 37, 7\n*Nset", "found: 1 C3D4, 1 C3D5"),
+    ("_Top, S4", "_Top, S5", r"seat.inp:\d+: \*SURFACE: _Top, S5: the face must be S1 to S4"),
+    ("_Top, S4", "_Side, S4", "no ELSET '_Side' before this line; there are: 'Steel', '_Top'"),
+    ("*Heading", "*Include, input=nodes.inp", "no such file"),
+    ("*Heading", "*Node, system=C\n1, 1., 0., 0.", "SYSTEM=C: must be rectangular"),
+    ("7, 0.0, 0.0, 0.0", "7, 0.0, zero, 0.0", "number, x, y, z expected"),
+]
+
+
+@pytest.mark.parametrize(("text", "broken", "message"), ABAQUS_BAD)
+def test_bad_abaqus_deck(tmp_path, text, broken, message):
+    path = tmp_path / "seat.inp"
+    write_abaqus(path, "C3D4")
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, broken, 1))
+    with pytest.raises(MeshError, match=message):
+        read_mesh(path, contact="Top", fixed="Base")
+
+
+def test_abaqus_files_may_be_split_and_surfaces_left_whole(tmp_path):
+    nodes, listed = abaqus_deck("C3D8R")
+    (tmp_path / "nodes.inp").write_text(f"*Node, nset=Everything\n{nodes}\n")
+    path = tmp_path / "seat.inp"
+    path.write_text(f"""*Include, input=nodes.inp
+*Element, type=C3D8R, elset=Steel
+5, {listed}
+*Element, type=M3D4, elset=Skin
+8, 7, 17, 27, 37
+*Element, type=MASS, elset=Tip
+9, 7
+*Nset, nset=Line
+7, 17
+*Surface, name=Whole
+Steel,
+""")
+    seat = read_mesh(path, contact="Whole", fixed="Skin")
+    assert len(seat.mesh.boundaries["contact"]) == 6
+    assert len(seat.mesh.boundaries["Everything"]) == 6
+    assert seat.quality.areas["fixed"] == pytest.approx(1.0)
+    with pytest.raises(MeshError, match=r"named 'Line'; the file has: .*; node sets that hold no whole face: 'Line'"):
+        read_mesh(path, contact="Whole", fixed="Line")
+
+
+NASTRAN_DECK = """GRID,1,,0.,0.,0.
+GRID,2,,1.,0.,0.
+GRID,3,,0.,1.,0.
+GRID,4,,0.,0.,1.
+CTETRA,1,3,1,2,3,4
+CTRIA3,2,4,1,2,3
+CTRIA3,3,5,1,3,4
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "broken", "message"),
+    [
+        ("GRID,4,", "GRID,4,7", r"seat.bdf:4: GRID: coordinate system 7: must be the basic one"),
+        ("GRID,4,,0.", "GRID,4,,o.", "field 4 is 'o.': must be a number"),
+        ("CTETRA,1,3,1,2,3,4", "CTETRA,1,3,1,2,3", "element 1 has 3 nodes: must be 4 or 10"),
+        ("CTETRA,1,3,1,2,3,4", "CPENTA,1,3,1,2,3,4,1,2", "found: 1 CPENTA of 6 nodes"),
+        ("CTRIA3,2", "CTETRA,1,3,1,2,3,4\nCTRIA3,2", "element 1 is there twice"),
+        ("CTRIA3,2", "PLOAD4,1,1,1.,,,,7,8\nCTRIA3,2", "nodes 7 and 8 name no face of element 1"),
+        ("CTRIA3,2", "INCLUDE 'more.bdf'\nCTRIA3,2", "INCLUDE: not supported"),
+        ("CTRIA3,2,4", "CTRIA3,2,6", "no surface group named 'PID 4'; the file has: 'PID 5', 'PID 6'"),
+    ],
+)
+def test_bad_nastran_deck(tmp_path, text, broken, message):
+    path = tmp_path / "seat.bdf"
+    path.write_text(NASTRAN_DECK)
+    assert read_mesh(path, contact="PID 5", fixed="PID 4").quality.areas["fixed"] == pytest.approx(0.5)
+    path.write_text(NASTRAN_DECK.replace(text, broken, 1))
+    with pytest.raises(MeshError, match=message):
+        read_mesh(path, contact="PID 5", fixed="PID 4")
+
+
+def test_bricks_of_27_nodes_in_unv(files):
+    with pytest.raises(MeshError, match=r"hex-2-2.unv: .* of type 115 has 27 nodes: must be 8"):
+        ring(files, "hex-2-2.unv")
+
+
+def test_node_groups_of_unv(files, tmp_path):
+    whole = ring(files, "hex20-2-2.unv")
+    text = (files / "hex20-2-2.unv").read_text().rstrip().removesuffix("-1").rstrip()
+    # Every node with z = 0, as one more group of the last dataset.
+    nodes = re.findall(r"^ +(\d+) .*\n.* 0\.0+D\+00$", text, re.MULTILINE)
+    entities = [f"{7:10}{node:>10}{0:10}{0:10}" for node in nodes]
+    pairs = ["".join(entities[k : k + 2]) for k in range(0, len(entities), 2)]
+    path = tmp_path / "nodes.unv"
+    path.write_text(
+        "\n".join([text, "".join(f"{n:10}" for n in (9, 0, 0, 0, 0, 0, 0, len(entities))), "floor", *pairs, "    -1\n"])
+    )
+    seat = read_mesh(path, fixed="floor", unit=UNIT)
+    assert seat.quality.areas["fixed"] == pytest.approx(whole.quality.areas["fixed"], rel=1e-12)
+    path.write_text(text.replace("2412", "2412\n  1"))
+    with pytest.raises(MeshError, match=r"nodes\.unv: not readable as a universal file"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"unit": 100.0},
+            r"would be 200 x 200 x 100 m large \(unit = 100 m\); missing unit\? Its numbers span 2 x 2 x 1",
+        ),
+        ({"unit": 1e-5}, "missing unit"),
+        ({"unit": 0.0}, "unit = 0: must be > 0"),
+        ({"merge": -1.0}, "merge = -1 m: must be >= 0"),
+        ({"contact": "fixed"}, "contact and fixed are both 'fixed'"),
+    ],
+)
+def test_bad_requests(files, options, message):
+    with pytest.raises(MeshError, match=message):
+        read_mesh(files / "hex-1-2.inp", **({"unit": UNIT} | options))
+
+
+def test_a_vtu_that_is_none(tmp_path):
+    path = tmp_path / "a.vtu"
+    path.write_text("<VTKFile")
+    with pytest.raises(MeshError, match=r"a\.vtu: not readable"):
+        read_mesh(path)
+    with pytest.raises(MeshError, match=r"mesh files are \.msh, \.med, \.unv, \.inp"):
+        read_mesh(Path(__file__))
+
+
+def test_a_free_seat_and_groups_that_trade_names(files):
+    seat = ring(files, "tet-2-2.inp", contact="fixed", fixed=None)
+    assert {"contact", "contact of the file"} <= seat.mesh.boundaries.keys()
+    place = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries["contact"]]]
+    assert np.all(place[2] == 0.0)
+    assert "fixed" not in seat.mesh.boundaries

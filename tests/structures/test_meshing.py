@@ -1,0 +1,260 @@
+"""gmsh in its own process: meshes of every family, STEP and .msh files, and what happens when gmsh fails."""
+
+import math
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, content_hash, make_mesh, write_step
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ColourFace, GeometryError, PlaneFace
+
+MESHES = Path(__file__).resolve().parents[2] / "meshes"
+DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
+COARSE = MeshSpec(size=3e-3)
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return make_mesh(AnnularSeat(), DEMO_SPEC)
+
+
+def seat_volume(seat: AnnularSeat) -> float:
+    """Plate + lip - what rounding takes off each edge, by Pappus: the spandrel r^2 (1 - pi/4) at its centroid."""
+    bore, lip, r = seat.bore_radius, seat.bore_radius + seat.lip_width, seat.lip_edge_radius
+    plate = math.pi * (seat.outer_radius**2 - bore**2) * seat.thickness
+    ring = math.pi * (lip**2 - bore**2) * seat.lip_height
+    spandrel = r**2 * (1 - math.pi / 4)
+    inset = r * (10 - 3 * math.pi) / (12 - 3 * math.pi)  # of the spandrel's centroid from the sharp corner
+    return plate + ring - 2 * math.pi * spandrel * ((bore + inset) + (lip - inset))
+
+
+def test_cad_is_the_closed_form(demo):
+    seat = AnnularSeat()
+    assert demo.quality.cad_volume == pytest.approx(seat_volume(seat), rel=1e-9)
+    inner, outer = seat.bore_radius + seat.lip_edge_radius, seat.bore_radius + seat.lip_width - seat.lip_edge_radius
+    areas = {"contact": math.pi * (outer**2 - inner**2), "fixed": math.pi * (12e-3**2 - 4e-3**2)}
+    assert demo.quality.cad_areas == pytest.approx(areas, rel=1e-9)
+
+
+def test_demo_mesh_is_sound(demo):
+    assert demo.order == 2
+    assert set(demo.mesh.boundaries) == {"contact", "fixed"}
+    assert len(demo.mesh.subdomains["seat"]) == demo.mesh.nelements
+    # Measured at this size: 5e-6 (fourth order); straight elements would be off by 1e-3.
+    assert demo.quality.volume == pytest.approx(demo.quality.cad_volume, rel=2e-5)
+    assert demo.quality.areas == pytest.approx(demo.quality.cad_areas, rel=2e-5)
+    assert demo.quality.min_scaled_jacobian > 0.2
+    assert demo.quality.min_shape > 0.05
+
+
+def test_named_facets_lie_where_the_names_say(demo):
+    points, facets = demo.mesh.p, demo.mesh.facets
+    top = points[:, facets[:, demo.mesh.boundaries["contact"]]]
+    under = points[:, facets[:, demo.mesh.boundaries["fixed"]]]
+    assert np.allclose(top[2], 8.5e-3, atol=1e-12)
+    assert np.allclose(under[2], 0.0, atol=1e-12)
+    radius = np.hypot(top[0], top[1])
+    assert 4.1e-3 - 1e-9 < radius.min() < radius.max() < 4.9e-3 + 1e-9
+
+
+def test_size_grows_gradually_from_the_lip(demo):
+    mesh = demo.mesh
+    ends = mesh.p[:, mesh.edges]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)
+    middle = ends.mean(axis=1)
+    distance = np.hypot(np.hypot(middle[0], middle[1]) - 4.5e-3, middle[2] - 8.5e-3)
+    bands = [(0.0, 0.8e-3), (1.5e-3, 2.5e-3), (3e-3, 4e-3), (6e-3, 12e-3)]
+    sizes = [length[(distance >= low) & (distance < high)].mean() for low, high in bands]
+    assert sizes == sorted(sizes)
+    assert 0.3e-3 < sizes[0] < 0.8e-3
+    assert 1.2e-3 < sizes[-1] < 2.0e-3
+
+
+def test_curved_elements_converge_to_the_cad_at_order_four():
+    # Quadratic arcs with the mid-node on the circle: O(h^4) in enclosed area, chords O(h^2). Halving rounds the number
+    # of elements per circle, hence the margin of 0.5.
+    seat = AnnularSeat(lip_width=2e-3, lip_height=1e-3, lip_edge_radius=0.0)
+    for curved, order in ((True, 4.0), (False, 2.0)):
+        coarse, fine = (make_mesh(seat, MeshSpec(size, curved=curved)).quality for size in (2e-3, 1e-3))
+        for patch in ("contact", "fixed"):
+            errors = [abs(q.areas[patch] / q.cad_areas[patch] - 1) for q in (coarse, fine)]
+            assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.5)
+        if curved:
+            errors = [abs(q.volume / q.cad_volume - 1) for q in (coarse, fine)]
+            assert math.log2(errors[0] / errors[1]) > 3.5
+
+
+def test_every_node_belongs_to_its_edge(demo):
+    mesh = demo.mesh
+    ends = mesh.p[:, mesh.edges]
+    middle = mesh.doflocs[:, mesh.dofs.edge_dofs[0]]
+    offset = np.linalg.norm(middle - ends.mean(axis=1), axis=0)
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)
+    # A quarter-circle edge, the most curved there is, bows by (sqrt 2 - 1)/2 = 0.207 of its chord; a mid-node of
+    # another edge of the element would be about half an edge away.
+    assert np.max(offset / length) < 0.22
+    on_bore = np.all(np.abs(np.hypot(ends[0], ends[1]) - 4e-3) < 1e-9, axis=0)
+    assert on_bore.sum() > 100
+    assert np.allclose(np.hypot(middle[0], middle[1])[on_bore], 4e-3, rtol=0, atol=1e-9)
+
+
+def test_straight_second_order_mesh_has_midpoints():
+    mesh = make_mesh(AnnularSeat(), MeshSpec(3e-3, curved=False)).mesh
+    middle = mesh.doflocs[:, mesh.dofs.edge_dofs[0]]
+    assert np.allclose(middle, mesh.p[:, mesh.edges].mean(axis=1), rtol=0, atol=1e-12)
+
+
+def test_bar_and_block_groups():
+    bar = make_mesh(Bar(length=12e-3, width=3e-3, height=2e-3), MeshSpec(2e-3, order=1))
+    areas = {"contact": 6e-6, "fixed": 6e-6, "sides_x": 48e-6, "sides_y": 72e-6}
+    assert bar.order == 1
+    assert bar.quality.areas == pytest.approx(areas, rel=1e-12)
+    assert bar.quality.volume == pytest.approx(72e-9, rel=1e-12)
+    block = make_mesh(Block(20e-3, 16e-3, 8e-3, 2e-3, 3e-3), MeshSpec(4e-3, contact_size=1e-3))
+    assert block.quality.areas == pytest.approx({"contact": 6e-6, "fixed": 320e-6}, rel=1e-12)
+
+
+def test_seat_from_step_is_the_parametric_seat(demo):
+    part = make_mesh(CadPart(MESHES / "annular_seat.step"), DEMO_SPEC)
+    assert part.quality.cad_volume == pytest.approx(demo.quality.cad_volume, rel=1e-9)
+    assert part.quality.cad_areas == pytest.approx(demo.quality.cad_areas, rel=1e-9)
+    assert part.quality.volume == pytest.approx(demo.quality.volume, rel=1e-5)
+    assert part.quality.nodes == pytest.approx(demo.quality.nodes, rel=0.03)
+    assert part.mesh.p.max() == pytest.approx(12e-3, rel=1e-9)  # millimetres became metres
+
+
+def test_msh_file_is_the_parametric_seat(demo):
+    seat = read_mesh(MESHES / "annular_seat.msh")
+    assert seat.order == 2
+    assert seat.quality.areas == pytest.approx(demo.quality.areas, rel=1e-5)
+    assert seat.quality.volume == pytest.approx(demo.quality.volume, rel=1e-5)
+    assert (MESHES / "annular_seat.msh").stat().st_size < 1.5e6
+
+
+def test_plane_selectors_on_a_step_file():
+    top, under = PlaneFace((0.0, 0.0, 1.0), 8.5e-3), PlaneFace((0.0, 0.0, -1.0), 0.0)
+    path = MESHES / "annular_seat.step"
+    part = make_mesh(CadPart(path, contact=top, fixed=under), COARSE)
+    assert part.quality.cad_areas["contact"] == pytest.approx(math.pi * (4.9e-3**2 - 4.1e-3**2), rel=1e-9)
+    with pytest.raises(GeometryError, match=r"no face for 'contact' \(faces of colour \(0, 255, 0, 255\)\)") as caught:
+        make_mesh(CadPart(path, contact=ColourFace((0, 255, 0, 255))), COARSE)
+    assert "face 6: Plane, centre (0, 0, 8.5) mm, area 22.62 mm^2" in str(caught.value)
+    assert "colour (255, 0, 0, 255)" in str(caught.value)
+    with pytest.raises(GeometryError, match="both as 'contact' and as 'fixed'"):
+        make_mesh(CadPart(path, contact=under, fixed=under), COARSE)
+
+
+def test_unit_overrides_what_the_step_file_states():
+    path = MESHES / "bar.step"
+    assert make_mesh(CadPart(path), COARSE).quality.cad_volume == pytest.approx(270e-9, rel=1e-9)
+    inches = make_mesh(CadPart(path, unit=0.0254, overrule=True), MeshSpec(0.0762))
+    assert inches.quality.cad_volume == pytest.approx(270 * 0.0254**3, rel=1e-9)
+    assert inches.quality.volume == pytest.approx(270 * 0.0254**3, rel=1e-9)
+
+
+def test_step_round_trip_keeps_colours(tmp_path):
+    bar = Bar(0.02, 0.004, 0.003)
+    write_step(bar, tmp_path / "bar.step")
+    assert [path.name for path in tmp_path.iterdir()] == ["bar.step"]
+    quality = make_mesh(CadPart(tmp_path / "bar.step"), COARSE).quality
+    assert quality.cad_areas == pytest.approx({"contact": 12e-6, "fixed": 12e-6}, rel=1e-9)
+
+
+def test_msh_round_trip_keeps_names_nodes_and_metres(tmp_path):
+    made = make_mesh(AnnularSeat(), COARSE, msh=tmp_path / "a.msh")
+    read = read_mesh(tmp_path / "a.msh")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.msh"]
+    assert np.allclose(np.sort(read.mesh.doflocs), np.sort(made.mesh.doflocs), rtol=0, atol=1e-12)
+    assert read.quality.areas == pytest.approx(made.quality.areas, rel=1e-9)
+
+
+def test_meshing_is_reproducible_and_hashed(demo):
+    first, second = demo, make_mesh(AnnularSeat(), DEMO_SPEC)
+    assert np.array_equal(first.mesh.doflocs, second.mesh.doflocs)
+    assert np.array_equal(first.mesh.t, second.mesh.t)
+    assert first.provenance == second.provenance
+    assert first.provenance.content_hash == content_hash(AnnularSeat(), DEMO_SPEC)
+    assert first.provenance.content_hash != content_hash(AnnularSeat(thickness=7e-3), DEMO_SPEC)
+    assert first.provenance.content_hash != content_hash(AnnularSeat(), MeshSpec(2e-3))
+
+
+def test_progress_rises_to_one():
+    heard = []
+    make_mesh(Bar(0.01, 0.003, 0.003), COARSE, lambda stage, done: heard.append((stage, done)))
+    assert {stage for stage, _ in heard} == {"meshing"}
+    done = [value for _, value in heard]
+    assert done == sorted(done)
+    assert (done[0], done[-1]) == (0.0, 1.0)
+    assert len(done) >= 5
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"size": 0.0}, r"MeshSpec.size = 0"),
+        ({"size": 1e-3, "contact_size": 2e-3}, r"contact_size = 0.002 m: must be <= size = 0.001 m"),
+        ({"size": 1e-3, "order": 3}, r"order = 3: must be 1 or 2"),
+        ({"size": 1e-3, "grading": math.inf}, r"grading = inf"),
+    ],
+)
+def test_bad_specs(values, message):
+    with pytest.raises(GeometryError, match=message):
+        MeshSpec(**values)
+
+
+def test_missing_or_broken_cad_file(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"none.step: no such CAD file"):
+        make_mesh(CadPart(tmp_path / "none.step"), COARSE)
+    broken = tmp_path / "broken.step"
+    broken.write_text("ISO-10303-21;\nnothing\n")
+    with pytest.raises(GeometryError, match=r"broken\.step: is cut off"):
+        make_mesh(CadPart(broken), COARSE)
+
+
+FAKE_GMSH = """
+import os, signal, time
+def initialize(*args, **options): {act}
+class option:
+    setNumber = staticmethod(lambda name, value: None)
+"""
+
+
+def use_fake_gmsh(monkeypatch, folder: Path, source: str) -> None:
+    (folder / "gmsh.py").write_text(source)
+    monkeypatch.setenv("PYTHONPATH", str(folder))
+
+
+def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
+    use_fake_gmsh(monkeypatch, tmp_path, "raise OSError('libGLU.so.1: cannot open shared object file')")
+    with pytest.raises(MeshingError, match=r"libGLU.so.1.*apt-get install --no-install-recommends libglu1-mesa"):
+        make_mesh(AnnularSeat(), COARSE)
+
+
+def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
+    use_fake_gmsh(monkeypatch, tmp_path, FAKE_GMSH.format(act="os.kill(os.getpid(), signal.SIGSEGV)"))
+    out = tmp_path / "out"
+    out.mkdir()
+    with pytest.raises(MeshingError, match=r"gmsh crashed \(SIGSEGV\) while starting gmsh: try another element size"):
+        make_mesh(AnnularSeat(), COARSE, msh=out / "a.msh")
+    assert not list(out.iterdir())
+
+
+def test_interrupt_kills_gmsh(monkeypatch, tmp_path):
+    pid_file = tmp_path / "pid"
+    source = FAKE_GMSH.format(act=f"open({str(pid_file)!r}, 'w').write(str(os.getpid()))")
+    source += "class _Model:\n    @property\n    def occ(self): time.sleep(60)\nmodel = _Model()\n"
+    use_fake_gmsh(monkeypatch, tmp_path, source)
+
+    def interrupt(stage: str, done: float) -> None:
+        raise KeyboardInterrupt
+
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        make_mesh(AnnularSeat(), COARSE, interrupt)
+    assert time.monotonic() - start < 30
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(pid_file.read_text()), 0)

@@ -1,0 +1,329 @@
+"""CAD files: units, selectors, regions, what cannot be read, and the ladder of remedies."""
+
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.mesh.healing import LADDER, LadderError, Rung, climb
+from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
+from seatfem.structures.shapes import (
+    CadPart,
+    ColourFace,
+    ConeFace,
+    CylinderFace,
+    GeometryError,
+    Group,
+    NamedFace,
+    PlaneFace,
+    PointFace,
+    Region,
+    decode,
+    encode,
+)
+
+MESHES = Path(__file__).resolve().parents[2] / "meshes"
+COARSE = MeshSpec(6e-3, 4e-3)
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+INSERT = MESHES / "insert_seat.step"
+GREY, ORANGE = (128, 128, 128, 255), (255, 170, 0, 255)
+
+
+def ring(outer: float, inner: float) -> float:
+    return math.pi * (outer**2 - inner**2)
+
+
+BORE, PLATE = 4e-3, ring(12e-3, 4e-3)
+# contact and clamped areas, from the files' own parameters
+FILES = {
+    "annular_seat": (ring(4.9e-3, 4.1e-3), PLATE),
+    "flat_seat": (ring(5e-3, 4e-3), PLATE),
+    "conical_seat": (2 * math.pi * (BORE + math.sqrt(0.5) * 1e-3) * 1e-3, PLATE),
+    "valve_plate": (6 * ring(4e-3, 3e-3), ring(18e-3, 16e-3)),
+    "reed_plate": (3 * ring(4e-3, 3e-3), 36e-3 * 16e-3 - 32e-3 * 12e-3),
+    "stopper": (ring(2e-3, 0), ring(6e-3, 0)),
+    "domed_stopper": (2 * math.pi * 20e-3 * (20e-3 - math.sqrt(20e-3**2 - 2e-3**2)), ring(6e-3, 0)),
+    "bar": (9e-6, 9e-6),
+    "block": (6e-6, 320e-6),
+    "valve_body": (ring(10e-3, 4e-3), ring(20e-3, 4e-3) - 4 * ring(2.25e-3, 0)),
+    "insert_seat": (ring(8e-3, 4e-3), PLATE),
+}
+
+
+def test_every_file_is_listed_and_small():
+    paths = list(MESHES.glob("*.step"))
+    assert {path.stem for path in paths} == set(FILES)
+    assert max(path.stat().st_size for path in paths) < 300_000
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_file_is_meshed_by_its_colours(name):
+    seat = make_mesh(CadPart(MESHES / f"{name}.step"), COARSE)
+    contact, fixed = FILES[name]
+    assert seat.quality.cad_areas["contact"] == pytest.approx(contact, rel=1e-6)
+    assert seat.quality.cad_areas["fixed"] == pytest.approx(fixed, rel=1e-6)
+    assert seat.quality.volume == pytest.approx(seat.quality.cad_volume, rel=0.02)
+    assert seat.quality.min_scaled_jacobian > 0.0
+    assert seat.provenance.notes == ()
+
+
+def test_fillet_and_bolt_holes_count_in_the_volume():
+    body = make_mesh(CadPart(MESHES / "valve_body.step"), MeshSpec(4e-3, curvature=12)).quality
+    fillet = 1.5e-3
+    inset = fillet * (10 - 3 * math.pi) / (12 - 3 * math.pi)  # of the spandrel's centroid
+    spandrel = 2 * math.pi * (10e-3 + inset) * fillet**2 * (1 - math.pi / 4)
+    plain = ring(20e-3, 4e-3) * 8e-3 + ring(10e-3, 4e-3) * 6e-3 - 4 * ring(2.25e-3, 0) * 8e-3
+    assert body.cad_volume == pytest.approx(plain + spandrel, rel=1e-6)
+    # Twelve quadratic elements per turn enclose a circle to (pi/6)^4/480 = 1.6e-4 of it.
+    assert body.volume == pytest.approx(body.cad_volume, rel=2e-4)
+
+
+@pytest.mark.parametrize(
+    "regions",
+    [
+        (Region("body", colour=GREY), Region("ring", colour=ORANGE)),
+        (Region("ring", order=2), Region("body", order=1)),
+    ],
+)
+def test_solids_become_conformal_regions(regions):
+    seat = make_mesh(CadPart(INSERT, regions=regions), MeshSpec(3e-3))
+    mesh = seat.mesh
+    volumes = dict.fromkeys(("body", "ring"), 0.0)
+    corners = mesh.p[:, mesh.t]
+    edges = corners[:, 1:] - corners[:, :1]
+    each = np.abs(np.linalg.det(np.moveaxis(edges, (0, 1, 2), (2, 1, 0)))) / 6
+    for name in volumes:
+        volumes[name] = float(each[mesh.subdomains[name]].sum())
+    exact = {"ring": ring(8e-3, 4e-3) * 3e-3, "body": PLATE * 9e-3 - ring(8e-3, 4e-3) * 3e-3}
+    assert volumes == pytest.approx(exact, rel=0.06)  # straight elements: chords of the circles
+    assert seat.quality.cad_volume == pytest.approx(PLATE * 9e-3, rel=1e-9)
+    assert len(mesh.subdomains["body"]) + len(mesh.subdomains["ring"]) == mesh.nelements
+    # conformal: the interface is inside, so the outer surface is that of one ring of 24 x 8 x 9 mm
+    hollow = 2 * PLATE + 2 * math.pi * (12e-3 + 4e-3) * 9e-3
+    outer = corners_area(mesh, mesh.boundary_facets())
+    assert outer == pytest.approx(hollow, rel=0.06)
+
+
+def corners_area(mesh, facets) -> float:
+    a, b, c = np.moveaxis(mesh.p[:, mesh.facets[:, facets]], 1, 0)
+    return float(np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum()) / 2
+
+
+def test_regions_have_names_without_asking():
+    assert {"solid_1", "solid_2"} <= set(make_mesh(CadPart(INSERT), COARSE).mesh.subdomains)
+
+
+def test_regions_that_are_not_there_list_what_is():
+    with pytest.raises(GeometryError, match=r"no solid for the region 'ring' \(colour \(1, 2, 3, 255\)\)") as caught:
+        make_mesh(CadPart(INSERT, regions=(Region("ring", colour=(1, 2, 3, 255)),)), COARSE)
+    assert "solid 2: name" in str(caught.value)
+    assert str(ORANGE) in str(caught.value)
+    with pytest.raises(GeometryError, match="belong to 'b' and to another region"):
+        make_mesh(CadPart(INSERT, regions=(Region("a", order=1), Region("b", colour=GREY))), COARSE)
+    with pytest.raises(GeometryError, match="exactly one of order, colour and solid"):
+        Region("a", order=1, solid="x")
+
+
+BODY = MESHES / "valve_body.step"
+
+
+def body_areas(**faces) -> dict[str, float]:
+    return dict(make_mesh(CadPart(BODY, **faces), COARSE).quality.cad_areas)
+
+
+def test_geometric_selectors_and_unions():
+    areas = body_areas(
+        contact=(PlaneFace(UP, 14e-3), PointFace((7e-3, 0.0, 14e-3))),  # the same face twice
+        fixed=CylinderFace(20e-3),
+        groups=(
+            Group("bolts", tuple(CylinderFace(2.25e-3, axis_point=(x, y, 0)) for x, y in ((15e-3, 0), (0, 15e-3)))),
+            Group("bore", CylinderFace(4e-3)),
+        ),
+    )
+    expected = {
+        "contact": ring(10e-3, 4e-3),
+        "fixed": 2 * math.pi * 20e-3 * 8e-3,
+        "bolts": 2 * 2 * math.pi * 2.25e-3 * 8e-3,
+        "bore": 2 * math.pi * 4e-3 * 14e-3,
+    }
+    assert areas == pytest.approx(expected, rel=1e-9)
+
+
+def test_cone_selector():
+    part = CadPart(MESHES / "conical_seat.step", contact=ConeFace(math.pi / 4, radius_max=4.5e-3))
+    area = math.pi * (2 * BORE + 0.5e-3 * math.sqrt(0.5)) * 0.5e-3
+    assert make_mesh(part, COARSE).quality.cad_areas["contact"] == pytest.approx(area, rel=1e-9)
+
+
+def test_point_on_an_edge_is_ambiguous():
+    with pytest.raises(GeometryError, match=r"ambiguous selection for 'contact'.*2 faces meet there"):
+        body_areas(contact=PointFace((10e-3, 0.0, 14e-3)))
+    with pytest.raises(GeometryError, match=r"no face for 'contact' \(face at the point \(50, 0, 0\) mm\)"):
+        body_areas(contact=PointFace((50e-3, 0.0, 0.0)))
+
+
+def test_face_names(tmp_path):
+    with pytest.raises(GeometryError, match="names did not survive the export") as caught:
+        body_areas(contact=NamedFace("SEAT"))
+    assert "half angle" not in str(caught.value)
+    assert "Cylinder" in str(caught.value)
+    named = tmp_path / "named.step"
+    text = (MESHES / "bar.step").read_text()
+    shell = text[text.index("CLOSED_SHELL") :].split("(")[2].split(")")[0].split(",")
+    for k, face in enumerate(shell, 1):
+        text = text.replace(f"{face} = ADVANCED_FACE(''", f"{face} = ADVANCED_FACE('FACE_{k}'")
+    named.write_text(text)
+    areas = []
+    for k in range(1, 7):
+        try:
+            areas.append(make_mesh(CadPart(named, contact=NamedFace(f"FACE_{k}")), COARSE).quality.cad_areas["contact"])
+        except GeometryError as error:
+            assert "both as 'contact' and as 'fixed'" in str(error)  # noqa: PT017 - the clamped end, once
+    assert sorted(areas) == pytest.approx([9e-6, *[90e-6] * 4], rel=1e-9)
+
+
+def test_sector_of_a_part_keeps_its_colours():
+    quarter = make_mesh(CadPart(BODY), COARSE, sector=4).quality
+    assert quarter.cad_areas["contact"] == pytest.approx(ring(10e-3, 4e-3) / 4, rel=1e-9)
+    with pytest.raises(GeometryError, match=r"sector = 3: the part beside y = 0 is 0\.\d+ of the volume"):
+        make_mesh(CadPart(BODY), COARSE, sector=3)
+
+
+def test_unit_against_header_and_size():
+    with pytest.raises(GeometryError) as caught:
+        make_mesh(CadPart(BODY, unit=1.0), COARSE)
+    message = str(caught.value)
+    for part in (
+        "states 0.001 m per unit",
+        "says 1;",
+        "40 x 40 x 14 mm by the file",
+        "4e+04 x 4e+04",
+        "overrule = True",
+    ):
+        assert part in message
+    with pytest.raises(
+        GeometryError, match=r"measures 4e\+04 .* At 0\.001 m per unit it would measure 40 x 40 x 14 mm"
+    ):
+        make_mesh(CadPart(BODY, unit=1.0, overrule=True), COARSE)
+    with pytest.raises(GeometryError, match=r"measures 0\.04 x 0\.04 x 0\.014 mm at 1e-06 m per unit"):
+        make_mesh(CadPart(BODY, unit=1e-6, overrule=True), COARSE)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.step", "", "is empty"),
+        ("a.step", "solid cube\nfacet", r"is no STEP file; it begins with 'solid cube"),
+        ("a.stp", "ISO-10303-21;\nHEADER;", "is cut off"),
+        ("a.brep", "ISO-10303-21;", "is no BREP file"),
+    ],
+)
+def test_unreadable_files_are_named(tmp_path, name, text, message):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises((GeometryError, MeshingError), match=rf"{name}: {message}"):
+        make_mesh(CadPart(path, unit=1e-3), COARSE)
+
+
+def test_brep_file(tmp_path):
+    path = tmp_path / "box.brep"
+    script = (
+        "import gmsh, sys; gmsh.initialize([], False); gmsh.option.setNumber('General.Terminal', 0); "
+        "gmsh.model.occ.addBox(0, 0, 0, 10, 5, 4); gmsh.model.occ.synchronize(); gmsh.write(sys.argv[1])"
+    )
+    subprocess.run([sys.executable, "-c", script, str(path)], check=True, stdout=subprocess.DEVNULL)
+    part = CadPart(path, unit=1e-3, contact=PlaneFace(UP, 4e-3), fixed=PlaneFace(DOWN, 0.0))
+    assert make_mesh(part, COARSE).quality.volume == pytest.approx(200e-9, rel=1e-12)
+
+
+def test_plain_data_round_trip():
+    part = CadPart(
+        INSERT,
+        contact=(PlaneFace(UP, 9e-3), CylinderFace(1e-3), ConeFace(0.5), PointFace((0.0, 0.0, 1.0)), NamedFace("a")),
+        fixed=ColourFace((0, 0, 255, 255)),
+        groups=(Group("side", CylinderFace(12e-3)),),
+        regions=(Region("ring", colour=ORANGE), Region("body", order=1)),
+    )
+    assert decode(json.loads(json.dumps(encode(part)))) == part
+    with pytest.raises(GeometryError, match="each name may stand once"):
+        CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
+
+
+def test_a_contradictory_surface_is_named_with_its_place(tmp_path):
+    path = tmp_path / "bad.step"
+    text = (MESHES / "annular_seat.step").read_text()
+    spoiled = re.sub(r"(CYLINDRICAL_SURFACE\('',#\d+),12\.\)", r"\1,14.)", text)  # the edges stay at 12 mm
+    assert spoiled != text
+    path.write_text(spoiled)
+    with pytest.raises(MeshingError) as caught:
+        make_mesh(CadPart(path), COARSE)
+    message = str(caught.value)
+    assert (
+        "bad.step: cannot be meshed; as it is: surface 2 (Cylinder): its edges lie up to 2 mm off it, at (" in message
+    )
+    for rung in LADDER:
+        assert f"{rung.name}: surface 2" in message
+
+
+HEALING = """
+import gmsh, json, sys
+from seatfem.structures.mesh._gmsh_solid import build
+from seatfem.structures.mesh._gmsh_worker import OPTIONS
+from seatfem.structures.shapes import decode
+gmsh.initialize([], readConfigFiles=False, interruptible=False)
+for option, value in OPTIONS.items():
+    gmsh.option.setNumber(option, value)
+tags, regions = build(gmsh, decode(json.loads(sys.argv[1])), heal=True)
+mass = gmsh.model.occ.getMass
+areas = {name: sum(mass(2, tag) for tag in faces) for name, faces in tags.items()}
+volumes = {name: sum(mass(3, tag) for tag in solids) for name, solids in regions.items()}
+open(sys.argv[2], "w").write(json.dumps([areas, volumes, len(gmsh.model.getEntities(2))]))
+"""
+
+
+def test_healing_keeps_colours_and_regions(tmp_path):
+    part = CadPart(INSERT, regions=(Region("ring", colour=ORANGE), Region("body", colour=GREY)))
+    found = tmp_path / "found.json"
+    command = [sys.executable, "-c", HEALING, json.dumps(encode(part)), str(found)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, cwd=MESHES.parent)
+    areas, volumes, faces = json.loads(found.read_text())
+    assert areas == pytest.approx({"contact": 1e6 * ring(8e-3, 4e-3), "fixed": 1e6 * PLATE}, rel=1e-6)
+    inset = 1e6 * ring(8e-3, 4e-3) * 3  # mm^3
+    assert volumes == pytest.approx({"ring": inset, "body": 1e6 * PLATE * 9 - inset}, rel=1e-6)
+    assert faces == 8  # four around the ring, six around the body, two of them shared
+
+
+def test_the_ladder_reports_every_rung():
+    tried = []
+
+    def attempt(rung: Rung) -> None:
+        tried.append(rung)
+        if not rung.heal:
+            raise RuntimeError("overlapping facets")
+
+    notes = climb("seat.step", LADDER, attempt, lambda: "surface 7 about (1, 2, 3) mm")
+    assert tried == list(LADDER[:2])
+    assert notes == [
+        "not meshed as it is: overlapping facets (surface 7 about (1, 2, 3) mm)",
+        "meshed with shapes healed",
+    ]
+
+
+def test_the_last_rung_names_the_surface():
+    def fail(rung: Rung) -> None:
+        raise RuntimeError("no")
+
+    message = r"seat.step: cannot be meshed; as it is: no \(surface 7\); .*algorithms: no \(surface 7\)"
+    with pytest.raises(LadderError, match=message):
+        climb("seat.step", LADDER, fail, lambda: "surface 7")
+
+    def wrong(rung: Rung) -> None:
+        raise GeometryError("no face for 'contact'")
+
+    with pytest.raises(GeometryError, match="no face for 'contact'"):
+        climb("seat.step", LADDER, wrong, lambda: "")

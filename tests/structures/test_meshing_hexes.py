@@ -1,0 +1,205 @@
+"""Curved hexahedra by revolving and extruding, and equal sectors: against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from seatfem.structures.mesh.layers import graded
+from seatfem.structures.mesh.meshing import content_hash, make_mesh
+from seatfem.structures.mesh.plan_grid import boundary_lines
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
+
+CONE = ConicalSeat(contact_width=1e-3)
+SHARP = AnnularSeat(lip_edge_radius=0.0)
+DOME = Stopper(dome_radius=20e-3)
+PLATE = ValvePlate(ports=3, pitch=10e-3)
+ROW = ValvePlate(ports=2, layout="row", pitch=9e-3)
+HEX = MeshSpec(2.4e-3, 1.2e-3, shape="hex")
+TET = MeshSpec(3e-3, 2e-3)
+
+
+def exact(geometry) -> tuple[float, float, float]:
+    """Volume, contact area, fixed area."""
+    if isinstance(geometry, Bar):
+        section = geometry.width * geometry.height
+        return section * geometry.length, section, section
+    if isinstance(geometry, Block):
+        section = geometry.width * geometry.depth
+        return section * geometry.thickness, geometry.patch_width * geometry.patch_depth, section
+    if isinstance(geometry, ValvePlate):
+        land = math.pi * ((geometry.port_radius + geometry.land_width) ** 2 - geometry.port_radius**2)
+        if geometry.layout == "circle":
+            outer = geometry.pitch / math.sqrt(3) + geometry.port_radius + geometry.margin  # three ports
+            whole, rim = math.pi * outer**2, math.pi * (outer**2 - (outer - geometry.clamp_width) ** 2)
+        else:
+            y = geometry.port_radius + geometry.margin
+            x, c = geometry.pitch / 2 + y, geometry.clamp_width
+            whole, rim = 4 * x * y, 4 * (x * y - (x - c) * (y - c))
+        plan = whole - geometry.ports * math.pi * geometry.port_radius**2
+        return plan * geometry.thickness, geometry.ports * land, rim
+    profile = geometry.profile  # itself held against closed forms in test_meshing_meridian
+    return profile.volume, profile.area("contact"), profile.area("fixed")
+
+
+BAR, BLOCK = Bar(8e-3, 3e-3, 2e-3), Block(12e-3, 10e-3, 6e-3, 2e-3, 3e-3)
+CASES = [
+    *((AnnularSeat(), HEX, n) for n in (1, 3)),
+    *((CONE, HEX, n) for n in (1, 2)),
+    *((Stopper(), HEX, n) for n in (1, 2, 5)),
+    *((DOME, HEX, n) for n in (1, 4)),
+    *((PLATE, HEX, n) for n in (1, 3, 6)),
+    *((ROW, HEX, n) for n in (1, 2, 4)),
+    *((BAR, HEX, n) for n in (1, 2, 4)),
+    *((BLOCK, HEX, n) for n in (1, 2, 4)),
+    *((SHARP, TET, n) for n in (2, 6)),
+    *((CONE, TET, n) for n in (1, 3)),
+    *((DOME, TET, n) for n in (1, 2, 5)),
+    *((PLATE, TET, n) for n in (1, 6)),
+    *((ROW, TET, n) for n in (1, 2, 4)),
+    *((BAR, TET, n) for n in (2, 4)),
+    *((BLOCK, TET, n) for n in (2, 4)),
+]
+
+
+@pytest.mark.parametrize(("geometry", "spec", "sector"), CASES)
+def test_mesh_is_the_closed_form(geometry, spec, sector):
+    seat = make_mesh(geometry, spec, sector=sector)
+    volume, contact, fixed = (value / sector for value in exact(geometry))
+    q = seat.quality
+    assert q.cad_volume == pytest.approx(volume, rel=1e-9)
+    assert q.cad_areas["contact"] == pytest.approx(contact, rel=1e-9)
+    assert q.cad_areas["fixed"] == pytest.approx(fixed, rel=1e-9)
+    # A quadratic arc of angle a with its middle node on the circle encloses the sector's area to a^4/480 of it: 2.5e-3
+    # with six elements around the smallest circle, 3e-4 with ten around the others. Straight-sided solids are exact.
+    flat = isinstance(geometry, Bar | Block)
+    assert q.volume == pytest.approx(volume, rel=1e-12 if flat else 3e-4)
+    assert q.areas["contact"] == pytest.approx(contact, rel=1e-12 if flat else 2.5e-3)
+    assert q.areas["fixed"] == pytest.approx(fixed, rel=1e-12 if flat else 3e-4)
+    assert q.min_scaled_jacobian > 0.1
+    assert seat.mesh.t.shape[0] == (8 if spec.shape == "hex" else 4)
+    assert ("symmetry_0" in seat.mesh.boundaries) == (sector > 1)
+    if sector > 1:
+        for name, azimuth in (("symmetry_0", 0.0), ("symmetry_1", 2 * math.pi / sector)):
+            x, y, _ = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries[name]]]
+            assert np.allclose(y * math.cos(azimuth), x * math.sin(azimuth), rtol=0, atol=1e-12)
+            assert np.all(x * math.cos(azimuth) + y * math.sin(azimuth) > -1e-12)
+        assert closed(seat.mesh)
+
+
+def closed(mesh) -> bool:
+    """Contact and symmetry planes share no facet, and no facet in a cut plane is left without its name."""
+    named = np.concatenate([mesh.boundaries["symmetry_0"], mesh.boundaries["symmetry_1"]])
+    others = np.setdiff1d(mesh.boundary_facets(), named)
+    x, y, _ = mesh.p[:, mesh.facets[:, others]]
+    in_plane = np.all(np.abs(y) < 1e-9, axis=0) & np.all(x > -1e-9, axis=0)
+    return len(np.unique(named)) == len(named) and not np.any(in_plane)
+
+
+def test_revolved_nodes_lie_on_their_circles():
+    seat = make_mesh(CONE, MeshSpec(3e-3, 1.5e-3, shape="hex", layers=6))
+    assert seat.mesh.nelements % 6 == 0
+    x, y, z = seat.mesh.doflocs
+    radius, angle = np.hypot(x, y), np.arctan2(y, x)
+    on_layer = np.round(angle / (math.pi / 6)) * math.pi / 6
+    assert np.allclose(angle, on_layer, rtol=0, atol=1e-9)
+    # twelve levels of nodes, each the same set of (r, z)
+    section = np.round(np.column_stack([radius, z]), 10)
+    _, count = np.unique(section, axis=0, return_counts=True)
+    assert set(count) == {12}
+
+
+@pytest.mark.parametrize(("curved", "order"), [(True, 4.0), (False, 2.0)])
+def test_convergence_to_the_circle(curved, order):
+    # Sectors of 60 and 30 degrees: area of quadratic arcs O(h^4), of chords O(h^2).
+    specs = [MeshSpec(4e-3, curved=curved, shape="hex", layers=layers) for layers in (8, 16)]
+    errors = [abs(q.volume / q.cad_volume - 1) for q in (make_mesh(SHARP, spec).quality for spec in specs)]
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
+
+
+def test_first_order_hexahedra():
+    seat = make_mesh(BLOCK, MeshSpec(3e-3, 1.5e-3, order=1, shape="hex", layers=4))
+    assert seat.order == 1
+    assert seat.mesh.doflocs.shape[1] == seat.mesh.nvertices
+    assert seat.quality.volume == pytest.approx(12e-3 * 10e-3 * 6e-3, rel=1e-12)
+    assert len(np.unique(np.round(seat.mesh.p[2], 9))) == 5
+
+
+def test_extruded_layers_grow_from_the_contact():
+    mesh = make_mesh(BLOCK, MeshSpec(2e-3, 0.5e-3, shape="hex")).mesh
+    heights = np.unique(np.round(mesh.p[2, mesh.t], 12))
+    steps = np.diff(heights)
+    assert np.all(np.diff(steps) < 1e-9)  # the finest on top
+    assert 0.35e-3 < steps[-1] < 0.6e-3
+
+
+def test_graded_fills_the_length():
+    places = graded(5.0, 0.4, 1.0, 0.5)
+    steps = np.diff(places)
+    assert places[0] == 0.0
+    assert places[-1] == pytest.approx(5.0, rel=1e-15)
+    assert np.all(np.diff(steps) > -1e-12)
+    assert 0.3 < steps[0] < 0.5
+    assert steps[-1] < 1.3
+    assert list(graded(1.0, 2.0, 2.0, 0.5)) == [0.0, 1.0]
+
+
+def test_boundary_lines_of_two_quadrilaterals():
+    plane = {"cells": np.array([[0, 1, 4, 3], [1, 2, 5, 4]])}
+    assert {frozenset(line) for line in boundary_lines(plane).tolist()} == {
+        frozenset(line) for line in [(0, 1), (1, 2), (2, 5), (5, 4), (4, 3), (3, 0)]
+    }
+
+
+def test_each_land_is_a_group_of_its_own():
+    seat = make_mesh(PLATE, HEX)
+    lands = [seat.mesh.boundaries[f"land_{k}"] for k in (1, 2, 3)]
+    assert np.array_equal(np.sort(np.concatenate(lands)), np.sort(seat.mesh.boundaries["contact"]))
+    for (x, y), land in zip(PLATE.centres, lands, strict=True):
+        points = seat.mesh.p[:, seat.mesh.facets[:, land]]
+        radius = np.hypot(points[0] - x, points[1] - y)
+        assert 3e-3 - 1e-9 < radius.min() < radius.max() < 4e-3 + 1e-9
+
+
+def test_the_sector_counts_in_the_hash():
+    assert content_hash(BAR, HEX) != content_hash(BAR, HEX, 2)
+    assert make_mesh(BAR, HEX, sector=2).provenance.content_hash == content_hash(BAR, HEX, 2)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "spec", "sector", "message"),
+    [
+        (BAR, HEX, 3, r"sector = 3: a Bar has 2 or 4 equal sectors"),
+        (BAR, HEX, 0, r"sector = 0: must be >= 1"),
+        (PLATE, TET, 4, r"sector = 4: a ValvePlate with 3 ports on a circle"),
+        (ROW, TET, 3, r"ports in a row.*fitting are 2 or 4"),
+        (CadPart("meshes/bar.step"), HEX, 1, r"a CAD part is meshed by tetrahedra"),
+    ],
+)
+def test_what_cannot_be_made(geometry, spec, sector, message):
+    with pytest.raises((GeometryError, FileNotFoundError), match=message):
+        make_mesh(geometry, spec, sector=sector)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"pitch": 7e-3}, r"ValvePlate.pitch = 0.007 m: must be > 0.008 m"),
+        ({"ports": 0}, r"ValvePlate.ports = 0: must be >= 1"),
+        ({"clamp_width": 5e-3}, r"clamp_width = 0.005 m: must be < 0.005 m"),
+        ({"land_width": 6e-3, "ports": 1}, r"land_width = 0.006 m: must be < 0.005 m"),
+        ({"layout": "grid"}, r"layout = 'grid'"),
+    ],
+)
+def test_bad_plates(values, message):
+    with pytest.raises(GeometryError, match=message):
+        ValvePlate(**values)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"), [({"shape": "prism"}, "shape = 'prism'"), ({"layers": 0}, "layers = 0: must be >= 1")]
+)
+def test_bad_specs(values, message):
+    with pytest.raises(GeometryError, match=message):
+        MeshSpec(1e-3, **values)

@@ -1,0 +1,454 @@
+"""The three roads from M, C, K to g on small models whose modes are all known."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import scipy.linalg
+import skfem
+from scipy import sparse
+
+import impact
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.rod1d import rod_model
+from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
+from seatfem.structures.reduction.damping import Damping, damping_of, residual, truncate
+from seatfem.structures.reduction.forgetting import memory
+from seatfem.structures.reduction.greens import greens_function, reduce_model
+from seatfem.structures.reduction.krylov import krylov_greens
+from seatfem.structures.reduction.modal_road import modal_greens
+from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
+from seatfem.structures.reduction.transient import march, transient_greens
+
+ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
+C0 = np.sqrt(200e9 / 7850.0)
+BLOCK_PORTS = {
+    "fixed": lambda x: x[2] < 1e-9,
+    "left": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] < 6e-3),
+    "right": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] > 6e-3),
+}
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return rod_model(**ROD, elements=200)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Steel block, two patches on its top, about 1000 unknowns, not symmetric."""
+    mesh = skfem.MeshTet.init_tensor(
+        np.linspace(0, 12e-3, 5) ** 1.05, np.linspace(0, 11e-3, 5), np.linspace(0, 4e-3, 3)
+    )
+    mesh = skfem.MeshTet(mesh.p * np.array([[12e-3 / mesh.p[0].max()], [1], [1]]), mesh.t)
+    return assemble(
+        mesh.with_boundaries(BLOCK_PORTS),
+        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
+        ports={"left": "left", "right": "right"},
+        order=2,
+    )
+
+
+@cache
+def spectrum(size, *matrices):
+    """Of two matrices as bytes: the models serve many tests."""
+    return scipy.linalg.eigh(*(np.frombuffer(matrix).reshape(size, size) for matrix in matrices))
+
+
+def all_modes(model, damping):
+    values, shapes = spectrum(model.size, model.K.toarray().tobytes(), model.M.toarray().tobytes())
+    omega = np.sqrt(np.where(values < 1e-9 * values[-1] * 1e-4, 0.0, values))
+    p = model.port_matrix.shape[1]
+    zeta = damping.ratios(omega, damping.losses(shapes))
+    return truncate(omega, zeta, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
+
+
+def true_error(greens, model, damping, bandwidth, duration):
+    t = np.linspace(0, duration, 3001)
+    reference = all_modes(model, damping).filtered_matrix(t, 1 / bandwidth)
+    return np.abs(greens.filtered_matrix(t, 1 / bandwidth) - reference).max() / np.abs(reference).max()
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 1.0, 2.5])
+def test_closed_form_pulse_response_is_the_quadrature(zeta):
+    omega = np.array([0.0, 0.3, 1.0, 2 * np.pi / 1.3, 20.0])
+    shapes = np.random.default_rng(0).random((5, 2))
+    rest = Residual.exponential(0.1 * np.eye(2), [[2.0, 0.5], [0.5, 1.0]])
+    greens = ModalGreens(omega, zeta * (omega > 0), shapes, rest, ("a", "b"))
+    t = np.linspace(0, 5, 23)
+    quadrature = greens.filtered(t, 1.3, 0, 1)
+    # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
+    assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
+
+
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.1), Damping(0.0, 1e3, 1e-8)])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("bandwidth", [1e5, 4e5])
+def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
+    for model in (rod, block):
+        greens, _ = krylov_greens(model, damping, bandwidth=bandwidth, duration=8 / bandwidth, tolerance=tolerance)
+        stated = greens.error_estimate.reduction
+        error = true_error(greens, model, damping, bandwidth, 8 / bandwidth)
+        assert stated <= tolerance
+        # the measuring points miss the largest value by a few percent; an estimate beyond 15 times tells nothing
+        assert error <= 1.1 * stated
+        assert stated <= 15 * error
+
+
+@pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
+def test_modal_error_is_below_its_estimate(block, damping):
+    greens, modes = modal_greens(block, damping, bandwidth=1e5, duration=5e-5, tolerance=2e-2)
+    stated = greens.error_estimate.reduction
+    error = true_error(greens, block, damping, 1e5, 5e-5)
+    assert error <= stated <= 2e-2
+    assert stated <= 10 * error
+    assert modes.frequencies_hz[-1] < 6e5
+
+
+def test_krylov_keeps_the_static_compliance_and_starts_at_one_over_z(block):
+    greens, _ = krylov_greens(block, Damping(), bandwidth=3e5, duration=2e-5, tolerance=3e-3)
+    static = block.port_matrix.T @ sparse.linalg.spsolve(block.K.tocsc(), block.port_matrix)
+    # the Galerkin compliance converges twice as fast as the basis: far below the tolerance
+    assert greens.static_compliance() == pytest.approx(static, rel=3e-4)
+    start = np.diag([1 / port.impedance for port in block.ports.values()])
+    assert greens.initial_value() == pytest.approx(start, abs=1e-9 * start.max())
+
+
+def test_the_residual_of_a_rod_has_the_time_constant_of_its_cutoff(rod):
+    """What n modes of a rod leave out: tau = r0 Z = (2/pi)/w_cut for large n; Rayleigh damping adds beta."""
+    modes = all_modes(rod, Damping())
+    above = (modes.omega[30] + modes.omega[31]) / 2
+    nothing = np.zeros((1, 1))
+    for damping, extra in ((Damping(), 0.0), (Damping(0, 0, 3e-8), 3e-8)):
+        cut = truncate(modes.omega, damping.ratios(modes.omega), modes.shapes, above, nothing, rod, damping)
+        # the sum over n > N of 1/(2 n - 1)^2 is 1/(4 N) to 1/N^2, N = 31; the static compliance is exact
+        assert 1 / cut.residual.rates[0] == pytest.approx(2 / np.pi / above + extra, rel=2e-3)
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1, 0.7, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_closed_forms(zeta):
+    if zeta < 1:
+        start = impact.fixed_rod(**ROD, damping_ratio=zeta).initial_value()[0, 0]
+        assert Damping(zeta).first_velocity() == pytest.approx(start * 1e-4 * np.sqrt(200e9 * 7850.0), rel=1e-9)
+    w = np.geomspace(1e-4, 1e5, 400001)  # the integral over modes at t = 1, any zeta
+    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    if zeta > 0:
+        assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+
+
+def test_an_unknown_impedance_gives_a_bare_spring(rod):
+    bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
+    assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
+    relaxed = residual(np.array([[2e-9]]), bare, Damping(0, 0, 1e-7))
+    assert 1 / relaxed.rates == pytest.approx([1e-7], rel=1e-6)
+
+
+def test_a_free_rod_runs_away_with_its_mass():
+    model = rod_model(**ROD, elements=200, fixed_end=False)
+    greens = greens_function(model, bandwidth=3e5, duration=1e-4, tolerance=1e-2, method="krylov")
+    assert greens.omega[0] == 0.0
+    assert greens.shapes[0, 0] ** 2 == pytest.approx(1 / (7850.0 * 1e-4 * 30e-3), rel=1e-9)
+    assert true_error(greens, model, Damping(), 3e5, 1e-4) <= 1.1 * greens.error_estimate.reduction
+
+
+def test_converged_ritz_pairs_are_modes(block):
+    found = reduce_model(block, bandwidth=4e5, duration=2e-5, tolerance=1e-3, method="krylov").modes
+    values = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())) / (2 * np.pi)
+    assert len(found.frequencies_hz) >= 5
+    for frequency, shape in zip(found.frequencies_hz, found.shapes.T, strict=True):
+        # a residual below 1e-3 bounds the relative error of w^2 by about that
+        assert np.abs(values / frequency - 1).min() < 1e-3
+        assert shape @ block.M @ shape == pytest.approx(1.0, rel=1e-8)
+
+
+def test_solve_modes_finds_all_and_repeats(block):
+    modes = solve_modes(block, 12)
+    exact = np.sqrt(scipy.linalg.eigvalsh(block.K.toarray(), block.M.toarray())[:12]) / (2 * np.pi)
+    assert modes.frequencies_hz == pytest.approx(exact, rel=1e-9)
+    assert modes.complete
+    assert modes.residuals.max() < 1e-8
+    gram = modes.shapes.T @ block.M @ modes.shapes
+    assert gram == pytest.approx(np.eye(12), abs=1e-9)
+    assert np.array_equal(
+        solve_modes(block, 12, backend="superlu").shapes, solve_modes(block, 12, backend="superlu").shapes
+    )
+
+
+def test_a_free_body_has_six_rigid_modes_at_zero():
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1e-2, n) for n in (6, 5, 4))).with_boundaries(
+        {"contact": lambda x: x[2] > 1e-2 - 1e-9}
+    )
+    model = assemble(mesh, {"young": 200e9, "poisson": 0.3, "density": 7850.0}, fixed=(), order=2)
+    assert model.size > 600  # the sparse solver, not LAPACK
+    modes = solve_modes(model, 9)
+    assert np.array_equal(modes.frequencies_hz[:6], np.zeros(6))
+    assert modes.frequencies_hz[6] > 1e4
+    assert modes.complete
+
+
+def test_the_marched_samples_are_second_order(rod):
+    """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
+    duration, width = 4e-5, 1e-5
+    t = np.linspace(0, duration, 161)
+    exact = all_modes(rod, Damping()).filtered(t, width)
+    errors = []
+    for n in (200, 400, 800):
+        g = impact.SampledGreens(march(rod, duration / n, n), duration / n)
+        errors.append(np.abs(g.filtered(t, width) - exact).max() / np.abs(exact).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(np.abs(orders - 2) < 0.15)  # the next term is O(h^2) of the first: 5 % at these steps
+    assert errors[-1] < 0.01
+
+
+@pytest.mark.parametrize("rayleigh", [None, (1e4, 3e-8)])
+def test_transient_error_is_below_its_estimate(rod, rayleigh):
+    model = rod_model(**ROD, elements=100, damping=rayleigh)
+    greens = transient_greens(model, bandwidth=1e5, duration=5e-5, tolerance=1e-2)
+    t = np.linspace(0, 5e-5, 201)
+    exact = all_modes(model, damping_of(model, 0.0)).filtered(t, 1e-5)
+    error = np.abs(greens.filtered(t, 1e-5) - exact).max() / np.abs(exact).max()
+    assert error <= greens.error_estimate.reduction <= 1e-2
+    assert greens.error_estimate.reduction <= 10 * error
+    static = 30e-3 / (200e9 * 1e-4)
+    assert greens.static_compliance()[0, 0] == pytest.approx(static, rel=1e-6)
+    if rayleigh is None:  # the first half step averages g over less than an element's transit time
+        assert greens.initial_value()[0, 0] == pytest.approx(1 / (1e-4 * np.sqrt(200e9 * 7850.0)), rel=0.1)
+
+
+def test_auto_chooses_and_says_why(block):
+    small = rod_model(**ROD, elements=20)
+    chosen = greens_function(small, bandwidth=1e5, duration=2e-5, tolerance=2e-2)
+    assert chosen.provenance["method"] == "modes"
+    large = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=2e-2, damping_ratio=0.1, ports=["right"])
+    assert large.provenance["method"] == "krylov"
+    assert "one factorization" in large.provenance["reason"]
+    assert large.ports == ("right",)
+    assert large.provenance["dof"] == block.size
+    dashpot = sparse.csr_array(np.outer(small.port_matrix[:, 0], small.port_matrix[:, 0]) * 10.0)
+    damped = SecondOrderModel(small.M, dashpot, small.K, small.ports)
+    stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
+    assert stepped.provenance["method"] == "second_order"
+    assert "not alpha M + beta K" in stepped.provenance["reason"]
+
+
+def test_a_matched_dashpot_ends_the_echo():
+    """Impedance Z at the port of a fixed rod: half the velocity, echo swallowed, nothing after 2 l/c + pulse."""
+    model = rod_model(**ROD, elements=60)
+    b, Z = model.port_matrix[:, 0], 1e-4 * np.sqrt(200e9 * 7850.0)
+    damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b, 1e-4, Z)})
+    round_trip, width = 2 * 30e-3 / C0, 4e-6
+    greens = greens_function(damped, bandwidth=1 / width, duration=3 * round_trip, tolerance=2e-2)
+    plateau = greens.filtered(np.array([0.8 * round_trip]), width)[0]
+    assert plateau == pytest.approx(1 / (2 * Z), rel=0.02)
+    late = greens.filtered(np.linspace(round_trip + 2 * width, 3 * round_trip, 50), width)
+    assert np.abs(late).max() < 0.02 * plateau + 0.02 / (2 * Z)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"bandwidth": 0.0}, "bandwidth = 0.0 must be positive"),
+        ({"bandwidth": np.inf}, "bandwidth = inf must be positive and finite"),
+        ({"damping_ratio": -0.1, "method": "transient"}, "damping_ratio = -0.1 must be >= 0"),
+        ({"damping_ratio": np.nan, "method": "transient"}, "damping_ratio = nan must be >= 0"),
+        ({"method": "magic"}, "method 'magic' is unknown"),
+        ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1 must be >= 0"),
+        ({"damping_ratio": 0.1, "method": "transient"}, "uniform modal damping is a function of M\\^-1 K"),
+        ({"ports": ["lip"]}, "no port lip; the model has contact"),
+    ],
+)
+def test_refused_arguments(rod, arguments, message):
+    with pytest.raises(ModelError, match=message):
+        greens_function(rod, **{"bandwidth": 1e5, "duration": 1e-5, "tolerance": 1e-2, **arguments})
+
+
+def test_refused_damping(rod):
+    dashpot = SecondOrderModel(rod.M, sparse.diags_array(np.arange(rod.size, dtype=float)), rod.K, rod.ports)
+    with pytest.raises(ModelError, match="use method='second_order'"):
+        greens_function(dashpot, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="krylov")
+    free = rod_model(**ROD, elements=300, fixed_end=False, damping=(1e3, 0.0))
+    with pytest.raises(ModelError, match="damps the rigid motion"):
+        greens_function(free, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="krylov")
+    feeding = rod_model(**ROD, elements=10, damping=(0.0, -1e-8))
+    with pytest.raises(ModelError, match="feed energy"):
+        damping_of(feeding, 0.0)
+
+
+def test_what_is_not_reached_is_stated_with_numbers(rod, block):
+    with pytest.raises(ConvergenceError, match=r"30 Krylov vectors leave an estimated error of \d"):
+        krylov_greens(rod, Damping(), bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_vectors=30)
+    with pytest.raises(ConvergenceError, match=r"modes lie below .* Hz \(limit 5\)"):
+        modal_greens(block, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-3, max_modes=5)
+    with pytest.raises(ConvergenceError, match=r"\d+ steps would be needed \(limit 100\)"):
+        transient_greens(rod, bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_steps=100)
+
+
+def test_an_indefinite_stiffness_is_refused(rod):
+    square = (2 * np.pi * 1e5) ** 2  # K - w^2 M has the diagonal of a stiffness, and negative eigenvalues
+    indefinite = SecondOrderModel(rod.M, None, rod.K - square * rod.M, rod.ports)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        krylov_greens(indefinite, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        solve_modes(indefinite, 3)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        transient_greens(indefinite, bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+
+
+def test_the_transient_road_takes_a_free_body():
+    free = rod_model(**ROD, elements=100, fixed_end=False)
+    greens = transient_greens(free, bandwidth=1e5, duration=2e-5, tolerance=1e-2)
+    assert greens.static is None
+    with pytest.raises(impact.GreensFunctionError, match="static compliance is unknown"):
+        greens.static_compliance()
+
+
+def test_repeated_modes_of_a_symmetric_seat_are_all_found():
+    """A square block: bending about x and about y has one frequency; the count by inertia must include both."""
+    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 3))))
+    model = assemble(
+        mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9}),
+        {"young": 200e9, "poisson": 0.3, "density": 7850.0},
+        order=2,
+    )
+    assert model.size > 600  # the sparse solver, not LAPACK
+    exact = np.sqrt(scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())) / (2 * np.pi)
+    pairs = np.flatnonzero(np.diff(exact[:20]) < 1e-9 * exact[:19])
+    assert len(pairs) >= 3
+    greens, modes = modal_greens(model, Damping(), bandwidth=1.5e5, duration=2e-5, tolerance=5e-2)
+    assert greens.origin["counted"]
+    assert modes.frequencies_hz == pytest.approx(exact[: len(modes.frequencies_hz)], rel=1e-8)
+
+
+def test_the_modal_road_advises_against_itself_on_a_large_model(block, monkeypatch):
+    monkeypatch.setattr("seatfem.structures.reduction.greens._MODES_ARE_CHEAP", 500)
+    asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
+    assert "method='krylov'" in asked.provenance["advice"]
+    assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
+
+
+def test_the_factorization_is_a_stage_of_its_own(rod):
+    stages = []
+    greens_function(
+        rod,
+        bandwidth=1e5,
+        duration=1e-5,
+        tolerance=1e-2,
+        method="krylov",
+        progress=lambda stage, done: stages.append((stage, done)),
+    )
+    assert stages[:3] == [("factorization", 0.0), ("factorization", 1.0), ("reduction", 0.0)]
+
+
+WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
+
+
+def lumped(model):
+    return SecondOrderModel(as_csr(sparse.diags_array(model.M.diagonal())), None, model.K, model.ports)
+
+
+def late_error(model, greens, ratio, duration):
+    """Largest error of g after the pulse, relative to its largest value, over ``duration``; all modes are the truth."""
+    exact = all_modes(model, damping_of(model, ratio))
+    t = np.linspace(0.0, duration, 2000)
+    truth, found = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))
+    return float(np.abs(truth - found).max() / np.abs(truth).max())
+
+
+@pytest.mark.parametrize("method", ["krylov", "lanczos"])
+def test_g_is_known_for_as_long_as_it_was_computed(block, method):
+    """Pairs near the edge of the band are fitted to the duration: measured, 7 % off after 30 times 5 us, and 68 %."""
+    model = block if method == "krylov" else lumped(block)
+    greens = greens_function(model, bandwidth=1 / WIDTH, duration=SHORT, tolerance=2e-2, method=method)
+    assert greens.valid_for == SHORT
+    assert late_error(model, greens, 0.0, SHORT) <= greens.error_estimate.reduction
+    assert late_error(model, greens, 0.0, 30 * SHORT) > 3 * greens.error_estimate.reduction
+    problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), greens)
+    impact.prepare(problem, 1e-8, SHORT)
+    with pytest.raises(impact.GreensFunctionError, match=r"lasts 6e-06 s but g is known up to 5e-06 s .* 500 steps"):
+        impact.prepare(problem, 1e-8, 6e-6)
+
+
+def test_samples_are_known_to_their_end(block):
+    stepped = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="transient")
+    assert stepped.valid_for == pytest.approx(2e-5)
+
+
+def test_modes_are_modes_at_any_time(block):
+    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
+    assert modes.valid_for == np.inf
+    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
+
+
+def test_what_damping_has_forgotten_need_not_be_right(block):
+    """Once the band's tail has died away, a longer duration changes nothing: not the work, not the answer."""
+    ratio = 0.08
+    end = memory(ratio, 1 / WIDTH)
+    assert np.exp(-ratio * 2 * np.pi * 0.1 / WIDTH * end) == pytest.approx(1e-3)
+    arguments = {"bandwidth": 1 / WIDTH, "tolerance": 1e-2, "damping_ratio": ratio, "method": "krylov"}
+    just, longer = (greens_function(block, duration=d, **arguments) for d in (end, 40 * end))
+    short = greens_function(block, duration=0.2 * end, **arguments)
+    assert (just.valid_for, longer.valid_for) == (np.inf, np.inf)
+    assert short.valid_for == pytest.approx(0.2 * end)
+    assert longer.provenance["vectors"] == just.provenance["vectors"]
+    assert late_error(block, longer, ratio, 10 * end) <= longer.error_estimate.reduction
+
+
+@pytest.mark.parametrize("method", ["krylov", "second_order", "lanczos"])
+def test_the_number_of_vectors_can_be_given(block, method):
+    arguments = {"bandwidth": 1 / WIDTH, "duration": SPAN, "tolerance": 1e-4, "method": method}
+    if method == "lanczos":
+        block = lumped(block)
+    with pytest.raises(ConvergenceError, match=r"(?s)^(12|14) .*max_vectors \(seat\.greens\.max_vectors in a scene\)"):
+        greens_function(block, **arguments, max_vectors=12)
+    with pytest.raises(ModelError, match="max_vectors = 0"):
+        greens_function(block, **arguments, max_vectors=0)
+
+
+@pytest.mark.parametrize("method", ["auto", "krylov", "modes", "lanczos", "second_order", "transient"])
+@pytest.mark.parametrize(
+    ("mass", "weight", "message"),
+    [(1.0, 1e-300, "port 'contact'"), (1.0, 1e200, "port 'contact'"), (1e250, 1.0, "M"), (1e-250, 1.0, "M")],
+)
+def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, message):
+    port = rod.ports["contact"]
+    model = SecondOrderModel(as_csr(mass * rod.M), None, rod.K, {"contact": Port(weight * port.vector)})
+    with pytest.raises(ModelError, match=rf"^{message}: its largest entry is .* check its units"):
+        greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
+
+
+def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
+    """A cutoff that rises asks for the new modes alone, instead of all of them again."""
+    import seatfem.structures.reduction.modal_road as module
+
+    made = []
+
+    class Watched(module.Spectrum):
+        def __init__(self, *given, **named):
+            super().__init__(*given, **named)
+            made.append(self)
+
+    monkeypatch.setattr(module, "Spectrum", Watched)
+    greens, modes = modal_greens(block, Damping(), bandwidth=1e5, duration=5e-5, tolerance=8e-3)
+    assert greens.provenance["cutoff_Hz"] > 1.2 * 3 * 1e5  # it rose
+    assert len(made) == 1
+    once = module.Spectrum(block)
+    once.below(made[0].top)
+    assert len(modes.omega) == len(once.values)
+    assert made[0].solves < 2 * once.solves + 60
+
+
+def test_a_band_below_the_lowest_mode_is_answered(block):
+    greens, modes = modal_greens(block, Damping(), bandwidth=2e4, duration=1e-4, tolerance=2e-2)
+    assert len(modes.omega) >= 1
+    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
+
+
+def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
+    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
+    aims = {"bandwidth": 4e5, "duration": 2e-5}
+    easy, _ = krylov_greens(block, Damping(0.1), tolerance=1e-2, **aims)
+    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
+    hard, _ = krylov_greens(block, Damping(), tolerance=1e-4, **aims)
+    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
+    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4

@@ -1,0 +1,164 @@
+"""Lanczos-Gauss against all modes of the same lumped matrices; its window, its brackets, its refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+import skfem
+
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.model import ModelError
+from seatfem.structures.reduction.choice import predict
+from seatfem.structures.reduction.damping import Damping, truncate
+from seatfem.structures.reduction.gauss_rule import gauss_rule
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.lanczos import lanczos_greens, nodes
+from seatfem.structures.reduction.lanczos_recursion import Recursion
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.rigid import rigid_shapes
+
+STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
+BOUNDARIES = {
+    "fixed": lambda x: x[2] < 1e-9,
+    "left": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] < 5.9e-3),
+    "right": lambda x: (x[2] > 4e-3 - 1e-9) & (x[0] > 6.1e-3),
+}
+
+
+def block(**options):
+    """Steel block of quadratic hexahedra with two patches, about 800 unknowns, nodal mass."""
+    mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 5), np.linspace(0, 11e-3, 4), np.linspace(0, 4e-3, 3))
+    ports = {"left": "left", "right": "right"}
+    return assemble(mesh.with_boundaries(BOUNDARIES), STEEL, ports=ports, order=2, mass="nodal", **options)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return block()
+
+
+def every_mode(model, damping):
+    values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
+    omega = np.sqrt(np.maximum(values, 0.0))
+    omega[: rigid_shapes(model).shape[1]] = 0.0
+    p = len(model.ports)
+    zeta = damping.ratios(omega)
+    return truncate(omega, zeta, shapes.T @ model.port_matrix, np.inf, np.zeros((p, p)), model, damping)
+
+
+def test_gauss_rule_is_the_eigendecomposition_also_with_repeated_values():
+    rng = np.random.default_rng(3)
+    a, b = rng.random(80), rng.random(79)
+    b[40] = 1e-14  # two halves with nearly the same values
+    a[41:], b[41:] = a[:39], b[:38]
+    values, first = gauss_rule(a, b)
+    exact = np.diag(a) + np.diag(b, 1) + np.diag(b, -1)
+    assert values == pytest.approx(np.linalg.eigvalsh(exact), abs=1e-13)
+    for power in (0, 1, 7):  # moments of the measure
+        assert np.sum(first**2 * values**power) == pytest.approx(np.linalg.matrix_power(exact, power)[0, 0], rel=1e-12)
+
+
+def test_the_quadrature_is_exact_until_4k_over_the_highest_frequency_and_not_beyond(model):
+    recursion = Recursion(model)
+    recursion.extend(120)
+    omega, shapes, _ = nodes(recursion, np.inf)
+    every = every_mode(model, Damping())
+    highest = every.omega.max()
+    assert np.sqrt(recursion.highest()) == pytest.approx(highest, rel=1e-3)
+    limit = 4 * 120 / highest
+
+    def error(t):
+        found = np.einsum("ki,kt,kj->ijt", shapes, np.sin(np.outer(omega, t)) / omega[:, None], shapes)
+        exact = np.array([[every.impulse_response(t, i, j) for j in range(2)] for i in range(2)])
+        return np.abs(found - exact).max() / np.abs(exact).max()
+
+    # the transition of Bessel's J_2k at 2k has a width of k^(1/3): 5 of 120
+    assert error(np.linspace(0, 0.85 * limit, 300)) < 1e-9
+    assert error(np.linspace(1.2 * limit, 1.4 * limit, 300)) > 1e-3
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_the_error_is_below_its_estimate(model, ratio, tolerance):
+    bandwidth, duration = 3e5, 4e-5
+    greens = lanczos_greens(model, Damping(ratio), bandwidth=bandwidth, duration=duration, tolerance=tolerance)
+    t = np.linspace(0, duration, 1201)
+    exact = every_mode(model, Damping(ratio)).filtered_matrix(t, 1 / bandwidth)
+    error = np.abs(greens.filtered_matrix(t, 1 / bandwidth) - exact).max() / np.abs(exact).max()
+    stated = greens.error_estimate.reduction
+    assert error <= 1.02 * stated  # the measuring points miss the largest value by two per cent
+    assert stated <= min(tolerance, 20 * error)  # once the window is covered the error falls at once, by any factor
+
+
+def test_gauss_and_radau_enclose_the_receptance_at_real_frequencies(model):
+    recursion = Recursion(model)
+    widths = []
+    for steps in (10, 20, 40, 80):
+        recursion.extend(steps)
+        for s in (1e4, 2e6):
+            bracket = recursion.bracket(s)
+            dense = np.linalg.solve((model.K + s**2 * model.M).toarray(), model.port_matrix)
+            exact = np.trace(model.port_matrix.T @ dense)
+            assert bracket["lower"] <= exact * (1 + 1e-9)
+            assert bracket["upper"] >= exact * (1 - 1e-9)
+        widths.append(bracket["relative_width"])
+    assert widths[0] > 1e-4
+    assert widths[-1] < 1e-9  # at 2e6 1/s the decay of one element is resolved
+
+
+@pytest.mark.parametrize("road", ["lanczos", "krylov", "modes"])
+def test_a_free_block_keeps_its_rigid_part_exactly(road):
+    free = block(fixed=())
+    rigid = rigid_shapes(free)
+    assert rigid.shape[1] == 6
+    # six translations and rotations: total mass in the first moments, no energy
+    assert np.abs(free.K @ rigid).max() < 1e-9 * np.abs(free.K).max() * np.abs(rigid).max()
+    greens = greens_function(free, bandwidth=1.5e5, duration=3e-5, tolerance=3e-2, method=road)
+    loose = greens.shapes[greens.omega == 0]
+    assert np.sum(greens.omega == 0) == 6
+    part = rigid.T @ free.port_matrix
+    assert loose.T @ loose == pytest.approx(part.T @ part, rel=1e-12)
+    # a push on both patches with equal pressure lifts the block and turns it about y: 1/m + (arm)^2/I by hand
+    mass = 7850.0 * 12e-3 * 11e-3 * 4e-3
+    inertia = mass / 12 * (np.array([11e-3, 12e-3, 0]) ** 2 + np.array([4e-3, 4e-3, 0]) ** 2)
+    arm = 3e-3
+    assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
+
+
+def test_dependent_ports_are_taken_as_what_they_are(model):
+    b = model.port_matrix
+    twice = replace(model, ports={"left": b[:, 0], "copy": b[:, 0], "right": b[:, 1]})
+    recursion = Recursion(twice)
+    assert recursion.width == 2
+    recursion.extend(60)
+    static = recursion.resolvent(0.0)
+    assert static[0] == pytest.approx(static[1], rel=1e-12)
+
+
+def test_auto_takes_lanczos_for_short_windows_and_krylov_for_long_ones(model):
+    short = greens_function(model, bandwidth=3e5, duration=1e-5, tolerance=2e-2)
+    assert short.provenance["method"] == "lanczos"
+    assert f"{predict(model, 1e-5).products} products" in short.provenance["reason"]
+    assert short.provenance["products"] < 1.3 * predict(model, 1e-5).products
+    long = greens_function(model, bandwidth=3e5, duration=1e-3, tolerance=2e-2, damping_ratio=0.1)
+    assert long.provenance["method"] == "krylov"
+    assert "Lanczos products" in long.provenance["reason"]
+    checks = short.provenance["checks"]
+    assert checks["passive"]
+    assert checks["reciprocity"] < 1e-12
+
+
+def test_refusals(model):
+    consistent = block()
+    consistent = replace(consistent, M=consistent.M + 1e-3 * consistent.K * (consistent.M.max() / consistent.K.max()))
+    with pytest.raises(ModelError, match="needs a diagonal mass: assemble with mass='nodal'"):
+        greens_function(consistent, bandwidth=3e5, duration=1e-5, tolerance=1e-2, method="lanczos")
+    with pytest.raises(ConvergenceError, match=r"40 Lanczos steps .* about \d+ would do: .*method='krylov'"):
+        lanczos_greens(model, Damping(), bandwidth=3e5, duration=1e-3, tolerance=1e-2, max_steps=40)
+    regional = replace(model, loss=model.K.multiply(0.02) + model.M * 1e11)
+    with pytest.raises(ModelError, match="loss factors that differ by region need shapes of modes"):
+        greens_function(regional, bandwidth=3e5, duration=1e-5, tolerance=1e-2, method="lanczos")
+    indefinite = replace(model, K=model.K - (2 * np.pi * 2e5) ** 2 * model.M)
+    with pytest.raises(ModelError, match="K is indefinite"):
+        lanczos_greens(indefinite, Damping(), bandwidth=3e5, duration=2e-5, tolerance=1e-2)

@@ -1,0 +1,203 @@
+"""Coupled damping: the quadratic pencil against closed forms, the second-order Krylov road against time stepping."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+import skfem
+from scipy import sparse
+
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.rod1d import rod_model
+from seatfem.structures.elements.supports import Absorbing
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError, Port, SecondOrderModel
+from seatfem.structures.reduction.damping import Damping, damping_of, uniform_loss
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.quadratic_pencil import Coupled, poles
+from seatfem.structures.reduction.second_order_krylov import second_order_greens
+from seatfem.structures.reduction.toar import SecondOrderBasis
+
+ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
+C0, Z = np.sqrt(200e9 / 7850.0), 1e-4 * np.sqrt(200e9 * 7850.0)
+STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
+
+
+def test_proportional_damping_gives_back_the_modes_from_light_to_heavy():
+    omega = np.array([1.0, 2.0, 3.0, 7.0])
+    zeta = np.array([0.0, 0.2, 0.9, 2.5])
+    ports = np.random.default_rng(0).standard_normal((4, 2))
+    greens = poles(Coupled(omega, np.diag(2 * zeta * omega), ports), ("a", "b"))
+    modal = ModalGreens(omega, zeta, ports, Residual.none(2), ("a", "b"))
+    t = np.linspace(0, 9, 50)
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        assert greens.impulse_response(t, i, j) == pytest.approx(modal.impulse_response(t, i, j), abs=1e-12)
+    assert len(greens.poles) == 3
+    assert sorted(greens.signs) == [-1.0, 1.0]
+
+
+def test_repeated_poles_are_not_mixed():
+    """Two equal oscillators pushed by different ports: their vectors must be made orthogonal within the pair."""
+    turn = scipy.linalg.expm(np.array([[0, 0.7, 0.1], [-0.7, 0, 0.4], [-0.1, -0.4, 0]]))
+    omega = np.array([2.0, 2.0, 2.0])
+    for zeta in (0.1, 1.4):
+        greens = poles(Coupled(omega, 4 * zeta * turn @ np.eye(3) @ turn.T, turn[:, :2]), ("a", "b"))
+        modal = ModalGreens(omega, np.full(3, zeta), turn[:, :2], Residual.none(2), ("a", "b"))
+        t = np.linspace(0, 6, 40)
+        for i, j in ((0, 0), (0, 1), (1, 1)):
+            assert greens.impulse_response(t, i, j) == pytest.approx(modal.impulse_response(t, i, j), abs=1e-9)
+
+
+def test_coupled_damping_is_the_matrix_exponential():
+    rng = np.random.default_rng(1)
+    omega = np.array([0.0, 0.0, 1.0, 1.5, 4.0])
+    half = rng.standard_normal((5, 3))
+    half[0] = 0.0  # one undamped rigid body, one damped
+    C, ports = half @ half.T * 0.3, rng.standard_normal((5, 2))
+    greens = poles(Coupled(omega, C, ports), ("a", "b"))
+    assert greens.rigid == pytest.approx(np.sign(greens.rigid[0, 0] * ports[0, 0]) * ports[:1], rel=1e-12)
+    assert np.sum(greens.rates == 0) == 1
+    first = np.block([[np.zeros((5, 5)), np.eye(5)], [-np.diag(omega**2), -C]])
+    for t in (0.3, 2.0, 11.0):
+        exact = ports.T @ scipy.linalg.expm(first * t)[:5, 5:] @ ports
+        found = [[float(greens.impulse_response(t, i, j)) for j in range(2)] for i in range(2)]
+        assert np.array(found) == pytest.approx(exact, abs=1e-11)
+
+
+def test_the_basis_spans_the_second_order_krylov_space_orthonormally():
+    """Against the plain recursion, which holds for a dozen vectors; far beyond, Q stays orthonormal."""
+    model = rod_model(**ROD, elements=60)
+    b = model.port_matrix[:, 0]
+    C = sparse.csr_array(0.4 * Z * np.outer(b, b))
+    s = 2 * np.pi * 2e5
+    P = model.K + s * C + s**2 * model.M
+    basis = SecondOrderBasis(model, C, factorize(P), s, 80, np.zeros((model.size, 0)))
+    basis.grow(6)
+    plain = [np.linalg.solve(P.toarray(), b)]
+    before = np.zeros_like(b)
+    for _ in range(5):
+        right = (2 * s * model.M + C) @ plain[-1] + model.M @ before
+        before = plain[-1]
+        plain.append(-np.linalg.solve(P.toarray(), right))
+    for vector in plain:
+        left = vector - basis.Q @ (basis.Q.T @ (model.M @ vector))
+        assert np.linalg.norm(left) < 1e-6 * np.linalg.norm(vector)  # the plain recursion loses a digit per step
+    basis.grow(80)
+    assert np.abs(basis.Q.T @ (model.M @ basis.Q) - np.eye(80)).max() < 1e-12
+
+
+@pytest.mark.parametrize("share", [0.1, 1.0, 5.0])
+def test_a_rod_on_a_dashpot_is_dalemberts(share):
+    """Force at one end, dashpot share*Z at the other: echoes (-1)^... times ((1 - share)/(1 + share))^n."""
+    model = rod_model(**ROD, elements=80, fixed_end=False)
+    far = np.zeros(model.size)
+    far[np.argmax(model.dofs.points[0, model.dofs.free])] = 1.0
+    damped = replace(model, C=sparse.csr_array(share * Z * np.outer(far, far)))
+    width, trip = 4e-6, 2 * 30e-3 / C0
+    greens = greens_function(damped, bandwidth=1 / width, duration=3 * trip, tolerance=1e-2)
+    assert greens.provenance["method"] == "second_order"
+    reflection = (1 - share) / (1 + share)
+    # between echoes g is constant: 1/Z (1 + 2 sum of R^k)
+    t = np.array([0.7, 1.7, 2.7]) * trip
+    exact = np.cumsum([1.0, 2 * reflection, 2 * reflection**2]) / Z
+    # stated error; elements of 0.4 mm add a thousandth at wavelengths of 20 mm
+    limit = greens.error_estimate.reduction * max(exact.max(), 1 / Z) + 2e-3 / Z
+    assert np.abs(greens.filtered(t, width) - exact).max() <= limit
+    assert greens.provenance["checks"]["passive"]
+
+
+@pytest.fixture(scope="module")
+def block():
+    """Steel block standing on absorbing sides and bottom, nothing clamped, two patches on its top."""
+    mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 6), np.linspace(0, 11e-3, 5), np.linspace(0, 5e-3, 4))
+    mesh = mesh.with_boundaries(
+        {
+            "open": lambda x: (x[2] < 1e-9) | (x[0] < 1e-9) | (x[0] > 12e-3 - 1e-9),
+            "left": lambda x: (x[2] > 5e-3 - 1e-9) & (x[0] < 4.9e-3),
+            "right": lambda x: (x[2] > 5e-3 - 1e-9) & (x[0] > 7.1e-3),
+        }
+    )
+    ports = {"left": "left", "right": "right"}
+    return assemble(mesh, STEEL, fixed=(), supports=(Absorbing("open"),), ports=ports, order=2)
+
+
+@pytest.fixture(scope="module")
+def stepped(block):
+    return greens_function(block, bandwidth=2e5, duration=1.5e-5, tolerance=3e-3, method="transient")
+
+
+@pytest.mark.parametrize("tolerance", [2e-2, 3e-3])
+def test_absorbing_sides_agree_with_time_stepping_within_the_estimates(block, stepped, tolerance):
+    bandwidth, duration = 2e5, 1.5e-5
+    t = np.linspace(0, duration, 201)
+    greens = second_order_greens(block, Damping(), bandwidth=bandwidth, duration=duration, tolerance=tolerance)
+    one, other = (g.filtered_matrix(t, 1 / bandwidth) for g in (greens, stepped))
+    error = np.abs(one - other).max() / np.abs(other).max()
+    assert error <= greens.error_estimate.reduction + stepped.error_estimate.reduction
+    assert greens.error_estimate.reduction <= tolerance
+    assert greens.origin["checks"]["passive"]
+    assert stepped.origin["checks"]["reciprocity"] < 1e-9
+    # dashpots hold no static load: all six motions drift
+    assert np.sum(greens.rates == 0) == 6
+    assert np.all(np.isinf(np.diag(greens.static_compliance())))
+
+
+def test_the_road_agrees_with_krylov_where_damping_is_proportional(block):
+    plain = replace(block, C=2e-8 * block.K)
+    aims = {"bandwidth": 2e5, "duration": 3e-5, "tolerance": 1e-2}
+    t = np.linspace(0, 3e-5, 301)
+    one, other = (greens_function(plain, method=road, **aims) for road in ("second_order", "krylov"))
+    a, b = one.filtered_matrix(t, 5e-6), other.filtered_matrix(t, 5e-6)
+    assert np.abs(a - b).max() <= (one.error_estimate.reduction + other.error_estimate.reduction) * np.abs(b).max()
+    # six rigid motions, kept exactly
+    assert one.rigid.T @ one.rigid == pytest.approx(other.shapes[:6].T @ other.shapes[:6], rel=1e-9)
+
+
+def test_loss_factors_by_region_are_the_modal_strain_energy():
+    mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 3), np.linspace(0, 11e-3, 3), np.linspace(0, 4e-3, 3))
+    mesh = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 4e-3 - 1e-9})
+    mesh = mesh.with_subdomains({"lossy": lambda x: x[0] < 6e-3, "plain": lambda x: x[0] > 6e-3})
+    steel = Material(**STEEL)
+    model = assemble(mesh, {"plain": steel, "lossy": replace(steel, loss_factor=0.04)}, order=2)
+    assert uniform_loss(model) is None
+    greens = {
+        road: greens_function(model, bandwidth=2e5, duration=3e-5, tolerance=1e-2, method=road)
+        for road in ("krylov", "modes", "second_order")
+    }
+    values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
+    zeta = np.einsum("nm,nm->m", shapes, model.loss @ shapes) / (2 * values)
+    assert 0.0 < zeta.min() < zeta.max() < 0.02
+    assert 0.005 < zeta[:10].mean() < 0.015
+    assert greens["modes"].zeta == pytest.approx(zeta[: len(greens["modes"].zeta)], rel=1e-6)
+    t = np.linspace(0, 3e-5, 301)
+    after = {road: g.filtered(t, 5e-6) for road, g in greens.items()}
+    for road in ("krylov", "second_order"):
+        allowed = greens[road].error_estimate.reduction + greens["modes"].error_estimate.reduction
+        assert np.abs(after[road] - after["modes"]).max() <= allowed * np.abs(after["modes"]).max()
+    undamped = greens_function(replace(model, loss=None), bandwidth=2e5, duration=3e-5, tolerance=1e-2, method="modes")
+    assert np.abs(undamped.filtered(t, 5e-6) - after["modes"]).max() > 0.02 * np.abs(after["modes"]).max()
+
+
+def test_a_uniform_loss_factor_is_half_of_it_as_a_ratio_and_ratios_add():
+    model = rod_model(**ROD, elements=20, damping=(0.0, 1e-8))
+    lossy = replace(model, loss=0.06 * model.K)
+    damping = damping_of(lossy, 0.01)
+    assert damping.ratio == pytest.approx(0.04, rel=1e-12)
+    assert damping.ratios(np.array([0.0, 1e6])) == pytest.approx([0.04, 0.045], rel=1e-12)
+    with pytest.raises(ModelError, match="defined by the frequency and cannot be stepped"):
+        greens_function(lossy, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="transient")
+
+
+def test_refusals():
+    model = rod_model(**ROD, elements=200)
+    feeding = replace(model, C=sparse.diags_array(-np.arange(model.size, dtype=float)))
+    with pytest.raises(ModelError, match="it would feed energy"):
+        second_order_greens(feeding, Damping(), bandwidth=1e5, duration=1e-5, tolerance=1e-2)
+    b = model.port_matrix[:, 0]
+    damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b)})
+    with pytest.raises(ConvergenceError, match=r"25 second-order Krylov vectors leave .*method='transient'"):
+        second_order_greens(damped, Damping(), bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_vectors=25)

@@ -1,0 +1,106 @@
+"""Modes of very thin bodies: bending far below the frequencies that the size of the elements suggests."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import skfem
+
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError
+from seatfem.structures.reduction.mode_shift import null_limit
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.reduction.rigid import default_shift
+
+STEEL = Material(200e9, 0.3, 7850.0)
+RADIUS = 10e-3
+TWO_DIAMETERS, ONE_CIRCLE = 5.358, 9.003  # lambda^2 of the free disc, nu = 0.3 (Itao & Crandall, J. Appl. Mech. 1979)
+
+
+def free_disc(ratio, n):
+    """A disc, thickness ``ratio`` times its radius, of one layer of hexahedra, 2 n across."""
+    x = np.linspace(-1, 1, 2 * n + 1)
+    square = skfem.MeshHex.init_tensor(x, x, np.array([0.0, ratio * RADIUS]))
+    x, y, z = square.p
+    round_ = np.stack([RADIUS * x * np.sqrt(1 - y**2 / 2), RADIUS * y * np.sqrt(1 - x**2 / 2), z])
+    return assemble(skfem.MeshHex(round_, square.t), STEEL, fixed=(), ports={}, order=2)
+
+
+def unit(ratio):
+    """w / lambda^2 of Kirchhoff's plate [rad/s]."""
+    return ratio / RADIUS * math.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density))
+
+
+@pytest.fixture(scope="module")
+def thin():
+    return free_disc(0.005, 3)
+
+
+@pytest.fixture(scope="module")
+def modes(thin):
+    return solve_modes(thin, 9)
+
+
+def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(modes):
+    assert modes.complete
+    assert np.all(modes.frequencies_hz[:6] == 0.0)
+    # six straight elements across: the dodecagon's area is 4.5 % small, so the frequencies lie up to that much above
+    excess = modes.omega[6:] / unit(0.005) / np.array([TWO_DIAMETERS, TWO_DIAMETERS, ONE_CIRCLE]) - 1
+    assert np.all((excess > 0) & (excess < 0.045))
+
+
+def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, modes):
+    """Matrices from elsewhere: the rigid shapes are not known."""
+    unknown = solve_modes(replace(thin, dofs=None), 9)
+    assert np.all(unknown.frequencies_hz[:6] == 0.0)
+    assert unknown.frequencies_hz[6:] == pytest.approx(modes.frequencies_hz[6:], rel=1e-4)
+
+
+def test_a_low_shift_gives_the_same(thin, modes):
+    low = solve_modes(thin, 9, shift_hz=unit(0.005) * 30 / (2 * math.pi))
+    assert modes.frequencies_hz == pytest.approx(low.frequencies_hz, rel=1e-4)
+
+
+def test_dense_solutions_use_the_same_limit():
+    disc = free_disc(0.005, 1)
+    assert disc.size <= 600
+    frequencies = solve_modes(replace(disc, dofs=None), 8).frequencies_hz
+    assert np.all(frequencies[:6] == 0.0)
+    assert frequencies[6] > 0.5 * TWO_DIAMETERS * unit(0.005) / (2 * math.pi)
+
+
+def test_the_limit_lies_between_round_off_and_bending(thin):
+    bending = (TWO_DIAMETERS * unit(0.005)) ** 2
+    assert null_limit(thin) < 1e-3 * bending
+    assert null_limit(thin) < 1e-6 * default_shift(thin) ** 2  # which alone would take bending for rigid
+
+
+def test_indefinite_stiffness_is_refused(thin):
+    disc = free_disc(0.1, 1)
+    bad = replace(disc, K=(disc.K - 1e-2 * (TWO_DIAMETERS * unit(0.1)) ** 2 * disc.M).tocsr())
+    with pytest.raises(ModelError, match="indefinite"):
+        solve_modes(bad, 8)
+
+
+def held_column(height):
+    """Between smooth walls, clamped below; its lowest layer of quadratic tetrahedra ``height`` times as high."""
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for n in (2, 2, 3)))
+    points = mesh.p.copy()
+    points[2, np.isclose(points[2], 1 / 3)] *= height
+    mesh = skfem.MeshTet(points, mesh.t).with_boundaries(
+        {"fixed": lambda x: x[2] < 1e-12, "top": lambda x: x[2] > 1 - 1e-9}
+        | {f"side {i}{e}": lambda x, i=i, e=e: np.abs(x[i] - e) < 1e-9 for i in (0, 1) for e in (0, 1)}
+    )
+    sides = [f"side {i}{e}" for i in (0, 1) for e in (0, 1)]
+    return assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", sliding=sides, ports={"contact": "top"}, order=2)
+
+
+@pytest.mark.parametrize("height", [1e-4, 1e-6, 1e-8])
+def test_one_layer_of_flat_elements_turns_no_mode_of_a_held_body_into_a_rigid_one(height):
+    """It raises max K/M, hence the limit, far beyond the lowest w^2 = (pi/2)^2 (lambda + 2 mu)."""
+    model = held_column(height)
+    lam, mu = Material(1.0, 0.3, 1.0).lame
+    assert (null_limit(model) > (math.pi / 2) ** 2 * (lam + 2 * mu)) == (height < 1e-6)
+    assert solve_modes(model, 1).omega[0] == pytest.approx(math.pi / 2 * math.sqrt(lam + 2 * mu), rel=1e-3)

@@ -1,0 +1,273 @@
+"""Predicted element counts against real meshes, costs that grow with the work, and the file of a calibration."""
+
+import json
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from time import process_time
+
+import pytest
+
+from seatfem.faces.cli import DONE, run_command
+from seatfem.machine import calibration
+from seatfem.machine.rates import Machine, MachineError, calibration_file
+from seatfem.structures.counts.bodies import section_of, solid_of
+from seatfem.structures.counts.element_counts import predicted_sizes
+from seatfem.structures.counts.memory_need import counts_of, memory_need
+from seatfem.structures.counts.part_body import body_of
+from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.reduction import choice
+from seatfem.structures.seats.levels import sectors
+from seatfem.structures.seats.needs import mesh_spec
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
+from seatfem.study.planning import seat_costs
+from seatfem.study.planning.costs import predict_cost
+from seatfem.study.scene import load_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MESHES = EXAMPLES.parent / "meshes"
+SPEC = MeshSpec(size=2e-3, contact_size=0.7e-3)
+BODIES = [
+    (AnnularSeat(), 4),
+    (AnnularSeat(lip_height=0.0, lip_edge_radius=0.0), 4),
+    (ConicalSeat(), 4),
+    (Stopper(), 4),
+    (Stopper(dome_radius=30e-3), 4),
+    (ValvePlate(ports=4, thickness=3e-3), 8),
+    (ValvePlate(ports=3, layout="row"), 4),
+    (Bar(30e-3, 5e-3, 5e-3), 4),
+    (Block(20e-3, 20e-3, 8e-3, 3e-3, 3e-3), 4),
+]
+NAMES = ["annular", "flat", "conical", "stopper", "dome", "plate", "row", "bar", "block"]
+
+
+@pytest.mark.parametrize(("body", "parts"), BODIES, ids=NAMES)
+def test_volumes_are_those_of_the_closed_forms(body, parts):
+    """Squares cut off at the outline: a few per cent."""
+    if isinstance(body, AnnularSeat | ConicalSeat | Stopper):
+        exact = body.profile.volume
+    elif isinstance(body, Bar):
+        exact = body.length * body.width * body.height
+    elif isinstance(body, Block):
+        exact = body.width * body.depth * body.thickness
+    else:
+        x, y = body.half_sides
+        plan = 4 * x * y if body.layout == "row" else math.pi * body.outer_radius**2
+        exact = body.thickness * (plan - body.ports * math.pi * body.port_radius**2)
+    assert solid_of(body).inner.total == pytest.approx(exact, rel=0.03)
+    assert parts * solid_of(body, parts).inner.total == pytest.approx(exact, rel=0.03)
+
+
+@pytest.mark.parametrize("level", ["3d", "sector"])
+@pytest.mark.parametrize(("body", "parts"), BODIES, ids=NAMES)
+def test_counts_of_solids_are_those_of_the_mesh(body, parts, level):
+    """Within 25 %: gmsh meshes plates of two elements' thickness unevenly."""
+    cut = parts if level == "sector" else 1
+    mesh = make_mesh(body, SPEC, sector=cut)
+    sizes = predicted_sizes(body, SPEC, level, cut)
+    real = counts_of(mesh)
+    assert sizes.elements == pytest.approx(mesh.quality.elements, rel=0.25)
+    assert sizes.counts.dof == pytest.approx(real.dof, rel=0.25)
+    assert sizes.counts.nnz == pytest.approx(real.nnz, rel=0.25)
+    need, real_need = memory_need(sizes.counts).factorized, memory_need(real).factorized
+    assert need == pytest.approx(real_need, rel=0.4)  # the factor grows with n^(4/3)
+
+
+@pytest.mark.parametrize("shape", ["tet", "hex"])
+@pytest.mark.parametrize(("body", "parts"), BODIES[:4], ids=NAMES[:4])
+def test_counts_of_half_sections_are_those_of_the_mesh(body, parts, shape):
+    spec = MeshSpec(size=0.8e-3, contact_size=0.3e-3, shape=shape)
+    mesh = make_meridian(body, spec)
+    sizes = predicted_sizes(body, spec, "axisymmetric")
+    assert sizes.elements == pytest.approx(mesh.quality.elements, rel=0.25)
+    assert sizes.nodes == pytest.approx(mesh.quality.nodes, rel=0.25)
+
+
+@pytest.mark.parametrize("body", [BODIES[0][0], BODIES[7][0], BODIES[8][0]], ids=["annular", "bar", "block"])
+def test_counts_of_hexahedra_are_those_of_the_mesh(body):
+    """Grids of bars and blocks are known exactly."""
+    spec = MeshSpec(size=1.5e-3, contact_size=0.7e-3, shape="hex")
+    mesh = make_mesh(body, spec, sector=4)
+    sizes = predicted_sizes(body, spec, "sector", 4)
+    exact = not isinstance(body, AnnularSeat)
+    assert sizes.elements == pytest.approx(mesh.quality.elements, rel=1e-12 if exact else 0.25)
+    assert sizes.nodes == pytest.approx(mesh.quality.nodes, rel=1e-12 if exact else 0.25)
+    assert sizes.counts.nnz == pytest.approx(counts_of(mesh).nnz, rel=1e-12 if exact else 0.25)
+
+
+def test_counts_follow_the_power_of_the_size():
+    """Halved everywhere: eight times the elements of a solid, four times those of a section, for fine meshes."""
+    fine = MeshSpec(size=0.1e-3, contact_size=0.1e-3)
+    finer = MeshSpec(size=0.05e-3, contact_size=0.05e-3)
+    for level, ratio in (("3d", 8), ("axisymmetric", 4)):
+        one, other = (predicted_sizes(ConicalSeat(), spec, level).elements for spec in (fine, finer))
+        assert other / one == pytest.approx(ratio, rel=0.05)
+
+
+def test_finer_at_the_contact_costs_more():
+    counts = [predicted_sizes(AnnularSeat(), MeshSpec(1e-3, c), "3d").elements for c in (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)]
+    assert counts == sorted(counts)
+    assert counts[-1] > 10 * counts[0]
+
+
+@pytest.mark.parametrize(("name", "drawn"), [("annular_seat", AnnularSeat()), ("conical_seat", ConicalSeat())])
+def test_a_cad_part_is_counted_like_the_same_body_drawn_here(name, drawn):
+    """From the coarse elements of its inspection; a block as large as its box would be 1.5 to 3 times too many."""
+    part = CadPart(MESHES / f"{name}.step")
+    for spec in (MeshSpec(4e-3, 1.6e-3), MeshSpec(2e-3, 0.8e-3), MeshSpec(2e-3, 0.3e-3)):
+        found, known = (predicted_sizes(geometry, spec, "3d") for geometry in (part, drawn))
+        assert found.elements == pytest.approx(known.elements, rel=0.3)
+
+
+def test_a_cad_part_s_volume_and_surface_are_its_own():
+    body = body_of(CadPart(MESHES / "valve_body.step"))
+    assert body.inner.total == pytest.approx(10756.75e-9, rel=1e-4)
+    assert body.outer.total == pytest.approx(4321e-6, rel=0.05)  # straight triangles
+
+
+def demo(size=None, bandwidth=None, steps=None, model="axisymmetric"):
+    """The demo's scene, filled."""
+    scene = load_scene(EXAMPLES / "flapper_on_annular_seat.toml")
+    mesh, greens, run = scene.seat.mesh, scene.seat.greens, scene.run
+    if size is not None:
+        mesh = mesh.model_copy(update={"size": size, "contact_size": 0.4 * size})
+    if bandwidth is not None:
+        greens = greens.model_copy(update={"bandwidth": bandwidth})
+    if steps is not None:
+        run = run.model_copy(update={"time_step": run.duration / steps})
+    seat = scene.seat.model_copy(update={"mesh": mesh, "greens": greens, "model": model})
+    return scene.model_copy(update={"seat": seat, "run": run})
+
+
+@pytest.mark.parametrize("level", ["axisymmetric", "sector", "3d"])
+def test_finer_meshes_cost_more_time_and_memory(level):
+    costs = [predict_cost(demo(size, steps=1e5), level, Machine()) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
+    for one, other in pairwise(costs):
+        assert one.seconds < other.seconds
+        assert one.memory <= other.memory
+        assert one.parts["reduction"] < other.parts["reduction"]
+
+
+def test_more_steps_and_wider_bands_cost_more():
+    few, many = (predict_cost(demo(steps=n), "axisymmetric", Machine()) for n in (1e5, 1e6))
+    for stage in ("contact", "spring baseline", "reed stress", "error budget", "files"):
+        assert few.parts[stage] < many.parts[stage]
+    assert many.memory - few.memory == pytest.approx(8 * 44 * 9e5)  # histories
+    narrow, wide = (predict_cost(demo(1e-3, band, 1e5), "sector", Machine()) for band in (2e5, 1e6))
+    assert narrow.parts["reduction"] < wide.parts["reduction"]
+
+
+def test_parts_add_up_and_carry_the_stopwatch_s_names():
+    cost = predict_cost(demo(), "axisymmetric", Machine())
+    assert cost.seconds == pytest.approx(sum(cost.parts.values()))
+    named = {"mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "error budget", "pictures"}
+    assert named <= set(cost.parts)
+
+
+@pytest.mark.parametrize("name", [path.stem for path in sorted(EXAMPLES.glob("*.toml"))])
+def test_every_example_has_a_cost(name):
+    scene = load_scene(EXAMPLES / f"{name}.toml")
+    level = {"annular": "axisymmetric", "plate": "3d", "stopper": "axisymmetric", "bar": "sector"}.get(scene.seat.kind)
+    if getattr(scene.seat, "arc", None) is not None:
+        level = "harmonics"
+    cost = predict_cost(scene, level or "closed form", Machine())
+    assert 1.0 < cost.seconds < 1000.0
+    assert 1e8 < cost.memory < 5e9
+
+
+def test_a_spring_and_a_rod_need_no_reduction_of_the_seat():
+    spring, waves = (predict_cost(demo(0.3e-3), level, Machine()) for level in ("spring", "axisymmetric"))
+    assert spring.parts["reduction"] < waves.parts["reduction"]
+    assert "mesh" not in predict_cost(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod", Machine()).parts
+
+
+def test_costs_scale_with_the_machine():
+    scene, fast = demo(), Machine()
+    slow = replace(fast, **{name: 3 * rate for name, rate in fast.rates().items()})
+    ratio = predict_cost(scene, "axisymmetric", slow).seconds / predict_cost(scene, "axisymmetric", fast).seconds
+    assert ratio == pytest.approx(3)
+
+
+def test_predicting_is_quick():
+    """Once the shape is known; the first time also stays far below a second."""
+    scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
+    machine = Machine()
+    predict_cost(scene, "3d", machine)
+    times = []
+    for _ in range(5):
+        start = process_time()
+        predict_cost(scene, "3d", machine)
+        times.append(process_time() - start)
+    assert min(times) < 0.05
+
+
+def test_memory_of_the_demo_s_mesh_follows_the_law():
+    scene = demo(1e-3, model="3d")
+    sizes = predicted_sizes(scene.seat.geometry(), mesh_spec(scene.seat, "3d"), "3d", sectors(scene.seat))
+    assert predict_cost(scene, "3d", Machine()).memory > memory_need(sizes.counts).factorized
+
+
+def test_sections_with_small_arcs_are_finer_beside_them():
+    spec = MeshSpec(3e-3, 1.2e-3)
+    round_, sharp = (AnnularSeat(lip_edge_radius=r) for r in (0.1e-3, 0.0))
+    assert section_of(round_.profile).inner.count(spec, 2) > 1.2 * section_of(sharp.profile).inner.count(spec, 2)
+
+
+def test_a_calibration_is_read_back(tmp_path):
+    machine = Machine(start=0.7, solve=3e-8)
+    machine.save(tmp_path / "machine.json")
+    again = Machine.load(tmp_path / "machine.json")
+    assert again.rates() == machine.rates()
+    assert "measured" in again.origin
+
+
+def test_the_known_machine_is_the_measured_one_or_the_default():
+    assert Machine.known() == Machine()
+    assert "default" in Machine.known().origin
+    Machine(start=0.7).save(calibration_file())
+    assert Machine.known().start == 0.7
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no calibration can be read"),
+        ("{", "no calibration can be read"),
+        ("[1, 2]", "no calibration can be read"),
+        ('{"schema": 1, "rates": {"start": "fast"}}', "no calibration can be read"),
+        ('{"schema": 1, "rates": {"start": 1.0}}', "another version"),
+        ('{"schema": 99, "rates": {}}', "another version"),
+    ],
+)
+def test_a_damaged_calibration_is_told_with_a_remedy(tmp_path, text, words):
+    path = tmp_path / "machine.json"
+    path.write_text(text)
+    with pytest.raises(MachineError, match=words) as told:
+        Machine.load(path)
+    assert str(path) in str(told.value)
+    assert "--calibrate" in str(told.value)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+def test_rates_are_positive_and_finite(tmp_path, bad):
+    path = tmp_path / "machine.json"
+    Machine().save(path)
+    data = json.loads(path.read_text())
+    data["rates"]["solve"] = bad
+    path.write_text(json.dumps(data))
+    with pytest.raises(MachineError, match=r"solve = .*--calibrate"):
+        Machine.load(path)
+
+
+def test_doctor_calibrate_writes_the_file(monkeypatch, capsys):
+    monkeypatch.setattr(calibration, "calibrate", lambda progress: Machine(start=0.5))
+    assert run_command(["doctor", "--calibrate"]) == DONE
+    assert Machine.known().start == 0.5
+    assert str(calibration_file()) in capsys.readouterr().out.replace("\n", "")
+
+
+def test_plan_and_run_agree_on_which_seats_are_small() -> None:
+    assert seat_costs.ALL_MODES == choice.ALL_MODES

@@ -1,0 +1,286 @@
+"""Files that scenes name, opened before anything is planned: all that is wrong at once, at its line; read once."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.structures.formats import mesh_files
+from seatfem.structures.inspection import cad
+from seatfem.structures.inspection.cad import inspect_geometry
+from seatfem.structures.inspection.checks import check_files
+from seatfem.structures.inspection.mesh_file import mesh_of, shape_of
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.seats.store import Store
+from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
+from seatfem.study.planning.patch import patch_of
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.rounds_ahead import rounds_ahead
+from seatfem.study.planning.seat_costs import seat_model
+from seatfem.study.scene import Cad, MeshFile, Plate, SceneError, load_scene
+
+ROOT = Path(__file__).parents[2]
+MESHES = ROOT / "meshes"
+REST = """\
+[reed]
+kind = "rigid_mass"
+mass = "5 g"
+velocity = "-2 m/s"
+[run]
+duration = "0.1 ms"
+"""
+CAD = '[seat]\nkind = "cad"\nfile = "{}"\nmaterial = "steel"\n'
+MESH = f'[seat]\nkind = "mesh"\nfile = "{MESHES / "annular_seat.msh"}"\nmaterial = "steel"\n'
+COARSE = MeshSpec(8e-3, order=1, curved=False)
+
+
+def written(folder: Path, seat: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(seat + REST, encoding="utf-8")
+    return path
+
+
+def told(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
+    assert run_command([verb, str(written(folder, seat)), *(["-o", str(folder / "out")] if verb == "run" else [])]) == (
+        BAD_INPUT
+    )
+    assert not (folder / "out").exists()
+    text = capsys.readouterr().err.removeprefix("seatfem: ").replace(f"{folder}/", "")
+    return [line for line in text.splitlines() if line.startswith("scene.toml")]
+
+
+@pytest.mark.parametrize("verb", ["plan", "run"])
+def test_every_wrong_selector_is_told_at_its_line(
+    verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seat = (
+        CAD.format(MESHES / "valve_plate.step")
+        + 'contact = { number = 77 }\nfixed = { normal = [0, 0, 1], offset = "77 mm" }\n'
+        + 'groups.bores = { radius = "3 mm" }\nregions.ring = { order = 3 }\nmaterials.core = "titanium"\n'
+        + 'supports = [{ kind = "bolted", on = "rimm", normal = "5 GPa/mm" }]\n'
+    )
+    found = told(tmp_path, seat, capsys, verb)
+    assert [line.split(":")[1:3] for line in found] == [
+        ["5", " seat.contact"],
+        ["6", " seat.fixed"],
+        ["7", " seat.groups.bores"],
+        ["8", " seat.regions.ring"],
+        ["9", " seat.materials.core"],
+        ["10", " seat.supports.0.on"],
+    ]
+    assert "number 77" in found[0]
+    assert "6 separate faces match" in found[2]
+    assert "seatfem faces valve_plate.step" in found[0]
+
+
+def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (found,) = told(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
+    assert found.startswith("scene.toml:5: seat.unit: ")
+    (found,) = told(tmp_path, MESH + 'unit = "um"\n', capsys)
+    assert found.startswith("scene.toml:5: seat.unit: ")
+
+
+def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
+    assert [line.split(":")[1:3] for line in found] == [["5", " seat.contact"], ["6", " seat.fixed"]]
+    found = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
+    assert found[0].startswith("scene.toml:5: seat.supports.0.on: no face named 'x'; there are: 'contact'")
+
+
+@pytest.mark.parametrize(
+    ("seat", "place", "words"),
+    [
+        ('kind = "frf"\nfile = "seat.csv"', "3: seat.file", "Hz"),
+        ('kind = "greens"\nfile = "seat.csv"', "3: seat.file", "seat.csv"),
+        ('kind = "modes"\nfile = "seat.csv"\nnode = 1\ndirection = "+z"', "3: seat.file", "seat.csv"),
+        (
+            'kind = "matrices"\nstiffness = "seat.csv"\nmass = "seat.csv"\ncontact = "seat.csv"',
+            "4: seat.mass",
+            "cannot be read",
+        ),
+        (f'kind = "cad"\nmaterial = "steel"\nfile = "{MESHES / "README.md"}"', "", "unknown CAD format"),
+    ],
+)
+def test_wrong_headers_are_told_by_a_plan(
+    seat: str, place: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    found = told(tmp_path, f"[seat]\n{seat}\n", capsys)
+    assert place in found[0]
+    assert words in found[0]
+
+
+def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
+    seat = '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\n'
+    scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
+    with pytest.raises(SceneError, match="no face named 'top'; there are: 'contact', 'fixed'"):
+        check_files(scene)
+
+
+def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the plan, and not again by the same process; a changed file is."""
+    calls: list[str] = []
+    gmsh, read = cad.run_gmsh, mesh_files.run_gmsh
+    monkeypatch.setattr(cad, "run_gmsh", lambda job, *more: (calls.append(job["task"]), gmsh(job, *more))[1])
+    monkeypatch.setattr(mesh_files, "run_gmsh", lambda job, *more: (calls.append(job["task"]), read(job, *more))[1])
+    copy = tmp_path / "part.step"
+    copy.write_bytes((MESHES / "block.step").read_bytes())
+    scene = load_scene(written(tmp_path, CAD.format(copy)))
+    for _ in range(2):
+        plan_scene(scene, store=Store(tmp_path / "store"))
+    assert calls == ["inspect"]
+    copy.write_bytes((MESHES / "bar.step").read_bytes())
+    check_files(scene)
+    assert calls == ["inspect", "inspect"]
+    (tmp_path / "seat.msh").write_bytes((MESHES / "annular_seat.msh").read_bytes())
+    scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
+    plan_scene(scene, store=Store(tmp_path / "store"))
+    assert isinstance(scene.seat, MeshFile)
+    assert mesh_of(scene.seat) is mesh_of(scene.seat)
+    assert calls[2:] == ["read"]
+
+
+def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
+    """The ring's top is face 8 of the file; the common faces of two solids have two numbers each."""
+    part = CadPart(MESHES / "insert_seat.step", contact=NumberedFace((8,)), fixed=NumberedFace((3,)))
+    found = inspect_geometry(part)
+    assert found.problems == ()
+    assert [face.numbers for face in found.faces if "contact" in face.groups] == [(8,)]
+    assert sorted(face.numbers for face in found.faces if len(face.numbers) == 2) == [(4, 7), (6, 9)]
+    mesh = make_mesh(part, COARSE)
+    assert mesh.quality.cad_areas["contact"] == pytest.approx(np.pi * (8e-3**2 - 4e-3**2), rel=1e-9)
+    assert mesh.quality.cad_areas["fixed"] == pytest.approx(np.pi * (12e-3**2 - 4e-3**2), rel=1e-9)
+
+
+def test_a_number_that_is_not_there_is_refused() -> None:
+    with pytest.raises(GeometryError, match="number 12"):
+        make_mesh(CadPart(MESHES / "bar.step", contact=NumberedFace((1, 12))), COARSE)
+
+
+def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
+    """Bolt holes beside the axis; of the ports of an extruded plate, which the file calls extrusions, too."""
+    body = CadPart(MESHES / "valve_body.step", fixed=CylinderFace(2.25e-3, several=True))
+    shape = inspect_geometry(body).shape
+    holes = [face for face in inspect_geometry(body).faces if "fixed" in face.groups]
+    assert len(holes) == 4
+    assert sum(face.area for face in holes) == pytest.approx(4 * 2 * np.pi * 2.25e-3 * 8e-3, rel=1e-9)
+    assert set(shape.groups) == {"contact", "fixed"}
+    plate = CadPart(MESHES / "valve_plate.step", fixed=CylinderFace(3e-3, several=True))
+    assert sum("fixed" in face.groups for face in inspect_geometry(plate).faces) == 6
+    one = CadPart(MESHES / "valve_body.step", fixed=CylinderFace(2.25e-3))
+    assert "4 separate faces" in inspect_geometry(one).problems[0][1]
+
+
+def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
+    """As ever where no axis is given."""
+    scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
+    assert isinstance(scene.seat, Cad)
+    (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
+    assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
+
+
+def test_what_a_shape_measures() -> None:
+    """Against the drawing: lip 0.8 mm wide between its rounded edges, plate 6 mm thick clamped at its rim."""
+    annular = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
+    assert annular.volume == pytest.approx(3231.0e-9, rel=1e-3)
+    assert annular.width("contact") == pytest.approx(0.8e-3, rel=0.02)  # straight edges of coarse circles
+    assert annular.depth("contact") == pytest.approx(8.5e-3, rel=1e-6)
+    assert annular.span("contact", ["fixed"]) == 0.0
+    plate = inspect_geometry(CadPart(MESHES / "valve_plate.step")).shape
+    assert 3e-3 < plate.span("contact", ["fixed"]) < 9e-3  # lands from 6 to 14 mm, rim from 16 mm
+    bore = inspect_geometry(CadPart(MESHES / "valve_body.step", contact=CylinderFace(4e-3))).shape
+    assert bore.normal("contact") is None
+
+
+def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
+    scene = load_scene(written(tmp_path, MESH))
+    assert isinstance(scene.seat, MeshFile)
+    shape = shape_of(mesh_of(scene.seat))
+    drawn = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
+    for measure in ("area", "width", "depth"):
+        assert getattr(shape, measure)("contact") == pytest.approx(getattr(drawn, measure)("contact"), rel=0.02)
+    assert shape.volume == pytest.approx(drawn.volume, rel=1e-3)
+
+
+def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
+    """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
+    drawn = patch_of(
+        Plate.model_validate(
+            {
+                "kind": "plate",
+                "ports": 6,
+                "port_radius": "3 mm",
+                "pitch": "10 mm",
+                "margin": "5 mm",
+                "thickness": "6 mm",
+                "land_width": "1 mm",
+                "clamp_width": "2 mm",
+                "material": "steel",
+                "struck": 1,
+            }
+        )
+    )
+    seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
+    scene = load_scene(written(tmp_path, seat))
+    assert isinstance(scene.seat, Cad)
+    found = patch_of(scene.seat)
+    assert found.area == pytest.approx(drawn.area, rel=0.02)
+    assert found.width == pytest.approx(drawn.width, rel=0.05)
+    assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
+    for key in ("bending", "bending_frequency"):  # a plate with its load off the centre is stiffer than at the centre
+        assert 1 / 4 < getattr(found, key) / getattr(drawn, key) < 4
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    assert plan.shares["mesh"]["impulse"] > 0.0  # known beforehand, and so the mesh is chosen for the target
+    ahead = rounds_ahead(plan)
+    assert ahead.number == 1
+    assert ahead.seconds == plan.cost.seconds
+    assert ahead.further is not None
+    assert ahead.further > 0
+
+
+def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> None:
+    part = CAD.format(MESHES / "block.step")
+    path = written(tmp_path, part)
+    path.write_text(path.read_text(encoding="utf-8") + '[accuracy]\ntarget = "20 %"\n', encoding="utf-8")
+    scene = load_scene(path)
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    worse = replace(plan, error=dict.fromkeys(plan.error, 1.5 * scene.accuracy.target))
+    ahead = rounds_ahead(worse)
+    assert ahead.number > 1
+    assert ahead.seconds > worse.cost.seconds
+
+
+def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
+    scene = load_scene(written(tmp_path, MESH))
+    assert isinstance(scene.seat, MeshFile)
+    model = seat_model(scene, "3d")
+    assert model.sizes.elements == 7904
+    assert model.sizes.counts.dof == 40371
+    plan = plan_scene(scene, store=Store(tmp_path / "store"))
+    assert any("in no error bar" in note for note in plan.notes)
+    assert not any("nothing is known" in note for note in plan.notes)
+
+
+def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = written(tmp_path, CAD.format(MESHES / "valve_body.step") + "contact = { number = 9 }\n")
+    for part, said in (
+        (scene, "contact"),
+        (MESHES / "annular_seat.msh", "fixed"),
+        (MESHES / "insert_seat.step", "4 = 7"),
+    ):
+        picture, table = tmp_path / f"{part.stem}.png", tmp_path / f"{part.stem}.csv"
+        assert run_command(["faces", str(part), "-o", str(table)]) == DONE
+        assert said in capsys.readouterr().out
+        rows = table.read_text(encoding="utf-8").splitlines()
+        assert rows[0].startswith("number,surface,area [mm^2],centre [mm],normal or axis,radius [mm]")
+        assert run_command(["faces", str(part), "-o", str(picture), "--quiet"]) == DONE
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
+    assert run_command(["faces", str(spring)]) == BAD_INPUT
+    assert "has no faces" in capsys.readouterr().err

@@ -1,0 +1,73 @@
+"""Materials by name: cited values, single ones overruled, errors that list what there is."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from seatfem.structures.kinds.parts import Material
+from seatfem.structures.materials import Material as Solid
+from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
+from seatfem.study.scene import Annular, Cantilever, Scene, SceneError, load_scene
+
+Load = Callable[[str, str], Scene]
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Load:
+    def write_and_load(seat: str, reed: str) -> Scene:
+        path = tmp_path / "scene.toml"
+        path.write_text(
+            f'[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = {seat}\n'
+            '[reed]\nkind = "cantilever"\nlength = "20 mm"\nrelease = { tip_deflection = "1 mm" }\n'
+            f'material = {reed}\n[run]\nduration = "1 ms"\n',
+            encoding="utf-8",
+        )
+        return load_scene(path)
+
+    return write_and_load
+
+
+def test_a_name_is_its_values(load: Load) -> None:
+    scene = load('"grey cast iron"', '"Stainless_Valve-Steel"')
+    assert isinstance(scene.seat, Annular)
+    assert isinstance(scene.seat.material, Material)
+    assert isinstance(scene.reed, Cantilever)
+    assert (scene.seat.material.young, scene.seat.material.poisson, scene.seat.material.density) == (110e9, 0.26, 7200)
+    assert (scene.reed.material.young, scene.reed.material.density) == (215e9, 7700)
+
+
+def test_a_value_beside_the_name_overrules_the_list(load: Load) -> None:
+    scene = load('{ name = "steel", young = "210 GPa", loss_factor = 0.01 }', '"steel"')
+    assert isinstance(scene.seat, Annular)
+    assert isinstance(scene.seat.material, Material)
+    assert scene.seat.material.young == 210e9
+    assert scene.seat.material.density == 7850
+    assert scene.seat.material.loss_factor == 0.01
+
+
+def test_a_name_and_its_values_are_one_seat(load: Load) -> None:
+    """The name is no part of the key: what was computed before serves, however the material is written."""
+    written = '{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
+    assert load('"steel"', '"PEEK"').seat_key() == load(written, '"steel"').seat_key()
+
+
+@pytest.mark.parametrize(
+    ("given", "place"), [('"steal"', "scene.toml:5: seat.material"), ('{ name = "steal" }', "seat.material.name")]
+)
+def test_an_unknown_name_lists_what_there_is(load: Load, given: str, place: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        load(given, '"steel"')
+    (problem,) = caught.value.problems
+    assert place in str(problem)
+    assert "did you mean 'steel'?" in problem.message
+    assert all(repr(name) in problem.message for name in NAMED_MATERIALS)
+
+
+def test_every_material_is_a_sound_solid_with_a_source() -> None:
+    for name, found in NAMED_MATERIALS.items():
+        assert found is named_material(name)
+        assert found.source
+        solid = Solid(young=found.young, poisson=found.poisson, density=found.density)
+        assert 1300 < solid.c_0 < 5400  # from polymers to light metals; waves in metals are near 5 km/s
+    assert named_material("Cast iron") is NAMED_MATERIALS["grey cast iron"]

@@ -1,0 +1,153 @@
+"""`seatfem modes`: every mode of the seat, whatever its load excites."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy import sparse
+from scipy.io import mmwrite
+
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.seats.natural_modes import Wanted, natural_modes
+from seatfem.study.impacts.contact import RunError
+from seatfem.study.runs import mode_pictures
+from seatfem.study.runs.pipeline import write_modes
+from seatfem.study.scene import load_scene
+from seatfem.verification.grids import section
+
+RUN = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
+STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
+ANNULAR = (
+    f'[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n{STEEL}'
+    'mesh = { size = "2.5 mm", contact_size = "1 mm" }\n'
+)
+BAR = (
+    f'[seat]\nkind = "bar"\nlength = "12 mm"\nwidth = "2 mm"\nheight = "2 mm"\n{STEEL}'
+    'mesh = { size = "1 mm", contact_size = "1 mm", shape = "hex" }\n'
+)
+
+
+def seat_of(text, tmp_path):
+    (tmp_path / "scene.toml").write_text(text + RUN, encoding="utf-8")
+    return load_scene(tmp_path / "scene.toml")
+
+
+def found(text, tmp_path, count=None, up_to_hz=None):
+    return natural_modes(seat_of(text, tmp_path).seat, Wanted.of(count, up_to_hz), Stopwatch())
+
+
+@pytest.fixture(scope="module")
+def annular(tmp_path_factory):
+    return found(ANNULAR, tmp_path_factory.mktemp("annular"), 16)
+
+
+def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites(annular, tmp_path):
+    whole = found(ANNULAR.replace("[seat]", '[seat]\nmodel = "3d"'), tmp_path, 16)
+    assert annular.complete
+    assert whole.complete
+    # both meshes leave errors of their own: the solid's tetrahedra are straight across 2.5 mm
+    assert annular.frequencies_hz[:16] == pytest.approx(whole.frequencies_hz[:16], rel=0.02)
+    assert {mode.family for mode in annular.modes} == {"", "cos", "sin", "torsion"}
+    for one, other in zip(annular.modes, annular.modes[1:], strict=False):
+        if one.family == "cos":
+            assert (other.family, other.frequency_hz) == ("sin", one.frequency_hz)
+    assert all(mode.share == 0.0 for mode in annular.modes if mode.diameters or mode.family == "torsion")
+
+
+def test_shares_are_parts_of_the_static_compliance(tmp_path):
+    """All modes of a bar together hold its whole compliance; the end's mean moves along the bar."""
+    whole = found(BAR, tmp_path, 10**6)
+    shares = [mode.share for mode in whole.modes]
+    assert min(shares) >= 0.0
+    assert sum(shares) == pytest.approx(1.0, rel=1e-6)
+    axial = whole.modes[int(np.argmax(shares))]
+    # lateral inertia and the clamp
+    assert axial.frequency_hz == pytest.approx(math.sqrt(200e9 / 7850) / (4 * 12e-3), rel=0.02)
+    assert axial.share == pytest.approx(8 / math.pi**2, rel=0.02)  # the first of a rod's 8/(pi (2 k - 1))^2
+
+
+def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
+    """Two planes of bending, one frequency: below the bar's only mode that its end's load excites."""
+    modes = found(BAR, tmp_path, 3).modes
+    assert modes[0].frequency_hz == pytest.approx(modes[1].frequency_hz, rel=1e-6)
+    beam = 1.8751**2 * 2e-3 / math.sqrt(12) * math.sqrt(200e9 / 7850) / (2 * math.pi * (12e-3) ** 2)
+    assert 0.9 * beam < modes[0].frequency_hz < 1.02 * beam  # shear and rotary inertia, slenderness 6
+    assert max(mode.share for mode in modes[:2]) < 1e-9
+
+
+def test_an_arc_shares_among_its_harmonics(tmp_path):
+    arc = found(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
+    shares = {}
+    for mode in arc.modes:
+        shares[mode.diameters] = shares.get(mode.diameters, 0.0) + (mode.share or 0.0)
+    assert shares[1] > 1e-3
+    assert sum(shares.values()) < 1.0
+    assert all(mode.share == 0.0 for mode in arc.modes if mode.family in ("sin", "torsion"))
+
+
+def test_a_limit_in_hertz(annular, tmp_path):
+    limit = float(annular.frequencies_hz[7]) * 1.001
+    up_to = found(ANNULAR, tmp_path, None, limit)
+    assert up_to.frequencies_hz == pytest.approx(annular.frequencies_hz[annular.frequencies_hz < limit], rel=1e-9)
+    assert len(found(ANNULAR, tmp_path, None, 10.0).modes) == 0
+    assert len(found(ANNULAR, tmp_path, 2, limit).modes) <= 3
+    with pytest.raises(ModelError, match="--count 0"):
+        Wanted.of(0, None)
+
+
+def test_torsion_of_a_clamped_cylinder_is_a_quarter_wave_of_shear():
+    material = Material(200e9, 0.3, 7850.0)
+    for radii in ((0.0, 5e-3), (2e-3, 5e-3)):
+        mesh = section(np.linspace(*radii, 4), np.linspace(0.0, 20e-3, 9))
+        model = assemble_axisymmetric(mesh, material, torsion=True, fixed="bottom", order=2)
+        frequencies = solve_modes(model, 2).frequencies_hz
+        exact = material.c_s / (4 * 20e-3) * np.array([1.0, 3.0])
+        assert frequencies == pytest.approx(exact, rel=1e-4)  # (h/wavelength)^4 of quadratic elements, 16 of them
+    free = assemble_axisymmetric(mesh, material, torsion=True, fixed=(), order=2)
+    assert solve_modes(free, 1).frequencies_hz[0] == 0.0
+    with pytest.raises(ModelError, match="torsion is a motion of harmonic 0"):
+        assemble_axisymmetric(mesh, material, harmonic=1, torsion=True, fixed="bottom")
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    def write(pictures, folder, progress):
+        for name, _ in pictures:
+            (folder / name).write_text("picture")
+        return tuple(folder / name for name, _ in pictures), ()
+
+    monkeypatch.setattr(mode_pictures, "draw_all", write)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_table_on_file(tmp_path):
+    outcome = write_modes(seat_of(ANNULAR, tmp_path), tmp_path / "out", count=6)
+    with (tmp_path / "out" / "modes.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["frequency_hz"]) for row in rows] == pytest.approx(outcome.summary["frequencies_hz"], rel=1e-8)
+    assert {row["nodal_diameters"] for row in rows} >= {"0", "1"}
+    assert outcome.summary["complete"] is True
+    assert "as many as inertia counts" in outcome.messages[0]
+    assert {path.name for path in outcome.files} == {"modes.csv", "mesh.png", "modes.png", "mode_1.gif", "modes.vtu"}
+
+
+def test_matrices_have_modes_and_springs_have_none(tmp_path):
+    n = 30
+    K = sparse.diags_array([2.0 * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]) * 3e7
+    M = sparse.diags_array([4.0 * np.ones(n), np.ones(n - 1), np.ones(n - 1)], offsets=[0, 1, -1]) * 1e-3
+    mmwrite(tmp_path / "K.mtx", K.tocoo(), symmetry="symmetric", precision=17)
+    mmwrite(tmp_path / "M.mtx", M.tocoo(), symmetry="symmetric", precision=17)
+    (tmp_path / "port.csv").write_text(f"dof,weight\n{n},1\n", encoding="utf-8")
+    text = '[seat]\nkind = "matrices"\nmass = "M.mtx"\nstiffness = "K.mtx"\ncontact = "port.csv"\nsystem = "SI"\n'
+    outcome = write_modes(seat_of(text + 'greens = { bandwidth = "5 kHz" }\n', tmp_path), tmp_path / "out", count=5)
+    exact = np.sqrt(scipy.linalg.eigvalsh(K.toarray(), M.toarray())[:5]) / (2 * np.pi)
+    assert outcome.summary["frequencies_hz"] == pytest.approx(exact, rel=1e-9)
+    spring = seat_of('[seat]\nkind = "spring"\nstiffness = "1 MN/m"\n', tmp_path)
+    with pytest.raises(RunError, match="neither finite elements nor matrices"):
+        write_modes(spring, tmp_path / "none")

@@ -1,0 +1,568 @@
+"""A scene, carried out: what is written, what is used again, and what an interrupted run leaves."""
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.storage.hdf5 import load_greens, load_results
+from seatfem.structures.seats.kept_seats import KeptSeatWarning
+from seatfem.study.impacts.budget import SOURCES
+from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.runs import pictures, pipeline
+from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.study.scene import load_scene
+
+ROOT = Path(__file__).parents[2]
+REED = """
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+width = "10 mm"
+thickness = "0.305 mm"
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+damping_ratio = 0.03
+n_modes = 8
+release = { tip_deflection = "1 mm" }
+
+[run]
+duration = "0.7 ms"
+
+[accuracy]
+target = "50 %"
+"""
+SPRING = '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n' + REED
+ROD = '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "30 mm"\narea = "1 mm^2"\n' + REED
+STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+ANNULAR = (
+    '[seat]\nkind = "annular"\nmodel = "axisymmetric"\nbore_radius = "4 mm"\nlip_width = "2 mm"\n'
+    'lip_edge_radius = "0 mm"\n'
+    'damping_ratio = 0.1\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
+    'greens = { bandwidth = "100 kHz", tolerance = "3 %", method = "modes" }\n' + STEEL + REED
+)
+BAR = (
+    '[seat]\nkind = "bar"\nmodel = "sector"\nlength = "12 mm"\nwidth = "4 mm"\nheight = "4 mm"\ndamping_ratio = 0.1\n'
+    'mesh = { size = "3 mm", contact_size = "3 mm" }\ngreens = { bandwidth = "100 kHz", tolerance = "3 %" }\n'
+    + STEEL
+    + REED
+)
+DEMANDED = {
+    "peak_force_N", "filtered_peak_force_N", "filter_width_s", "impulse_Ns", "first_contact_s", "contact_duration_s",
+    "contact_count", "contact_count_raw", "max_seat_displacement_m", "energy_residual", "wall_time_s",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A finished run."""
+
+    scene: Path
+    folder: Path
+    outcome: RunOutcome
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        data: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
+        return data
+
+
+def run(text: str, folder: Path, progress: Callable[[str, float], None] = lambda stage, done: None) -> Ran:
+    folder.mkdir(parents=True, exist_ok=True)
+    scene = folder.parent / f"{folder.name}.toml"
+    scene.write_text(text, encoding="utf-8")
+    return Ran(scene, folder, run_scene(load_scene(scene), folder, progress))
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without pictures, which are tested elsewhere and take most of a small run's time."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+
+@pytest.fixture(scope="module")
+def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
+    """With the curves drawn, and stand-ins for what VTK draws (see test_plots)."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("plot_mesh", "plot_modes", "animate_mode"):
+            patch.setattr(pictures, name, lambda *given, path, **options: path.touch())
+        yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out")
+
+
+def assert_same_results(one: Path, other: Path) -> None:
+    """Bit for bit."""
+    a, b = load_results(one / "result.h5"), load_results(other / "result.h5")
+    assert set(a) == set(b) == {"wave", "spring"}
+    for name in a:
+        for series in ("time", "force", "gap", "striker_displacement", "target_displacement"):
+            np.testing.assert_array_equal(getattr(a[name], series), getattr(b[name], series))
+
+
+def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: Ran) -> None:
+    assert DEMANDED | {f"spring_{key}" for key in DEMANDED} <= set(annular.summary)
+    results = load_results(annular.folder / "result.h5")
+    for prefix, name in (("", "wave"), ("spring_", "spring")):
+        found, result = annular.summary, results[name]
+        assert found[prefix + "filter_width_s"] == 1e-6
+        assert found[prefix + "peak_force_N"] == measures.peak_force(result) > 0
+        assert found[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
+        assert found[prefix + "impulse_Ns"] == measures.impulse(result)
+        groups, raw = measures.contact_groups(result, merge=30e-6), measures.contact_intervals(result)
+        assert found[prefix + "contact_count"] == len(groups)
+        assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
+        assert found[prefix + "first_contact_s"] == groups[0, 0] == raw[0, 0]
+        assert found[prefix + "contact_duration_s"] == groups[0, 1] - groups[0, 0]
+        assert found[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
+        assert found[prefix + "energy_residual"] == result.energy.residual < 1e-9
+        assert 0 < found[prefix + "wall_time_s"] < 600
+
+
+def test_the_place_on_the_regime_map_is_in_the_summary(annular: Ran) -> None:
+    found = annular.summary
+    assert {"regime_mass_ratio", "regime_zener_lambda", "regime_predicted_peak_error"} <= set(found)
+    assert found["seat_kind"] == "annular"
+    assert found["restitution"] is None  # still in contact at the end of the record
+
+
+def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
+    greens = load_greens(annular.folder / "seat.h5")
+    assert annular.summary["seat_static_stiffness_N_per_m"] == 1 / greens.static_compliance()[0, 0]
+    spring = load_results(annular.folder / "result.h5")["spring"]
+    deflection = -spring.force / annular.summary["seat_static_stiffness_N_per_m"]
+    np.testing.assert_allclose(spring.target_displacement, deflection, rtol=1e-9, atol=1e-18)
+
+
+def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
+    """The mesh error from a coarser mesh, the reduction error within the tolerance of the scene."""
+    found = annular.summary
+    assert 0 < found["greens_error_reduction"] <= 0.03
+    assert 1e-4 < found["greens_error_mesh"] < 0.1
+    assert found["greens_error"] == pytest.approx(found["greens_error_reduction"] + found["greens_error_mesh"])
+    assert found["coarse_dof"] < found["seat_dof"]
+    stored = load_greens(annular.folder / "seat.h5")
+    assert stored.error_estimate.total == found["greens_error"]
+    assert stored.provenance["dof"] == found["seat_dof"]
+
+
+def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
+    """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
+    found = annular.summary
+    for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
+        parts = [found[f"error_{source}_{key}"] for source in SOURCES]
+        assert found[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
+    assert found["error_unknown"] == ""
+    peak = found["filtered_peak_force_N"]
+    assert 1e-5 * peak < found["error_mesh_filtered_peak_force_N"] < 0.2 * peak
+    # a force is at most as sensitive as g itself: a stiff contact follows g, a soft one the root of it
+    assert 0 < found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
+
+
+def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
+    written = {path.name for path in annular.outcome.files}
+    files, curves = {"summary.json", "result.h5", "seat.h5"}, {"force.png", "motion.png", "energy.png", "greens.png"}
+    assert written == files | curves | {"mesh.png", "modes.png", "mode_1.gif"}
+    assert {path.name for path in annular.folder.iterdir()} == written
+    assert not [message for message in annular.outcome.messages if "picture" in message]
+    stages = (
+        "plan",
+        "mesh",
+        "assembly",
+        "reduction",
+        "mesh error",
+        "contact",
+        "spring baseline",
+        "reed stress",
+        "error budget",
+        "files",
+        "pictures",
+    )
+    assert set(annular.outcome.stages) == set(stages)
+    assert sum(annular.outcome.stages.values()) <= annular.summary["wall_time_s"]
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
+    assert annular.summary["seat_reused"] is False
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "seat.h5").write_bytes((annular.folder / "seat.h5").read_bytes())
+    again = run(ANNULAR, folder)
+    assert again.summary["seat_reused"] is True
+    assert "reduction" not in again.outcome.stages
+    assert_same_results(again.folder, annular.folder)
+
+
+@pytest.mark.usefixtures("plain")
+def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
+    """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
+    first = run(BAR, tmp_path / "one").summary
+    again = run(BAR.replace("1 mm", "0.5 mm"), tmp_path / "two")
+    assert (first["seat_reused"], again.summary["seat_reused"]) == (False, True)
+    assert "reduction" not in again.outcome.stages
+    assert again.summary["error_mesh_impulse_Ns"] > 0
+    assert again.summary["greens_error"] == first["greens_error"]
+    load_greens(again.folder / "seat.h5")
+    assert run(BAR.replace("100 kHz", "90 kHz"), tmp_path / "three").summary["seat_reused"] is False
+
+
+@pytest.mark.usefixtures("plain")
+def test_seats_from_other_programs_files(tmp_path: Path) -> None:
+    """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
+    mass, stiffness, zeta = 0.02, 4e7, 0.05
+    for name, value in (("m", 1e-3 * mass), ("k", 1e-3 * stiffness)):
+        (tmp_path / f"{name}.mtx").write_text(
+            f"%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 {value!r}\n", encoding="utf-8"
+        )
+    (tmp_path / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
+    f = np.arange(50.0, 20e3, 50.0)
+    g = 1 / (stiffness - mass * (2 * np.pi * f) ** 2 + 2j * zeta * np.sqrt(mass * stiffness) * 2 * np.pi * f)
+    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
+    header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
+    (tmp_path / "frf.csv").write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    matrices = (
+        '[seat]\nkind = "matrices"\nmass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "mm-t-s"\n'
+        f'damping_ratio = {zeta}\ngreens = {{ bandwidth = "20 kHz" }}\n'
+    )
+    frf = '[seat]\nkind = "frf"\nfile = "frf.csv"\n'
+    one, other = (run(text + REED, tmp_path / name).summary for name, text in (("matrices", matrices), ("frf", frf)))
+    for found in (one, other):
+        assert found["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
+    assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
+    scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
+    found = run(scene, tmp_path / "out")
+    assert_same_results(found.folder, annular.folder)
+    assert found.summary["greens_error"] == annular.summary["greens_error"]
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("old", "new", "reused"),
+    [
+        ("", "", True),
+        ("1 mm", "2 mm", True),  # another release of the reed
+        ('"0.7 ms"', '"0.6 ms"', True),
+        ('"0.7 ms"', '"0.8 ms"', True),  # a spring is known for all times
+        ("27.8 N/um", "27.9 N/um", False),
+        ("27.8 N/um", "27800 N/mm", True),  # the same seat in other words
+    ],
+)
+def test_when_a_seat_is_used_again(old: str, new: str, reused: bool, tmp_path: Path) -> None:
+    run(SPRING, tmp_path / "out")
+    assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
+    first = run(SPRING, tmp_path / "out")
+    seat = first.folder / "seat.h5"
+    seat.write_bytes(seat.read_bytes()[:-100])
+    with pytest.warns(KeptSeatWarning, match=r"not used again: .*seat\.h5: changed since it was written"):
+        assert run(SPRING, tmp_path / "out").summary["seat_reused"] is False
+    load_greens(seat)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_mesh_file_is_a_seat(tmp_path: Path) -> None:
+    """The seat of meshes/, whose ring is 22.62 mm^2 and which is about as stiff as when drawn by parameters."""
+    text = ANNULAR.partition("[reed]")[0].splitlines()
+    kept = [line for line in text if line.startswith(("damping", "material"))]
+    kept.append('greens = { bandwidth = "100 kHz", tolerance = "3 %" }')  # Krylov: all its modes take minutes
+    msh = (ROOT / "meshes" / "annular_seat.msh").as_posix()
+    found = run("\n".join(["[seat]", 'kind = "mesh"', f'file = "{msh}"', *kept]) + REED, tmp_path / "out").summary
+    assert found["seat_model"] == "finite elements, 3-D"
+    assert found["greens_error_mesh"] is None  # nothing coarser to compare with
+    # drawn by parameters: 1.785e9 N/m on a mesh twice as coarse, from above
+    assert 0.97 * 1.785e9 < found["seat_static_stiffness_N_per_m"] < 1.785e9
+    assert found["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_transient_road_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
+    """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
+    striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
+    ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker
+    text = ritz.replace("bandwidth", 'method = "transient", bandwidth')
+    found, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
+    assert load_greens(tmp_path / "stepped" / "seat.h5").provenance["method"] == "transient"
+    assert 0 < found["greens_error_reduction"] <= 0.03
+    assert 0 < found["greens_error_mesh"] < 0.05
+    for key, within in (("impulse_Ns", 0.06), ("seat_static_stiffness_N_per_m", 1e-6)):  # 0.06: both tolerances
+        assert found[key] == pytest.approx(expected[key], rel=within)
+    assert run(text, tmp_path / "stepped").summary["seat_reused"] is True
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) -> None:
+    """Forty steps per transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
+    text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
+    scene = load_scene(_written(tmp_path / "rod.toml", text))
+    rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
+    found = time_step(scene, striker_of(scene).greens, rod)
+    assert found == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
+    """As heavy as the rod: 2.1353 rho c V A, contact ends at 3.0677 l/c, rebound 0.68762 V (Timoshenko & Goodier)."""
+    mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
+    striker = f'[reed]\nkind = "rigid_mass"\nmass = "{mass} kg"\nvelocity = "-1 m/s"\n[run]\nduration = "18.7 us"\n'
+    stepped = f'{striker}time_step = "{transit / 40} s"\n'
+    found = run(ROD.partition("[reed]")[0] + stepped, tmp_path / "out").summary
+    # first order in the step, a fortieth of a transit, times a slope of order one
+    step = found["time_step_s"] / transit
+    assert step == pytest.approx(1 / 40)
+    assert found["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
+    assert found["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
+    assert found["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
+    assert found["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
+    assert found["spring_restitution"] == pytest.approx(1.0, abs=step)
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
+    found = run(SPRING.replace('"0.7 ms"', '"0.1 ms"'), tmp_path / "out").summary
+    assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
+    assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
+
+
+def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *given: [])
+    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
+    scene = load_scene(tmp_path / "bar.toml")
+    first = compute_greens(scene, tmp_path / "g.h5")
+    assert first.summary["seat_reused"] is False
+    assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
+    assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
+    found = write_modes(scene, tmp_path / "modes")
+    table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
+    frequencies: Any = found.summary["frequencies_hz"]
+    assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
+    assert {path.name for path in found.files} == {path.name for path in (tmp_path / "modes").iterdir()}
+
+
+class Stop:
+    """Progress that is interrupted (as by Ctrl-C) at the first report of a stage, or at its last."""
+
+    def __init__(self, stage: str, at: float) -> None:
+        self.stage, self.at = stage, at
+
+    def __call__(self, stage: str, done: float) -> None:
+        if stage == self.stage and done >= self.at:
+            raise KeyboardInterrupt
+
+
+def assert_whole(folder: Path) -> None:
+    """Whatever is there can be read; nothing temporary is left."""
+    for path in folder.iterdir():
+        assert not path.name.startswith("."), path
+        match path.suffix:
+            case ".json":
+                json.loads(path.read_text(encoding="utf-8"))
+            case ".h5":
+                load_results(path) if path.stem == "result" else load_greens(path)
+            case ".png":
+                assert path.read_bytes().endswith(b"IEND\xaeB`\x82")
+
+
+@pytest.mark.parametrize(
+    ("stage", "at", "left"),
+    [
+        ("meshing", 0.0, set()),
+        ("assembly", 1.0, set()),
+        ("reduction", 1.0, set()),
+        ("coarser mesh, for the error estimate", 0.0, set()),
+        ("stepping", 0.0, {"seat.h5"}),
+        ("stepping", 1.0, {"seat.h5"}),
+        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "force.png"}),
+    ],
+)
+def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(BAR, tmp_path / "out", Stop(stage, at))
+    assert {path.name for path in (tmp_path / "out").iterdir()} == left
+    assert_whole(tmp_path / "out")
+
+
+def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
+    """The command line of `seatfem`, in an interpreter where some libraries are not installed."""
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({blocked!r})); from seatfem.faces.cli import main; main()"
+        if blocked
+        else "from seatfem.faces.cli import main; main()"
+    )
+    return [sys.executable, "-c", code, *arguments]
+
+
+def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert "Traceback" not in done.stdout + done.stderr
+    return done
+
+
+def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
+    done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista", "imageio")), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]
+    assert any(line.startswith("note: skipped pictures: ") and "matplotlib" in line for line in notes), notes
+    assert any(line.startswith("note: skipped pictures: ") and "pyvista" in line for line in notes), notes
+    assert len(notes) == len(set(notes))
+
+
+@pytest.mark.parametrize(
+    "problem", [OSError(28, "No space left on device"), MemoryError(), RuntimeError("VTK lost it")]
+)
+def test_a_picture_that_fails_is_told_and_costs_no_number(
+    problem: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever it raises: the other pictures follow, summary.json names it, the target stays met."""
+    stand_in = r"\x89PNG"
+
+    def fail(*given: object, **options: object) -> None:
+        assert (tmp_path / "out" / "result.h5").exists()
+        before = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+        assert DEMANDED | {"error_bar_impulse_Ns", "stages_s"} <= set(before)  # numbers first
+        raise problem
+
+    for name in ("plot_force", "plot_energy"):
+        monkeypatch.setattr(pictures, name, lambda *given, **options: given[-1].write_text(stand_in))
+    monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: path.write_text(stand_in))
+    monkeypatch.setattr(pictures, "plot_motion", fail)
+    found = run(SPRING, tmp_path / "out")
+    wanted = f"skipped pictures: motion.png: {type(problem).__name__}: {str(problem) or 'no reason given'}"
+    assert [text for text in found.outcome.messages if "picture" in text] == [wanted]
+    assert found.summary["pictures_missing"] == wanted
+    assert found.outcome.met
+    assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
+        "force.png", "energy.png", "greens.png"
+    }  # fmt: skip
+    assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
+
+
+def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
+    """As a fault in a graphics driver: the process is gone at once."""
+    (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
+    crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
+    command = [
+        sys.executable,
+        "-c",
+        f"{crash}; from seatfem.faces.cli import main; main()",
+        "run",
+        "s.toml",
+        "-o",
+        "out",
+    ]
+    assert told(command, tmp_path).returncode == 139
+    left = {path.name for path in (tmp_path / "out").iterdir()}
+    assert left == {"summary.json", "result.h5", "seat.h5", "force.png"}
+    assert_whole(tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert set(summary) >= DEMANDED
+    assert "pictures_missing" not in summary  # nobody was left to tell
+
+
+def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill(*given: object) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+        def full(path: Path, data: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(pipeline, "write_json", full)
+        return (), ()
+
+    monkeypatch.setattr(pipeline, "draw_run", fill)
+    found = run(SPRING, tmp_path / "out")
+    assert any("summary.json tells nothing of the pictures" in text for text in found.outcome.messages)
+    assert set(found.summary) >= DEMANDED
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "code", "message"),
+    [
+        (SPRING, ("run", "s.toml", "-o", "out", "--quiet"), 0, ""),
+        (SPRING, ("greens", "s.toml", "-o", "s.toml/g.h5"), 2, "s.toml/g.h5: cannot be written"),
+        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring' has neither finite elements nor"),
+        (SPRING.replace("27.8 N/um", "27.8 mm"), ("run", "s.toml"), 2, "s.toml:3: seat.stiffness: '27.8 mm' is a leng"),
+        (
+            SPRING.replace("[run]", "[run]\ntime_step = '1 us'"),
+            ("run", "s.toml"),
+            2,
+            "run.time_step = 1e-06 s does not",
+        ),
+        (SPRING, ("run", "absent.toml"), 2, "absent.toml"),
+        (SPRING, ("rum", "s.toml"), 2, "run"),
+    ],
+)
+def test_exit_codes_of_the_program(
+    text: str, arguments: tuple[str, ...], code: int, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    done = told(program(*arguments), tmp_path)
+    assert done.returncode == code, done.stderr
+    assert message in done.stdout + done.stderr
+    assert (done.stdout + done.stderr == "") == (code == 0)
+
+
+def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
+    """Ctrl-C once meshing is over, in the middle of the numbers."""
+    (tmp_path / "s.toml").write_text(ANNULAR.replace("3 mm", "2 mm"), encoding="utf-8")
+    command = program("run", "s.toml", "-o", "out")
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("meshing")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted; files are written whole or not at all" in errors
+    assert "Traceback" not in errors
+    if (tmp_path / "out").exists():
+        assert_whole(tmp_path / "out")
+        assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_summary_is_plain_json(annular: Ran) -> None:
+    def plain(value: object) -> bool:
+        if isinstance(value, Mapping):
+            return all(plain(v) for v in value.values())
+        return value is None or isinstance(value, str | int | float | bool)
+
+    assert plain(annular.summary)
+    assert annular.summary["title"] == ""
+    text = (annular.folder / "summary.json").read_text(encoding="utf-8")
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    assert "e-0" in text  # numbers, not strings
+
+
+def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder)
+    before = (folder / "seat.h5").read_bytes()
+    greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
+    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder)
+    assert (folder / "seat.h5").read_bytes() == before
+
+
+def test_the_regime_and_the_accuracy_are_told(annular: Ran) -> None:
+    assert "Zener lambda" in annular.summary["regime"]
+    assert annular.summary["accuracy_met"] is annular.outcome.met is True
+    assert not any("above accuracy.target" in message for message in annular.outcome.messages)
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path

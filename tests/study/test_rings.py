@@ -1,0 +1,338 @@
+"""A struck patch in rings: shares, ports, contact, and what a run states of it."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.after.result import as_one
+from impact.greens.base import GreensFunctionError
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.poles import PoleGreens
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meridian import make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.rings import (
+    divided,
+    face_compliance,
+    left_by,
+    ring_borders,
+    ring_names,
+    ring_shares,
+    rings_of,
+    with_fewer_rings,
+)
+from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
+from seatfem.study.impacts.contact import run_contact, solve_contact, striker_of
+from seatfem.study.impacts.variations import error_budget
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import SceneError, load_scene
+
+STEEL = Material(2e11, 0.3, 7850.0)
+
+
+def ringed(rings: int, spread: float = 0.1) -> ModalGreens:
+    """Modes that the rings share, and a residual of their own."""
+    rng = np.random.default_rng(rings)
+    shapes = 30 + spread * rng.normal(size=(5, rings))
+    start = np.diag(1e-3 / ring_shares(rings))
+    residual = Residual.exponential(np.diag(1e-10 / ring_shares(rings)), start)
+    omega = 1e5 * np.arange(1.0, 6.0)
+    return ModalGreens(omega, np.full(5, 0.02), shapes, residual, ring_names("contact", rings))
+
+
+@pytest.mark.parametrize("rings", [1, 2, 3, 4, 7, 8])
+def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int) -> None:
+    shares = ring_shares(rings)
+    assert shares.sum() == pytest.approx(1.0, abs=1e-15)
+    np.testing.assert_allclose(shares, shares[::-1], rtol=1e-12)
+    for times in (2, 3):
+        np.testing.assert_allclose(ring_borders(times * rings)[::times], ring_borders(rings), atol=1e-15)
+
+
+def strip(borders: np.ndarray) -> float:
+    """Compliance pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
+
+    def twice(d: float) -> float:  # second antiderivative of ln
+        return d * d / 2 * math.log(abs(d)) - 3 * d * d / 4 if d else 0.0
+
+    ends = 2 * borders - 1
+    count, width = len(ends) - 1, np.diff(2 * borders)
+    mean = [
+        [
+            twice(ends[j + 1] - ends[i]) + twice(ends[j] - ends[i + 1])
+            - twice(ends[j + 1] - ends[i + 1]) - twice(ends[j] - ends[i])
+            for j in range(count)
+        ]
+        for i in range(count)
+    ]  # fmt: skip
+    compliance = 5.0 - np.array(mean) / np.outer(width, width)
+    return face_compliance(
+        ModalGreens(
+            np.zeros(0), np.zeros(0), np.zeros((0, count)), Residual.spring(compliance), ring_names("contact", count)
+        )
+    ) - 5.0  # fmt: skip
+
+
+def test_a_rigid_face_on_a_strip_is_reached_with_order_two() -> None:
+    """Exact: ln 2; a uniform pressure: 3/2 - ln 2. Rings of equal width reach it with order one."""
+    errors = {p: strip(ring_borders(p)) - math.log(2) for p in (1, 2, 3, 4, 8, 16, 32)}
+    assert errors[1] == pytest.approx(1.5 - math.log(4), rel=1e-12)
+    assert errors[2] == pytest.approx(errors[1], rel=1e-12)  # by symmetry
+    assert math.log2(errors[8] / errors[16]) == pytest.approx(2.0, abs=0.06)
+    assert math.log2(errors[16] / errors[32]) == pytest.approx(2.0, abs=0.03)
+    equal = [strip(np.linspace(0, 1, p + 1)) - math.log(2) for p in (16, 32)]
+    assert math.log2(equal[0] / equal[1]) == pytest.approx(1.0, abs=0.02)
+    for p in (3, 4, 8, 16):  # what is stated holds, and is not idle
+        assert 1.0 <= left_by(p) * (errors[1] - errors[p]) / errors[p] < 1.45
+
+
+def test_parts_of_points_add_up_and_ties_are_cut_alike() -> None:
+    places, weights = np.array([3.0, 1.0, 1.0, 2.0, 0.0]), np.array([1.0, 2.0, 2.0, 3.0, 2.0])
+    parts = divided(places, weights, 2)
+    np.testing.assert_allclose(parts.sum(axis=0), weights, rtol=1e-14)
+    np.testing.assert_allclose(parts.sum(axis=1), [5.0, 5.0], rtol=1e-14)
+    assert parts[0, 1] == pytest.approx(parts[0, 2]) == pytest.approx(1.5)
+    assert parts[0, 4] == 2.0
+    assert parts[1, 0] == 1.0
+
+
+def compliance(model: SecondOrderModel) -> np.ndarray:
+    return np.asarray(model.port_matrix.T @ factorize(model.K).solve(model.port_matrix))
+
+
+@pytest.mark.parametrize("geometry", [AnnularSeat(), ConicalSeat(), Stopper(dome_radius=20e-3)])
+def test_meridians_have_nodes_at_the_borders(geometry: AnnularSeat | ConicalSeat | Stopper) -> None:
+    mesh = make_meridian(geometry, MeshSpec(2e-3, 0.5e-3, rings=4))
+    one, four = (assemble_axisymmetric(mesh, STEEL, rings=rings) for rings in (1, 4))
+    area = one.ports["contact"].area
+    assert area is not None
+    assert tuple(four.ports) == ring_names("contact", 4)
+    areas = [port.area for port in four.ports.values()]
+    np.testing.assert_allclose(areas, area * ring_shares(4), rtol=1e-9)
+    whole = sum(share * port.vector for share, port in zip(ring_shares(4), four.ports.values(), strict=True))
+    np.testing.assert_allclose(whole, one.port_matrix[:, 0], atol=1e-9 * np.abs(whole).max())
+    struck = np.unique(mesh.mesh.facets[:, mesh.mesh.boundaries["contact"]])
+    radii = np.sort(mesh.mesh.p[0, struck])
+    borders = [np.sqrt(radii[0] ** 2 + s * (radii[-1] ** 2 - radii[0] ** 2)) for s in ring_borders(4)]
+    assert all(np.abs(radii - border).min() < 2e-3 * radii[-1] for border in borders)  # a dome's area is not r^2's
+
+
+@pytest.mark.parametrize("shape", ["tet", "hex"])
+def test_solid_and_meridian_agree(shape: str) -> None:
+    """A quarter of a seat whose rings end within elements; the narrow ones are not resolved, what counts is."""
+    seat = AnnularSeat()
+    mesh = make_mesh(seat, MeshSpec(2e-3, 0.2e-3, shape=shape), sector=4)  # type: ignore[arg-type]
+    solid = assemble(
+        mesh, STEEL, sliding=("symmetry_0", "symmetry_1"), copies=4, rings=4,
+        mass="nodal" if shape == "hex" else "consistent",
+    )  # fmt: skip
+    plane = assemble_axisymmetric(make_meridian(seat, MeshSpec(1.5e-3, 0.1e-3, rings=4)), STEEL, rings=4)
+    shares = [port.area for port in solid.ports.values()]
+    np.testing.assert_allclose(np.array(shares) / sum(shares), ring_shares(4), rtol=1e-9)
+    means, faces = [], []
+    for static in (compliance(solid), compliance(plane)):
+        means.append(ring_shares(4) @ static @ ring_shares(4))
+        faces.append(1 / np.linalg.inv(static).sum())
+    assert means[0] == pytest.approx(means[1], rel=0.01)
+    assert faces[0] == pytest.approx(faces[1], rel=0.01)
+    assert (means[0] - faces[0]) / means[0] == pytest.approx((means[1] - faces[1]) / means[1], rel=0.2)
+
+
+def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
+    """Of a block's patch 2 x 4 mm all is nearer to the rim than 1 mm: area within d of it is 8 - (2 - 2d)(4 - 2d)."""
+    mesh = make_mesh(Block(12e-3, 12e-3, 6e-3, 2e-3, 4e-3), MeshSpec(2e-3, 0.4e-3))
+    whole = assemble(mesh, STEEL)
+    model = assemble(mesh, STEEL, rings=4)
+    assert model.dofs is not None
+    vector = sum(share * port.vector for share, port in zip(ring_shares(4), model.ports.values(), strict=True))
+    np.testing.assert_allclose(vector, whole.port_matrix[:, 0], atol=1e-9 * np.abs(vector).max())
+    outer = model.dofs.expand(model.ports["contact_1"].vector)[2]
+    x, y = 1e3 * model.dofs.points[:2]
+    depth = 1 - math.sqrt(1 - (ring_shares(4)[0]))  # of a like strip, in half widths; at least the ring's
+    inside = (np.abs(x) < 1 - 3 * depth - 0.4) & (np.abs(y) < 2 - 3 * depth - 0.4)
+    assert np.abs(outer[inside]).max(initial=0.0) < 1e-3 * np.abs(outer).max()
+
+
+def test_rings_made_of_more_are_means() -> None:
+    greens = ringed(4)
+    two, one = with_fewer_rings(greens, 2), with_fewer_rings(greens, 1)
+    assert (rings_of(greens), rings_of(two), rings_of(one)) == (4, 2, 1)
+    shares = ring_shares(4)
+    static = greens.static_compliance()
+    assert one.static_compliance()[0, 0] == pytest.approx(shares @ static @ shares, rel=1e-13)
+    assert one.initial_value()[0, 0] == pytest.approx(1e-3, rel=1e-12)  # that of the whole patch
+    with pytest.raises(GreensFunctionError, match=r"contact\.rings = 3"):
+        with_fewer_rings(greens, 3)
+
+
+def test_every_representation_can_be_combined() -> None:
+    modal = ringed(2)
+    t = np.linspace(0, 4e-5, 41)
+    values = np.array([[modal.impulse_response(t, i, j) for j in range(2)] for i in range(2)])
+    sampled = impact.SampledGreens(values, 1e-6, "zero", modal.ports, static=modal.static_compliance())
+    shares = ring_shares(2)
+    expected = np.einsum("i,ijn,j->n", shares, values, shares)
+    for greens in (modal, PoleGreens.of(modal), sampled, modal.scaled(1.0), impact.SumGreens((modal,))):
+        seen = with_fewer_rings(greens, 1)
+        here = seen.impulse_response(t)[:-1]  # at the last sample the tail begins
+        np.testing.assert_allclose(here, expected[:-1], rtol=1e-9, atol=1e-9 * expected.max())
+        assert seen.static_compliance()[0, 0] == pytest.approx(shares @ modal.static_compliance() @ shares, rel=1e-6)
+
+
+SCENE = """
+[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+damping_ratio = 0.05
+mesh = { size = "2 mm", contact_size = "0.4 mm" }
+greens = { bandwidth = "300 kHz", tolerance = 0.01 }
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[contact]
+%s
+[run]
+duration = "12 us"
+time_step = "20 ns"
+[accuracy]
+target = 0.3
+"""
+
+
+def scene_file(folder: Path, contact: str = "") -> Path:
+    (folder / "scene.toml").write_text(SCENE % contact, encoding="utf-8")
+    return folder / "scene.toml"
+
+
+@pytest.mark.parametrize("law", ['"signorini"', '{ kind = "spring", stiffness = "1 GN/m" }'])
+def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: str) -> None:
+    """Rings on a spring of their own, each in proportion to its area, are one spring: force, motion and energies."""
+    scene = load_scene(scene_file(tmp_path, f"law = {law}"))
+    striker = striker_of(scene)
+    one = run_contact(scene, striker, impact.spring(stiffness=1e9), 2e-8)
+    apart = ModalGreens(
+        np.zeros(0), np.zeros(0), np.zeros((0, 4)), Residual.spring(np.diag(1e-9 / ring_shares(4))),
+        ring_names("contact", 4),
+    )  # fmt: skip
+    by_rings = solve_contact(scene, striker, apart, 2e-8)
+    alike = by_rings.force.sum(axis=1)[:, None] * ring_shares(4)
+    close = 1e-4  # several compliant contacts are solved by iteration, to 1e-5
+    np.testing.assert_allclose(by_rings.force, alike, atol=close * alike.max())
+    several = as_one(by_rings, ring_shares(4))
+    np.testing.assert_allclose(several.force, one.force, atol=close * one.force.max())
+    np.testing.assert_allclose(several.gap, one.gap, atol=close * np.abs(one.gap).max())
+    np.testing.assert_allclose(several.energy.stored, one.energy.stored, rtol=close)
+    assert several.energy.residual < 1e-12
+    assert measures.impulse(several) == pytest.approx(measures.impulse(one), rel=close)
+
+
+def test_a_face_does_not_pull_at_rings() -> None:
+    """The last ring would be pulled: without it the compliance is that of the first two."""
+    static = np.array([[2.0, 1.0, 3.0], [1.0, 2.0, 3.0], [3.0, 3.0, 8.0]])
+    greens = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 3)), Residual.spring(static), ring_names("contact", 3))
+    assert face_compliance(greens) == pytest.approx(1.5)
+
+
+def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
+    scene = load_scene(scene_file(tmp_path))
+    striker, four = striker_of(scene), ringed(4, spread=3.0)
+    one = with_fewer_rings(four, 1)
+    result = run_contact(scene, striker, one, 2e-8)
+    coarse = run_contact(scene, striker, four, 4e-8), run_contact(scene, striker, one, 4e-8)
+    expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
+    found = error_budget(scene, SeatAnswer(one, in_rings=four), striker, result)
+    assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
+    assert expected > 0
+    assert "patch" in error_budget(scene, SeatAnswer(one), striker, result).unknown
+    spring = SeatAnswer(impact.spring(stiffness=1e9), plane=True)
+    assert set(error_budget(scene, spring, striker, result).parts["patch"].values()) == {0.0}
+    result = run_contact(scene, striker, four, 2e-8)
+    found = error_budget(scene, SeatAnswer(four), striker, result)
+    assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
+
+
+def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
+    one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
+    four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    for found in (one, four):
+        assert found.summary["error_unknown"] == ""
+        for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
+            assert f"error_patch_{key}" in found.summary
+    peak = "filtered_peak_force_N"
+    values = [json.loads((tmp_path / name / "summary.json").read_text())[peak] for name in ("one", "four")]
+    change = abs(values[1] - values[0])
+    assert 0.005 < change / values[1] < 0.05
+    patch, less = (float(str(found.summary[f"error_patch_{peak}"])) for found in (one, four))
+    assert patch > change
+    assert 0 < less < 0.6 * patch
+    assert float(str(four.summary["seat_static_stiffness_N_per_m"])) > float(
+        str(one.summary["seat_static_stiffness_N_per_m"])
+    )
+    assert float(str(four.summary["energy_residual"])) < 1e-9
+    results = impact.load_results(tmp_path / "four" / "result.h5")
+    rings, wave = results["rings"], results["wave"]
+    assert rings.force.shape == (len(wave.time), 4)
+    np.testing.assert_allclose(rings.force.sum(axis=1), wave.force, rtol=1e-12)
+    again = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    assert again.summary["seat_reused"]
+    assert again.summary[f"error_patch_{peak}"] == pytest.approx(less, rel=1e-9)
+    file = tmp_path / "file.toml"
+    seat = SCENE.split("[reed]")[0]
+    text = (SCENE % "").replace(seat, '\n[seat]\nkind = "greens"\nfile = "four/seat.h5"\n')
+    file.write_text(text, encoding="utf-8")
+    from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
+    assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)
+
+
+def test_rings_need_a_patch(tmp_path: Path) -> None:
+    file = tmp_path / "spring.toml"
+    seat = SCENE.split("[reed]")[0]
+    file.write_text(
+        (SCENE % "rings = 4").replace(seat, '\n[seat]\nkind = "spring"\nstiffness = "1 GN/m"\n'), encoding="utf-8"
+    )
+    with pytest.raises(SceneError, match=r"contact\.rings: of a seat of kind 'spring'"):
+        load_scene(file)
+    with pytest.raises(SceneError, match=r"contact\.rings"):
+        load_scene(scene_file(tmp_path, "rings = 0"))
+    with pytest.raises(SceneError, match=r"contact\.rings"):
+        load_scene(scene_file(tmp_path, "rings = 17"))
+
+
+def test_a_plan_takes_rings_where_the_target_asks_for_them(tmp_path: Path) -> None:
+    text = SCENE.replace('mesh = { size = "2 mm", contact_size = "0.4 mm" }\n', "").replace('time_step = "20 ns"\n', "")
+    text = text.replace('greens = { bandwidth = "300 kHz", tolerance = 0.01 }\n', "")
+    numbers = []
+    for target in ("0.1", "0.02", "0.005"):
+        file = tmp_path / "plan.toml"
+        file.write_text((text % "").replace("target = 0.3", f"target = {target}"), encoding="utf-8")
+        plan = plan_scene(load_scene(file))
+        choice = plan.choice("contact.rings")
+        assert not choice.given
+        numbers.append(plan.scene.contact.rings)
+        assert plan.shares["patch"]["filtered_peak"] <= float(target)
+    assert numbers[0] == 1 < numbers[1] < numbers[2]
+    file.write_text((text % "rings = 1").replace("target = 0.3", "target = 0.01"), encoding="utf-8")
+    plan = plan_scene(load_scene(file))
+    assert plan.is_given("contact.rings")
+    assert not plan.meets_target
+    assert any("accuracy.target" in note for note in plan.notes)
+
+
+def test_greens_with_other_ports_are_no_rings() -> None:
+    assert rings_of(replace(ringed(4), port_names=("a", "b", "c", "d"))) == 1

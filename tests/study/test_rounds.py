@@ -1,0 +1,303 @@
+"""A run follows its plan, measures what error is left, refines what dominates, and says where it stops short."""
+
+import errno
+import json
+import re
+import time
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from impact import measures
+from impact.greens.base import GreensFunctionError
+from impact.progress import silent
+from impact.storage.hdf5 import load_greens, load_results
+from seatfem.faces.cli import run_command
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.reduction.factorization import FactorizationError
+from seatfem.study.impacts.contact import RunError
+from seatfem.study.planning.filling import replaced
+from seatfem.study.planning.plan import Cost, Plan
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import next_round, pipeline, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.rounds import carry_out, missed
+from seatfem.study.scene import Cantilever, load_scene
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "27.8 N/um"
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+damping_ratio = 0.03
+release = { tip_deflection = "1 mm" }
+[run]
+duration = "0.75 ms"
+filter_width = "8 us"
+[accuracy]
+"""
+
+
+def plan_of(text: str, folder: Path) -> Plan:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return plan_scene(load_scene(path))
+
+
+def with_step(plan: Plan, dt: float) -> Plan:
+    """The same plan with a step it would not have chosen; the key stays open."""
+    return replace(plan, scene=replaced(plan.scene, {"run.time_step": dt}))
+
+
+def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
+    """A step far too long: its share shrinks, all else stays."""
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert done.met
+    assert done.number > 1
+    assert done.result.dt < 2e-6
+    assert missed(done) == ()
+    assert done.left.relative("filtered_peak") <= 0.02
+
+
+def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
+    """Three modes, and a step that cannot do: one round, because nothing else can help."""
+    text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")
+    done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
+    assert not done.met
+    assert done.number == 1
+    assert isinstance(done.plan.scene.reed, Cantilever)
+    assert (done.result.dt, done.plan.scene.reed.n_modes) == (2e-6, 3)
+    told = missed(done)
+    assert any("above accuracy.target = 0.001" in words for words in told)
+    assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
+
+
+@pytest.mark.parametrize("n_modes", [1, 3])
+def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
+    """What leaving out some of them does not tell: a single one has none to leave out."""
+    text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
+    done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
+    assert not done.met
+    assert done.left.dominant("impulse") == "model"
+    for name in ("impulse", "filtered_peak"):
+        assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
+
+
+def test_no_round_beyond_the_memory_or_the_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
+    two = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
+    assert (two.number, two.stopped) == (2, "2 rounds at most")
+    monkeypatch.setattr(next_round, "available_memory", lambda: 1e6)
+    one = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert one.number == 1
+    assert "GB, 0.001 GB are available" in one.stopped
+
+
+@pytest.mark.parametrize(
+    ("failure", "told"),
+    [
+        (FactorizationError("a pivot is zero"), "a pivot is zero"),
+        (MeshingError("gmsh crashed"), "gmsh crashed"),
+        (MemoryError(), "out of memory"),
+        (GreensFunctionError("rates must be positive"), "rates must be positive"),
+        (OSError(errno.ENOSPC, "No space left on device", "seat.h5"), "No space left"),
+    ],
+    ids=["factorization", "meshing", "memory", "greens", "disk"],
+)
+def test_a_finer_round_that_fails_keeps_the_one_before(
+    failure: Exception, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
+    solve_contact = rounds.solve_contact
+
+    def failing(*given):
+        calls.append(given)
+        if len(calls) == 2:
+            raise failure
+        return solve_contact(*given)
+
+    monkeypatch.setattr(rounds, "solve_contact", failing)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
+    assert done.stopped.startswith("a finer round is not possible: ")
+    assert told in done.stopped
+    assert told in missed(done)[-1]
+
+
+def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The finer seat was written already when its contact ran out of memory."""
+    seat = 'kind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+    seat += 'patch_depth = "4 mm"\nmesh = { size = "4 mm" }\n'
+    seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
+    text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
+    plan, solve_contact, written = plan_of(text, tmp_path), rounds.solve_contact, []
+    finer = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
+
+    def failing(*given):
+        written.append(load_greens(tmp_path / "seat.h5").provenance["seat_key"])
+        if len(written) == 2:
+            raise MemoryError
+        return solve_contact(*given)
+
+    monkeypatch.setattr(rounds, "solve_contact", failing)
+    monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
+    monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    assert done.stopped == "a finer round is not possible: out of memory"
+    assert written == [plan.scene.seat_key(), finer.scene.seat_key()]
+    assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == plan.scene.seat_key()
+
+
+def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path: Path) -> None:
+    """As the plan saw them: 3 % of the peak."""
+    plan = replace(
+        plan_of(SCENE + 'target = "4 %"\n', tmp_path), level="spring", shares={"model": {"filtered_peak": 0.03}}
+    )
+    done = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(1))
+    peak = done.left.values["filtered_peak"]
+    assert done.left.parts["model"]["filtered_peak"] == pytest.approx(0.03 * peak)
+    assert not done.met  # 1.5 times 3 %
+
+
+@pytest.mark.parametrize(("more", "code"), [("", 0), ("n_modes = 2\n", 1)])
+def test_summary_and_exit_code_tell_whether_the_target_was_met(
+    more: str, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    scene, out = tmp_path / "scene.toml", tmp_path / "out"
+    text = SCENE.replace("release", f"{more}release") + 'level = "quick"\nmeasures = ["filtered_peak", "stress"]\n'
+    scene.write_text(text, encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == code
+    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (out / "result.h5").is_file()
+    assert found["accuracy_target"] == 0.05
+    assert found["accuracy_met"] is (code == 0)
+    assert found["accuracy_measures"] == "filtered_peak, stress"
+    assert (found["accuracy_stopped_because"] == "") == (code == 0)
+    assert found["plan_seat_level"] == "closed form"
+    assert ("reed.n_modes" in found["plan_given"]) == bool(more)
+    assert found["plan_run_time_step"].endswith("s")
+    assert 0 < found["plan_wall_time_s"] < 60
+    assert set(found) >= {"plan_predicted_error_filtered_peak_force_N", "plan_predicted_time_s", "accuracy_rounds"}
+    for key in ("filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"):
+        within = found[f"error_bar_{key}"] <= 0.05 * found[key]
+        assert within or code == 1
+    # from rest at 1 mm: 3 E (h/2) d/L^2 = 142 MPa, a quarter more where the freely swinging reed bends back
+    assert found["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
+    assert 0 <= found["peak_reed_stress_at_m"] <= 25.4e-3
+    assert found["spring_peak_reed_stress_Pa"] == pytest.approx(found["peak_reed_stress_Pa"], rel=1e-6)
+    # which is before the first touch; what the blow adds is told apart
+    assert found["initial_reed_stress_Pa"] == found["peak_reed_stress_Pa"]
+    assert found["initial_reed_stress_time_s"] < found["first_contact_s"]
+    assert found["peak_reed_stress_after_contact_time_s"] > found["first_contact_s"]
+    assert 0 <= found["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
+    assert "error_bar_peak_reed_stress_Pa" not in found
+
+
+def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
+    told: list[str] = []
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=told.append)
+    assert len(told) == 2 * done.number - 1
+    assert re.match(r"round 1: impulse \+-\S+ %, filtered peak \+-\S+ % \(target 2 % missed\); \S+ s, \S+ GB$", told[0])
+    assert re.match(r"round 1 is on file; round 2 follows, about \S+ s and \S+ GB predicted: run.time_step", told[1])
+    assert f"filtered peak +-{100 * done.left.relative('filtered_peak'):.2g} % (target met)" in told[-1]
+    assert done.memory > 50e6
+    assert set(done.spent) == {"contact", "reed stress", "error budget"}
+    assert 0 < sum(done.spent.values()) < 60
+
+
+def test_no_round_that_is_predicted_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
+    one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
+    assert (one.number, one.met) == (1, False)  # the first is always finished
+    assert "0 s of --max-time are left" in one.stopped
+    assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
+
+
+def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Predicted to cost nothing; its first report of progress comes too late."""
+    monkeypatch.setattr(next_round, "price", lambda done, plan: 0.0)
+    plan, begun = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), time.perf_counter()
+    seen: list[rounds.Round] = []
+    for done in rounds.rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=3600), start=begun):
+        seen.append(done)
+        monkeypatch.setattr(rounds.time, "perf_counter", lambda: begun + 3601)
+    assert [r.number for r in seen] == [1, 1]
+    assert seen[0].stopped == "round 2 was begun and not finished"
+    assert seen[1].stopped.startswith("the next round was stopped: --max-time is over (")
+    assert seen[1].result is seen[0].result
+
+
+def test_the_price_of_a_round_knows_how_far_off_the_last_one_was(tmp_path: Path) -> None:
+    plan = plan_of(SCENE, tmp_path)
+    plan = replace(plan, cost=Cost(12.0, 1e9, {"mesh": 2.0, "reduction": 8.0, "contact": 0.5, "pictures": 1.5}))
+    off = next_round.paces({"mesh": 10.0, "reduction": 70.0, "contact": 20.0}, plan, {"contact": 1.2})
+    assert off == {"seat": 8.0, "contact": 1.2}  # half a second predicted tells of one-off costs
+    done = SimpleNamespace(paces=off)
+    dearer = replace(plan, cost=Cost(26.0, 2e9, {"mesh": 4.0, "reduction": 20.0, "contact": 1.0, "pictures": 1.0}))
+    assert next_round.price(done, dearer) == pytest.approx(8 * 24 + 1.2)  # type: ignore[arg-type]
+    kept = replace(plan, cost=Cost(1.0, 1e9, {"contact": 1.0}))
+    assert next_round.price(done, kept) == pytest.approx(1.2)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
+def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
+    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
+        Limits(number, seconds)
+
+
+def test_each_finished_round_is_on_file_while_the_next_is_under_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C in round 2 leaves round 1: whole, and marked."""
+    scene, out, solve_contact, calls = tmp_path / "s.toml", tmp_path / "out", rounds.solve_contact, []
+    scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
+
+    def stopping(*given, **more):
+        calls.append(given)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return solve_contact(*given, **more)
+
+    monkeypatch.setattr(rounds, "solve_contact", stopping)
+    monkeypatch.setattr(pipeline, "plan_scene", lambda scene, **more: with_step(plan_scene(scene, **more), 2e-6))
+    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
+    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (found["accuracy_rounds"], found["accuracy_met"]) == (1, False)
+    assert found["accuracy_stopped_because"] == "round 2 was begun and not finished"
+    assert found["spring_impulse_Ns"] > 0
+    both = load_results(out / "result.h5")
+    assert measures.impulse(both["wave"]) == found["impulse_Ns"]
+    assert both["wave"].dt == 2e-6
+    load_greens(out / "seat.h5")
+
+
+def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "s.toml", tmp_path / "out"
+    scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
+    assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
+    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    assert "skipped" not in capsys.readouterr().out
+
+
+def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a stated step that damps modes: its key, not the solver's argument; what is assumed, with its value."""
+    scene = tmp_path / "s.toml"
+    scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
+    run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
+    assert any("highest striker frequency" in note and "use run.time_step <= " in note for note in notes), notes
+    assert any(note.endswith("or fewer reed.n_modes") for note in notes)
+    assert not any(re.search(r"\bdt\b", note) for note in notes)
+    assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
+    assert f"note: not given, taken from the paper's reed: {assumed}" in notes

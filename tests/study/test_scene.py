@@ -1,0 +1,409 @@
+"""Scene files: what they become, and every way in which they can be wrong."""
+
+import dataclasses
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from seatfem.study.scene import Annular, Cad, Cantilever, RigidMass, Rod, Scene, SceneError, load_scene
+from seatfem.study.scene.locate import key_lines
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+SCENE = """\
+title = "test"
+[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+width = "10 mm"
+thickness = "0.305 mm"
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+release = { tip_deflection = "1 mm" }
+
+[run]
+duration = "3 ms"
+"""
+ROD = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "3 mm"\n'
+
+Load = Callable[[str], Scene]
+
+
+@pytest.fixture
+def load(tmp_path: Path) -> Load:
+    def write_and_load(text: str) -> Scene:
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_scene(path)
+
+    return write_and_load
+
+
+def messages(load: Load, text: str) -> list[str]:
+    with pytest.raises(SceneError) as caught:
+        load(text)
+    return [str(problem).removeprefix(f"{problem.file.parent}/") for problem in caught.value.problems]
+
+
+def changed(old: str, new: str, text: str = SCENE) -> str:
+    assert old in text
+    return text.replace(old, new)
+
+
+def with_seat(seat: str) -> str:
+    return "[seat]\n" + seat + SCENE[SCENE.index("[reed]") :]
+
+
+def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
+    scene = load(SCENE)
+    assert isinstance(scene.seat, Annular)
+    assert scene.seat.bore_radius == 0.004
+    assert scene.seat.thickness == 0.008
+    assert scene.seat.mesh.order == 2
+    assert scene.seat.greens.bandwidth == 1e6
+    assert scene.seat.geometry().lip_width == 0.001
+    assert isinstance(scene.reed, Cantilever)
+    assert scene.reed.release.tip_deflection == 0.001
+    assert scene.contact.at is None
+    assert scene.run.filter_width == 1e-6
+    assert scene.accuracy.target == 0.01
+
+
+def test_a_scene_does_not_change(load: Load) -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        load(SCENE).run.duration = 1.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'lip_width = "1 mm"\n',
+            'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
+            "scene.toml:6: seat.outer_radus: unknown key; did you mean 'outer_radius'?",
+        ),
+        (
+            "[run]",
+            "[run]\nfoo = 1",
+            "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width",
+        ),
+        ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
+        ('"25.4 mm"', "25.4", "scene.toml:10: reed.length: 25.4 has no unit; write a string, e.g. '3 mm'"),
+        ('"25.4 mm"', "true", "scene.toml:10: reed.length: True has no unit; write a string, e.g. '3 mm'"),
+        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' is not positive"),
+        ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' is not positive"),
+        ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5: input should be less than 0.5"),
+        ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: input should be a finite number"),
+        ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: unknown key; did you mean 'poisson'?"),
+        ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: required key is missing: free length"),
+        (
+            'duration = "3 ms"',
+            "",
+            "scene.toml:16: run.duration: required key is missing: simulated time",
+        ),
+        (
+            '"annular"',
+            '"anular"',
+            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', "
+            "'cad', 'mesh', 'matrices', 'modes', 'frf', 'rod', "
+            "'spring', 'greens'; did you mean 'annular'?",
+        ),
+        ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
+        (
+            "[run]\n",
+            "[contact]\nlaw = 'signorin'\n[run]\n",
+            "scene.toml:17: contact.law.kind: 'signorin' is not one of 'signorini', 'spring', 'hertz', "
+            "'hunt_crossley'; did you mean 'signorini'?",
+        ),
+        (
+            'release = { tip_deflection = "1 mm" }',
+            "release = 1",
+            "scene.toml:14: reed.release: 1 is no table; write [release] or release = { ... }",
+        ),
+        (
+            "[run]\n",
+            '[contact]\nat = "26 mm"\n[run]\n',
+            "scene.toml:17: contact.at: 0.026 m lies beyond the reed, which ends at 0.0254 m",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "1 mm"\nlip_edge_radius = "0.6 mm"',
+            "scene.toml:6: seat.lip_edge_radius: 0.0006 m: must be < 0.0005 m "
+            "(half the lip_width: the lip needs a flat top)",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "9 mm"',
+            "scene.toml:2: seat.outer_radius: 0.012 m: must be > 0.013 m (bore_radius + lip_width)",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
+            "scene.toml:6: seat.mesh.contact_size: 0.002 m is coarser than the bulk's 0.001 m",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "1 mm"\ndamping_ratio = 10',
+            "scene.toml:6: seat.damping_ratio: 10: input should be less than 1",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
+            "scene.toml:9: TOML syntax: Cannot declare ('seat',) twice (column 6)",
+        ),
+        (
+            'lip_width = "1 mm"',
+            'lip_width = "1 mm"\ndamping_ratio = 0.1\nrayleigh = { stiffness = "1 ns" }',
+            "scene.toml:7: seat.rayleigh: damping_ratio is given too; keep one of the two",
+        ),
+        (
+            '"3 ms"',
+            '"3 ms"\ntime_step = "2 ms"',
+            "scene.toml:18: run.time_step: 0.002 s leaves fewer than two steps in 0.003 s",
+        ),
+        (
+            "[run]",
+            "[seat.greens]\nmethod = 'lancos'\n[run]",
+            "scene.toml:17: seat.greens.method: 'lancos' is not one of 'auto', 'krylov', 'modes', 'transient', "
+            "'lanczos', "
+            "'second_order'; did you mean 'lanczos'?",
+        ),
+        (
+            "[run]",
+            "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
+            "scene.toml:19: seat.supports.0.normal: '2 GPa' is a pressure; a bedding is needed, e.g. '2 GPa/mm'",
+        ),
+        (
+            "[run]",
+            "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
+            "scene.toml:17: seat.supports.0.kind: 'hinge' is not one of 'foundation', 'bolted', 'absorbing', "
+            "'dashpot', 'sliding'",
+        ),
+        (
+            "[run]",
+            "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
+            "scene.toml:18: seat.materials.insert.poison: unknown key; did you mean 'poisson'?",
+        ),
+        ('title = "test"', "title = test", "scene.toml:1: TOML syntax: Invalid value (column 9)"),
+    ],
+)
+def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
+    assert messages(load, changed(old, new)) == [message]
+
+
+def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -> None:
+    text = changed("lip_width =", "outer_radus =")
+    text = changed('"25.4 mm"', '"3 kg"', text)
+    text = changed('"3 ms"', '"3 mm"', text)
+    assert [message.split(": ")[:2] for message in messages(load, text)] == [
+        ["scene.toml:2", "seat.lip_width"],
+        ["scene.toml:5", "seat.outer_radus"],
+        ["scene.toml:10", "reed.length"],
+        ["scene.toml:17", "run.duration"],
+    ]
+
+
+def test_a_missing_table_names_the_file(load: Load) -> None:
+    text = SCENE[: SCENE.index("[run]")]
+    assert messages(load, text) == ["scene.toml: run: required key is missing: what is simulated"]
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("", "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
+        ('width = "1 mm"', "scene.toml:1: seat.area: the cross-section is missing: give area, or width and thickness"),
+        (
+            'area = "1 mm^2"\nwidth = "1 mm"',
+            "scene.toml:6: seat.area: width or thickness is given too; keep the area or both of these",
+        ),
+        ('area = "1 mm"', "scene.toml:6: seat.area: '1 mm' is a length; an area is needed, e.g. '4 mm^2'"),
+    ],
+)
+def test_rod_cross_section(load: Load, section: str, message: str) -> None:
+    assert messages(load, with_seat(f"{ROD}{section}\n")) == [message]
+
+
+def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path) -> None:
+    text = with_seat(
+        'kind = "cad"\nfile = "part.step"\n'
+        'contact = { kind = "plane", normal = [0, 0, 1], offset = "8.5 mm" }\n'
+        'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+    )
+    missing = messages(load, text)
+    assert len(missing) == 1
+    with pytest.raises(SceneError, match=r"scene.toml:3: seat.file: no such file: .*part\.step"):
+        load(text)
+    (tmp_path / "part.step").write_text("")
+    seat = load(text).seat
+    assert isinstance(seat, Cad)
+    assert seat.file == (tmp_path / "part.step").resolve()
+    (contact,) = seat.geometry().patches["contact"]
+    assert str(contact) == "plane face with normal (0.0, 0.0, 1.0), offset 8.5 mm"
+    bad = messages(load, changed("[0, 0, 1]", "[0, 0, 0]", text))
+    assert bad == ["scene.toml:4: seat.contact.normal: (0.0, 0.0, 0.0): must not be zero"]
+
+
+def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None:
+    start, end = SCENE.index("[reed]"), SCENE.index("[run]")
+    mass = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n'
+    text = SCENE[:start] + mass + SCENE[end:]
+    reed = load(text).reed
+    assert isinstance(reed, RigidMass)
+    assert (reed.mass, reed.velocity) == (0.005, -2.0)
+    assert messages(load, changed('"-2 m/s"', '"2 m/s"', text)) == [
+        "scene.toml:11: reed.velocity: the mass would fly away: velocities towards the seat are negative, "
+        "write '-2 m/s'"
+    ]
+    assert "at rest never touches" in messages(load, changed('"-2 m/s"', '"0 m/s"', text))[0]
+    assert messages(load, text + '[contact]\nat = "1 mm"\n') == [
+        "scene.toml:15: contact.at: a rigid mass has no positions; remove the key"
+    ]
+
+
+def test_no_such_scene_and_no_text(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"absent.toml: cannot be read: no such file"):
+        load_scene(tmp_path / "absent.toml")
+    with pytest.raises(SceneError, match="cannot be read: is a folder"):
+        load_scene(tmp_path)
+    binary = tmp_path / "seat.h5"
+    binary.write_bytes(b"\x89HDF\r\n")
+    with pytest.raises(SceneError, match=r"seat.h5: is not UTF-8 text \(byte 0\)"):
+        load_scene(binary)
+
+
+def test_the_seat_key_sees_the_seat_only(load: Load) -> None:
+    key = load(SCENE).seat_key()
+    assert load(changed('"25.4 mm"', '"30 mm"')).seat_key() == key
+    assert load(changed('bore_radius = "4 mm"', 'bore_radius = "0.004 m"  # the same')).seat_key() == key
+    assert load(changed('bore_radius = "4 mm"', 'bore_radius = "4.1 mm"')).seat_key() != key
+
+
+def test_the_seat_key_sees_the_content_of_a_file(load: Load, tmp_path: Path) -> None:
+    for name, content in (("a.h5", "one"), ("b.h5", "one"), ("c.h5", "two")):
+        (tmp_path / name).write_text(content)
+    one, same, other = (load(with_seat(f'kind = "greens"\nfile = "{name}.h5"\n')).seat_key() for name in "abc")
+    assert one == same != other
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_examples_are_valid(path: Path) -> None:
+    assert load_scene(path).title
+
+
+@pytest.mark.parametrize(("name", "area"), [("3mm_area", 4.17e-7), ("30mm_strip", 4.17e-9)])
+def test_the_two_readings_of_table_1(name: str, area: float) -> None:
+    seat = load_scene(EXAMPLES / f"paper_table1_{name}.toml").seat
+    assert isinstance(seat, Rod)
+    assert seat.cross_section == pytest.approx(area, rel=1e-15)
+
+
+def test_demo_geometry_is_a_frozen_spec() -> None:
+    seat = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat
+    assert isinstance(seat, Annular)
+    assert dataclasses.is_dataclass(seat.geometry())
+
+
+def test_key_lines_of_every_toml_construct() -> None:
+    text = """\
+a = 1 # [not.a.table]
+b.c = "x = 1"
+"quoted key".d = '''
+[not.a.table]
+'''
+list = [ 1,
+  { e = "}", f = [2, 3] }, # ]
+]
+[t.u]
+g = { h = { i = 1.5 }, 'j' = \"\"\"
+k = 1\"\"\" }
+[[many]]
+x = 1979-05-27 07:32:00
+[[many]]
+x = "\\"]"
+"""
+    lines = key_lines(text)
+    expected = {
+        ("a",): 1,
+        ("b", "c"): 2,
+        ("quoted key", "d"): 3,
+        ("list",): 6,
+        ("list", 1, "e"): 7,
+        ("list", 1, "f", 1): 7,
+        ("t", "u"): 9,
+        ("t", "u", "g", "h", "i"): 10,
+        ("t", "u", "g", "j"): 10,
+        ("many", 0, "x"): 13,
+        ("many", 1, "x"): 15,
+    }
+    assert {path: lines.get(path) for path in expected} == expected
+    assert _paths(tomllib.loads(text)) <= lines.keys()
+
+
+_values = st.recursive(
+    st.sampled_from(["1", "-2.5e3", "true", '"a,]}#"', "'x = [1'", '"\\""', '"""m\n[n]"""', "1979-05-27"]),
+    lambda inner: (
+        st.lists(inner, max_size=3).map(lambda items: "[\n" + ",\n".join(items) + "]")
+        | st.lists(inner, max_size=3).map(
+            lambda items: "{ " + ", ".join(f"k{index} = {item}" for index, item in enumerate(items)) + " }"
+        )
+    ),
+    max_leaves=6,
+)
+
+
+@given(st.lists(_values, max_size=6), st.integers(0, 6))
+def test_key_lines_agree_with_tomllib(values: list[str], header_at: int) -> None:
+    parts = [f"key{index} = {value} # {{" for index, value in enumerate(values)]
+    parts.insert(header_at, "[head.er]")
+    text = "\n".join(parts)
+    lines = key_lines(text)
+    assert _paths(tomllib.loads(text)) <= lines.keys()
+    for index in range(len(values)):
+        key = f"key{index}"
+        line = lines.get((key,)) or lines[("head", "er", key)]
+        assert text.splitlines()[line - 1].startswith(f"{key} = ")
+
+
+def _paths(data: object, path: tuple[str | int, ...] = ()) -> set[tuple[str | int, ...]]:
+    items: list[tuple[str | int, object]] = []
+    if isinstance(data, dict):
+        items = list(data.items())
+    elif isinstance(data, list):
+        items = list(enumerate(data))
+    return {(*path, key) for key, _ in items} | {p for key, value in items for p in _paths(value, (*path, key))}
+
+
+def test_a_reed_needs_its_length_and_release_only(load: Load) -> None:
+    steel = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\nrelease'
+    short = changed('width = "10 mm"\nthickness = "0.305 mm"\n' + steel, "release")
+    assert load(short).reed == load(SCENE).reed
+
+
+def test_a_level_of_accuracy_is_a_target_by_name(load: Load) -> None:
+    for level, target in (("quick", 0.05), ("standard", 0.01), ("reference", 0.003)):
+        assert load(SCENE + f'[accuracy]\nlevel = "{level}"\n').accuracy.target == target
+    assert load(SCENE + '[accuracy]\ntarget = "2 %"\n').accuracy.level is None
+    (both,) = messages(load, SCENE + '[accuracy]\nlevel = "quick"\ntarget = "2 %"\n')
+    assert both == "scene.toml:20: accuracy.target: level = 'quick' is given too; keep one of the two"
+    (unknown,) = messages(load, SCENE + '[accuracy]\nlevel = "exact"\n')
+    assert "accuracy.level: 'exact'" in unknown
+    assert "'exact' is not one of 'quick', 'standard', 'reference'" in unknown
+
+
+def test_stress_is_asked_of_what_bends(load: Load) -> None:
+    wanted = '[accuracy]\nmeasures = ["impulse", "stress"]\n'
+    assert "stress" in load(SCENE + wanted).accuracy.measures
+    start, end = SCENE.split("[reed]")[0], SCENE[SCENE.index("[run]") :]
+    mass = start + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + end
+    (refused,) = messages(load, mass + wanted)
+    assert "accuracy.measures: a rigid mass does not bend, it has no stress: remove it, or use a can" in refused

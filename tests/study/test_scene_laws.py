@@ -1,0 +1,77 @@
+"""Contact laws in scenes: what they become, and that a run obeys them."""
+
+import math
+
+import pytest
+
+import impact
+from seatfem.study.impacts.contact import law_of, run_contact, striker_of
+from seatfem.study.scene import SceneError, load_scene
+
+SCENE = """\
+[seat]
+kind = "spring"
+stiffness = "1e15 N/m"
+[reed]
+kind = "rigid_mass"
+mass = "5 g"
+velocity = "-2 m/s"
+{law}
+[run]
+duration = "1 ms"
+"""
+SEAT = impact.spring(stiffness=1e15)
+
+
+def scene_with(law, folder):
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(law=law))
+    return load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        ("", impact.Signorini()),
+        ('[contact]\nlaw = "signorini"', impact.Signorini()),
+        ('[contact]\nlaw = { kind = "signorini" }', impact.Signorini()),
+        ('[contact]\nlaw = { kind = "spring", stiffness = "20 N/um" }', impact.LinearSpring(20e6)),
+        ('[contact]\nlaw = { kind = "hertz", stiffness = "5 GN/m^1.5" }', impact.Hertz(5e9)),
+        (
+            '[contact.law]\nkind = "hunt_crossley"\nstiffness = "1 N/mm^1.5"\ndamping = "0.2 s/m"',
+            impact.HuntCrossley(1e3**1.5, 0.2),
+        ),
+    ],
+)
+def test_a_scenes_law(law, expected, tmp_path):
+    assert law_of(scene_with(law, tmp_path)) == expected
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        ('law = "hertz"', "contact.law.stiffness: required key is missing"),
+        ('law = { kind = "hertz", stiffness = "5 N/m" }', "contact.law.stiffness: '5 N/m' is a stiffness; a Hertz"),
+        ('law = { kind = "spring", stiffness = "-5 N/m" }', "contact.law.stiffness: '-5 N/m' is not positive"),
+        ('law = { kind = "spring", k = "5 N/m", stiffness = "5 N/m" }', "contact.law.k: unknown key"),
+        ("law = 3", "contact.law"),
+    ],
+)
+def test_what_is_wrong_is_named(law, words, tmp_path):
+    with pytest.raises(SceneError, match=words):
+        scene_with(f"[contact]\n{law}", tmp_path)
+
+
+def test_a_run_obeys_the_law(tmp_path):
+    """A mass on a stiff seat: Hertz's duration 2.94 d/v and largest force, the spring's half period."""
+    mass, speed, k = 5e-3, 2.0, 5e9
+    scene = scene_with('[contact]\nlaw = { kind = "hertz", stiffness = "5 GN/m^1.5" }', tmp_path)
+    result = run_contact(scene, striker_of(scene), SEAT, 2e-8)
+    depth = (1.25 * mass * speed**2 / k) ** 0.4
+    # passive steps of 2e-8 s in a blow of some 3e-5 s: each end of the blow is known to a step, the force to 1e-3
+    assert impact.measures.peak_force(result) == pytest.approx(k * depth**1.5, rel=3e-3)
+    start, end = impact.measures.contact_groups(result)[0]
+    assert end - start == pytest.approx(2.9432751 * depth / speed, rel=5e-3)
+    soft = scene_with('[contact]\nlaw = { kind = "spring", stiffness = "20 N/um" }', tmp_path)
+    result = run_contact(soft, striker_of(soft), SEAT, 2e-8)
+    assert impact.measures.peak_force(result) == pytest.approx(speed * math.sqrt(20e6 * mass), rel=3e-3)

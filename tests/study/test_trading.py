@@ -1,0 +1,366 @@
+"""The measured trade: ladder, journal, front, chart; one point in a process of its own."""
+
+import csv
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.faces.cli import run_command
+from seatfem.structures.seats.levels import applicable
+from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.trade import runner, trade
+from seatfem.study.trade.column import column_of
+from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
+from seatfem.study.trade.pareto import cost_excess, pareto_front
+from seatfem.study.trade.point import Outcome, Point, carry_out
+from seatfem.study.trade.runner import run_point, run_points
+from seatfem.study.trade.settings import ALL_OPEN, scene_with
+from seatfem.study.trade.table import summary_of
+from seatfem.study.trade.trade import PLANNED, Trade
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
+CLOSED = ("flapper_on_spring", "paper_table1_3mm_area")
+
+SMALL = """
+title = "Mass on a rod"
+seat = { kind = "rod", young = "200 GPa", density = "7850 kg/m^3", length = "50 mm", area = "1 cm^2" }
+reed = { kind = "rigid_mass", mass = "20 g", velocity = "-1 m/s" }
+run = { duration = "0.1 ms", filter_width = "2 us" }
+accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_duration"] }
+"""
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL, encoding="utf-8")
+    return path
+
+
+# --- front ---
+
+
+def test_front_of_a_few_points():
+    #        a    b    c    d: slower and worse than b   e: as b   f: never ended   g: slowest, as accurate as c
+    costs = [1.0, 2.0, 4.0, 3.0, 2.0, math.nan, 9.0]
+    errors = [0.9, 0.5, 0.1, 0.6, 0.5, math.nan, 0.1]
+    assert pareto_front(costs, errors) == (0, 1, 2)
+    assert pareto_front([1.0, 1.0], [0.3, 0.2]) == (1,)  # equally cheap
+    assert pareto_front([], []) == ()
+
+
+def test_front_against_its_definition():
+    """On a coarse grid, so that ties abound: on the front is whatever nothing beats, once for equal points."""
+    rng = np.random.default_rng(7)
+    for _ in range(50):
+        points = rng.integers(0, 5, size=(12, 2)).astype(float)
+        beaten = {
+            i for i, p in enumerate(points) for j, q in enumerate(points) if (q <= p).all() and ((q < p).any() or j < i)
+        }
+        front = pareto_front(list(points[:, 0]), list(points[:, 1]))
+        assert sorted(front) == sorted(set(range(12)) - beaten)
+        assert list(points[list(front), 0]) == sorted(points[list(front), 0])
+
+
+def test_excess_is_one_on_the_front_and_the_ratio_beyond_it():
+    costs, errors = [1.0, 2.0, 5.0, math.nan], [0.5, 0.1, 0.1, math.nan]
+    assert cost_excess(1.0, 0.5, costs, errors) == 1.0
+    assert cost_excess(5.0, 0.1, costs, errors) == 2.5
+    assert cost_excess(3.0, 0.05, costs, errors) == 1.0  # more accurate than all
+    assert math.isnan(cost_excess(math.nan, 0.1, costs, errors))
+
+
+# --- ladder ---
+
+
+@pytest.mark.parametrize("name", DRAWN + CLOSED)
+def test_every_rung_is_a_scene_and_has_a_name_of_its_own(name: str):
+    path = EXAMPLES / f"{name}.toml"
+    scene = load_scene(path)
+    points = ladder(scene)
+    assert len({p.name for p in points}) == len(points)
+    for point in (*points, reference_point(scene, 2.0), reference_point(scene, 2.0, coarser=True)):
+        scene_with(path, point.settings)
+    assert {p.name for p in ladder(scene, quick=True)} < {p.name for p in points}
+    assert all(p.after in ("", *(q.name for q in points[:k])) for k, p in enumerate(points))
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
+    scene = load_scene(EXAMPLES / f"{name}.toml")
+    families = {p.family for p in ladder(scene)}
+    assert {a.level for a in applicable(scene.seat) if a.applies} <= families
+    assert "spring" in families
+    assert "rod" in families
+    varied = {p.varied for p in ladder(scene)}
+    assert varied >= {"by hand", "diagonal", "mesh", "order", "band", "tolerance", "time step", "history"}
+    assert ("reed modes" in varied) == (name != "mass_on_bar")
+    assert ("road" in varied) == (name != "flapper_on_arc")  # harmonics have one road
+
+
+def test_lanczos_runs_where_the_mass_is_diagonal():
+    roads = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")) if p.varied == "road"}
+    assert "hexahedra, road lanczos" in roads
+    roads = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")) if p.varied == "road"}
+    assert roads == {"road krylov", "road modes", "road second_order"}
+
+
+def test_closed_forms_have_time_steps_and_nothing_to_mesh():
+    varied = {p.varied for p in ladder(load_scene(EXAMPLES / "paper_table1_3mm_area.toml"))}
+    assert varied == {"by hand", "diagonal", "reed modes", "time step", "history"}
+
+
+def test_the_centre_is_what_the_file_states_and_else_what_the_filter_sees():
+    sizes = {"seat.mesh.size": "1 mm", "seat.mesh.contact_size": "0.4 mm", "seat.greens.bandwidth": "1 MHz"}
+    stated = centre_of(scene_with(EXAMPLES / "flapper_on_annular_seat.toml", sizes))
+    assert (stated.level, stated.size, stated.contact_size, stated.bandwidth) == ("axisymmetric", 1e-3, 0.4e-3, 1e6)
+    scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
+    open_ = centre_of(scene)
+    assert open_.bandwidth == pytest.approx(0.5 / scene.run.filter_width)
+    assert open_.size == pytest.approx(3e-3)  # the plate's thickness: less than a third of the shear wave, 4.1 mm
+    assert open_.contact_size == pytest.approx(1e-3)  # the land
+
+
+def test_the_column_of_the_annular_seat():
+    """The flat top of the lip, 0.8 mm wide at a radius of 4.5 mm, over 8.5 mm of steel."""
+    column = column_of(load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat)
+    assert column is not None
+    assert column.area == pytest.approx(2 * math.pi * 4.5e-3 * 0.8e-3)
+    assert column.stiffness == pytest.approx(2e11 * column.area / 8.5e-3)
+    arc = column_of(load_scene(EXAMPLES / "flapper_on_arc.toml").seat)
+    assert arc is not None
+    assert arc.area == pytest.approx(column.area / 6)
+
+
+@pytest.mark.parametrize("name", [*DRAWN, "paper_table1_3mm_area"])
+def test_the_reference_is_finer_than_every_rung(name: str):
+    path = EXAMPLES / f"{name}.toml"
+    scene = load_scene(path)
+    reference = scene_with(path, reference_point(scene, 1.0).settings)
+    back = scene_with(path, reference_point(scene, 1.0, coarser=True).settings)
+    for point in ladder(scene):
+        rung = scene_with(path, point.settings)
+        if hasattr(reference.reed, "n_modes"):
+            assert reference.reed.n_modes > max(rung.reed.n_modes, back.reed.n_modes)
+        if hasattr(rung.seat, "mesh"):
+            assert reference.seat.mesh.size < rung.seat.mesh.size * (1 - 1e-9)
+            assert reference.seat.mesh.contact_size < rung.seat.mesh.contact_size * (1 - 1e-9)
+            assert reference.seat.greens.bandwidth > rung.seat.greens.bandwidth * (1 + 1e-9)
+            assert reference.seat.greens.tolerance < rung.seat.greens.tolerance
+        if rung.run.time_step is not None:
+            assert scene.run.filter_width / reference_point(scene, 1.0).least_steps < rung.run.time_step
+    assert reference.run.time_step is None
+    if hasattr(back.seat, "mesh"):
+        assert back.seat.mesh.size == pytest.approx(RATIO * reference.seat.mesh.size)
+        assert back.seat.greens.bandwidth == pytest.approx(reference.seat.greens.bandwidth / RATIO)
+
+
+# --- settings ---
+
+
+def test_settings_are_stated_and_taken_out(small: Path):
+    sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
+    scene = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
+    assert (scene.seat.mesh.size, scene.seat.greens.bandwidth, scene.run.time_step) == (2e-3, 3e5, 5e-8)
+    assert "size" in scene.seat.mesh.model_fields_set
+    free = scene_with(EXAMPLES / "flapper_on_annular_seat.toml", {**sizes, **ALL_OPEN})
+    assert free.seat.mesh.size is None
+    assert free.run.time_step is None
+    assert "bandwidth" not in free.seat.greens.model_fields_set
+    with pytest.raises(SceneError, match=r"run\.time_step"):
+        scene_with(small, {"run.time_step": "1 mm"})
+
+
+# --- points and journal ---
+
+
+def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
+    """Twice the step, the same impulse to the order of the step; its own memory and time."""
+    monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
+    point = Point("coarse", "as given", "time step", {"run.time_step": "200 ns"})
+    outcome = run_point(small, point, 120.0)
+    assert (outcome.state, outcome.reason) == ("done", "")
+    fine = carry_out(small, replace(point, settings={"run.time_step": "20 ns"}))
+    assert outcome.values["impulse"] == pytest.approx(fine.values["impulse"], rel=5e-3)
+    assert outcome.about["time_step_s"] == 2e-7
+    assert 0 < outcome.processor < 5
+    assert 0 < outcome.start < 120
+    assert 5e7 < outcome.memory < 2e9
+
+
+def test_what_fails_or_hangs_is_an_outcome(small: Path):
+    failed = carry_out(small, Point("bad", "as given", "time step", {"run.time_step": "10 us"}))
+    assert failed.state == "failed"
+    assert "RunError: run.time_step" in failed.reason
+    assert math.isnan(failed.processor)
+    stopped = run_point(small, Point("slow", "as given", "diagonal"), 0.01)
+    assert (stopped.state, stopped.reason) == ("stopped", "no end within 0.1 s")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
+def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
+    """Ten million steps; loading the program alone takes more than the second that is allowed."""
+    steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
+    stopped = run_point(small, Point("long", "as given", "time step", steps), 1.0)
+    assert stopped.state == "stopped"
+    assert "processor" in stopped.reason or "10 s" in stopped.reason
+
+
+def test_a_process_that_dies_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    died = run_point(small, Point("dies", "as given", "diagonal"), 10.0)
+    assert died.state == "failed"
+    assert "exit code 1" in died.reason
+
+
+def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, monkeypatch: pytest.MonkeyPatch):
+    ran: list[str] = []
+
+    def pretend(scene: Path, point: Point, limit: float) -> Outcome:
+        ran.append(point.name)
+        return Outcome("done", "", 1.0, 1.0, 1e8, 0.5, {"impulse": float(len(ran))})
+
+    monkeypatch.setattr(runner, "run_point", pretend)
+    monkeypatch.setattr(runner, "code_version", lambda: "one")
+    points = [Point(name, "rod", "diagonal") for name in "abc"]
+    journal = small.parent / "deep" / "trade.jsonl"
+    first = run_points(small, points, journal)
+    whole = journal.read_bytes()
+    journal.write_bytes(whole[: whole.rindex(b'"outcome"') + 20])  # killed while it wrote the third
+    second = run_points(small, points, journal)
+    assert ran == ["a", "b", "c", "c"]
+    assert first["a"] == second["a"]
+    assert run_points(small, points, journal) == second  # and the new line stands on its own
+    assert ran == ["a", "b", "c", "c"]
+    run_points(small, [replace(points[0], engine="fft")], journal)  # another point of the same name
+    small.write_text(SMALL.replace("20 g", "21 g"), encoding="utf-8")  # another scene
+    run_points(small, points[:1], journal)
+    monkeypatch.setattr(runner, "code_version", lambda: "two")  # another program
+    run_points(small, points[:1], journal)
+    assert ran[4:] == ["a", "a", "a"]
+
+
+def test_no_rung_is_tried_beyond_one_that_was_stopped(small: Path, monkeypatch: pytest.MonkeyPatch):
+    limits: list[float] = []
+
+    def hang(scene: Path, point: Point, limit: float) -> Outcome:
+        limits.append(limit)
+        return Outcome("stopped", "no end", processor=limit) if limit < 50 else Outcome("done")
+
+    monkeypatch.setattr(runner, "run_point", hang)
+    points = [Point("coarse", "3d", "diagonal"), Point("fine", "3d", "diagonal", after="coarse")]
+    journal = small.parent / "trade.jsonl"
+    found = run_points(small, points, journal, time_limit=10)
+    assert [found[p.name].state for p in points] == ["stopped", "stopped"]
+    assert "coarse stopped" in found["fine"].reason
+    assert limits == [10]
+    found = run_points(small, points, journal, time_limit=60)  # more time: tried again
+    assert [found[p.name].state for p in points] == ["done", "done"]
+
+
+def test_what_is_predicted_to_take_far_too_long_is_not_tried(small: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(runner, "run_point", lambda *given: Outcome("done"))
+    points = [Point("short", "3d", "planned", predicted=15.0), Point("long", "3d", "planned", predicted=25.0)]
+    found = run_points(small, points, small.parent / "trade.jsonl", time_limit=10)
+    assert [found[p.name].state for p in points] == ["done", "stopped"]
+    assert "25 s predicted" in found["long"].reason
+
+
+# --- the trade ---
+
+
+def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
+    """Points "0", "1", ... and the planner's choice, the last, against the values 1."""
+    names = [*(str(k) for k in range(len(costs) - 1)), PLANNED]
+    outcomes = {
+        name: Outcome("done", processor=cost, values={"impulse": i, "filtered_peak": p})
+        for name, cost, i, p in zip(names, costs, impulses, peaks, strict=True)
+    }
+    outcomes["exact"] = Outcome("done", processor=99.0, values={"impulse": 1.0, "filtered_peak": 1.0})
+    outcomes["never"] = Outcome("stopped")
+    points = tuple(Point(name, "rod", "diagonal") for name in (*names, "never"))
+    floors = dict.fromkeys(("impulse", "filtered_peak"), floor)
+    return Trade("", ("impulse", "filtered_peak"), 0.02, points, outcomes, "exact", floors)
+
+
+def test_errors_below_the_floor_do_not_count():
+    """A lucky coarse point does not beat its equals, and the planner is judged by the worst of its measures."""
+    found = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
+    assert found.error(PLANNED, "filtered_peak") == pytest.approx(2e-4)
+    assert found.trusted_error(PLANNED) == 1e-3
+    assert found.front("impulse") == ("0", "1")
+    assert found.front("filtered_peak") == ("0", "1", PLANNED)
+    assert found.front() == ("0", "1", PLANNED)
+    assert found.excess(PLANNED) == 1.0
+    assert found.excess(PLANNED, "impulse") == pytest.approx(1.5)
+    assert found.excess("2") == pytest.approx(4 / 3)
+    assert found.excess_at_target("2") == pytest.approx(4 / 3)
+    assert math.isnan(found.excess_at_target("1"))
+    assert math.isnan(found.error("never", "impulse"))
+
+
+def test_a_lucky_guess_is_no_rival_but_is_told():
+    """A stiffness by hand that happens to be right: nobody could know before."""
+    found = trade_of([1.0, 2.0, 3.0], [1.0, 1.015, 1.01], [1.0, 1.015, 1.01])
+    guess = replace(found.points[0], varied=BY_HAND)
+    found = replace(found, points=(guess, *found.points[1:]))
+    assert found.front() == ("1", PLANNED)
+    assert found.excess(PLANNED) == 1.0
+    assert found.excess(PLANNED, guesses=True) == 3.0
+    assert found.excess_at_target(PLANNED) == 1.5
+    assert summary_of(found)["planner_excess_with_guesses"] == 3.0
+
+
+def in_this_process(scene: Path, point: Point, limit: float) -> Outcome:
+    return carry_out(scene, point)
+
+
+def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """A rod: the spring is far off, every step converges, tables and picture agree, and a second call runs nothing."""
+    monkeypatch.setattr(runner, "run_point", in_this_process)
+    monkeypatch.setattr(trade, "run_point", in_this_process)
+    monkeypatch.setattr(runner, "code_version", lambda: "this")
+    folder = small.parent / "out"
+    assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
+    told = capsys.readouterr().out
+    assert "Pareto front" in told
+    assert "planner's choice:" in told
+    data = json.loads((folder / "trade.json").read_text(encoding="utf-8"))
+    with (folder / "trade.csv").open(newline="", encoding="utf-8") as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    assert {p["name"] for p in data["points"]} == set(rows)
+    assert float(rows["spring, E A/L"]["error_impulse"]) > 0.02  # waves count here: mass 20 g, rod 39 g
+    coarse, fine = (float(rows[f"{n} steps per filter"]["error_filtered_peak"]) for n in (2, 32))
+    assert fine < coarse / 4  # first order or better over a factor of 16
+    assert data["planner_state"] == "done"
+    assert data["planner_excess"] >= 1.0
+    assert 0 < data["floor"]["filtered_peak"] < 0.02
+    assert (folder / "trade.png").read_bytes().startswith(b"\x89PNG")
+    assert not [p for p in folder.iterdir() if p.name.startswith(".")]
+
+    def never(*given: object) -> Outcome:
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(runner, "run_point", never)
+    monkeypatch.setattr(trade, "run_point", never)
+    assert run_command(["trade", str(small), "-o", str(folder), "--quick", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_help(capsys: pytest.CaptureFixture[str]):
+    assert run_command(["trade", "--help"]) == 0
+    told = capsys.readouterr().out
+    assert "--quick" in told
+    assert "--limit" in told
+
+
+def test_a_scene_that_is_wrong_is_refused_before_anything_runs(small: Path, capsys: pytest.CaptureFixture[str]):
+    small.write_text(SMALL.replace("20 g", "20 m"), encoding="utf-8")
+    assert run_command(["trade", str(small)]) == 2
+    assert "reed.mass" in capsys.readouterr().err

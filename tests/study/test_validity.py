@@ -1,0 +1,163 @@
+"""Limits of the theory: thick reeds, large deflections, filters beyond a measured band, measures without a bar."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.study.impacts.budget import bar_keys
+from seatfem.study.impacts.contact import RunError, check_step, run_contact, striker_of
+from seatfem.study.impacts.validity import shear_error, thick_reed, validity_advice
+from seatfem.study.impacts.variations import error_budget
+from seatfem.study.runs import pipeline
+from seatfem.study.scene import Scene, load_scene
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "40 N/um"
+[reed]
+kind = "cantilever"
+length = "{length} mm"
+width = "10 mm"
+thickness = "{thickness} mm"
+material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
+n_modes = 12
+release = {{ tip_deflection = "{deflection} mm" }}
+[run]
+duration = "1 ms"
+filter_width = "2 us"
+"""
+
+
+def scene_of(folder: Path, length: float, thickness: float, deflection: float = 0.5) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(SCENE.format(length=length, thickness=thickness, deflection=deflection), encoding="utf-8")
+    return load_scene(path)
+
+
+def test_a_reed_that_is_no_beam_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
+    scene = scene_of(tmp_path, 25, 40)
+    with pytest.raises(RunError, match=r"reed.thickness = 40 mm over reed.length = 25 mm is 1.6 \(limit 0.2\)"):
+        check_step(scene)
+    assert run_command(["plan", str(tmp_path / "scene.toml")]) == BAD_INPUT
+    assert "a beam so thick bends by shear too" in " ".join(capsys.readouterr().err.split())
+    assert thick_reed(scene_of(tmp_path, 25, 5)) == ""
+    assert thick_reed(scene_of(tmp_path, 25, 5.01)) != ""
+
+
+def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
+    """Against Timoshenko's static compliance, and as the change of the measures that it makes."""
+    scene = scene_of(tmp_path, 25, 3, 0.05)
+    beam = impact.TimoshenkoCantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
+    slender = impact.Cantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
+    more = beam.compliance(25e-3, 25e-3) / slender.compliance(25e-3, 25e-3) - 1
+    assert shear_error(scene) == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
+    striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
+    result = run_contact(scene, striker, seat, 1e-7)
+    thick = error_budget(scene, SeatAnswer(seat), striker, result)
+    loose = scene.model_copy(update={"accuracy": scene.accuracy.model_copy(update={"target": 0.9})})
+    assert (
+        thick.parts["model"]["impulse"]
+        > error_budget(loose, SeatAnswer(seat), striker, result).parts["model"]["impulse"]
+    )
+
+
+@pytest.mark.parametrize(("deflection", "told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
+def test_large_deflections_are_told(deflection: float, told: bool, tmp_path: Path) -> None:
+    found = validity_advice(scene_of(tmp_path, 30, 0.3, deflection))
+    assert len(found) == told
+    if told:
+        assert found[0].value == pytest.approx(deflection / 30)
+        assert f"{deflection / 0.3:.3g} thicknesses" in found[0].reason
+        assert "release it from at most 3 mm" in found[0].remedy
+
+
+def test_the_stiffening_of_a_large_deflection_is_that_of_the_elastica() -> None:
+    """EI theta'' = -P cos(theta): the tip of a cantilever at P L^2/EI = 0.3, by Runge-Kutta and bisection."""
+
+    def tip(load: float) -> float:
+        low, high, n = 0.0, load, 2000
+        for _ in range(60):
+            slope = (low + high) / 2
+            theta, bend, height, h = 0.0, slope, 0.0, 1 / n
+            for _ in range(n):
+                middle = theta + bend * h / 2
+                height += h * math.sin(middle)
+                bend_middle = bend - load * math.cos(theta) * h / 2
+                theta, bend = theta + h * bend_middle, bend - load * math.cos(middle) * h
+            low, high = (slope, high) if bend < 0 else (low, slope)
+        return height
+
+    load = 0.3
+    deflection = tip(load)
+    assert load / (3 * deflection) - 1 == pytest.approx(36 / 35 * deflection**2, rel=0.03)
+
+
+def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, 30, 0.3)
+
+    def seat(highest: float) -> ModalGreens:
+        fit = {"fit": {"band_hz": [100.0, highest]}}
+        return ModalGreens(np.array([1e5]), np.array([0.01]), np.ones((1, 1)), Residual.none(), origin=fit)
+
+    (found,) = validity_advice(scene, seat(2e4))
+    assert found.value == pytest.approx(25.0)
+    assert "use run.filter_width >= 5e-05 s" in found.remedy
+    assert validity_advice(scene, seat(6e5)) == ()
+
+
+ANNULAR = """
+[seat]
+kind = "annular"
+bore_radius = "2 mm"
+lip_width = "1 mm"
+outer_radius = "12 mm"
+thickness = "8 mm"
+model = "spring"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+damping_ratio = 0.02
+[reed]
+kind = "rigid_mass"
+mass = "2 g"
+velocity = "-1 m/s"
+[run]
+duration = "0.1 ms"
+filter_width = "20 us"
+[accuracy]
+target = 0.1
+measures = ["impulse"]
+"""
+
+
+def test_a_measure_that_nobody_looked_at_has_no_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A seat taken for a spring: the displacement was not asked for, what waves do to it no share holds."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    path, out = tmp_path / "annular.toml", tmp_path / "out"
+    path.write_text(ANNULAR, encoding="utf-8")
+    run_command(["run", str(path), "-o", str(out), "--quiet"])
+    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert found["plan_seat_level"] == "spring"
+    assert found["max_seat_displacement_m"] > 0
+    assert found["error_bar_max_seat_displacement_m"] is None
+    assert found["error_bar_impulse_Ns"] > 0
+    path.write_text(ANNULAR.replace('["impulse"]', '["impulse", "seat_displacement"]'), encoding="utf-8")
+    run_command(["run", str(path), "-o", str(out), "--quiet"])
+    asked = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert asked["error_bar_max_seat_displacement_m"] > 0
+
+
+def test_bars_left_out_are_none() -> None:
+    values = {"impulse": 1.0, "seat_displacement": 2.0}
+    keys = bar_keys(impact.Budget(values, {"mesh": values}), without=("seat_displacement",))
+    assert keys["error_bar_max_seat_displacement_m"] is None
+    assert keys["error_bar_impulse_Ns"] == pytest.approx(1.5)
