@@ -14,7 +14,8 @@ import numpy as np
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.motion import Discrete, translate
+from impact.march.motion import Discrete
+from impact.march.replay import resting, translate
 
 BLOCK = 512  # steps
 
@@ -102,6 +103,6 @@ class Pilot:
             return self.base.copy()
         places, rates = np.empty_like(drive), np.empty_like(drive)
         for row in range(len(drive)):
-            translate(h, self.base[0, row], self.base[1, row], drive[row], places[row], rates[row])
+            translate(h, resting(*self.base[:, row]), drive[row], places[row], rates[row])
         self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
         return np.array([places[:, -1], rates[:, -1]])
