@@ -15,8 +15,8 @@ from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.replay import Replay, blocks
 
-POINTS_PER_WAVE = 8  # of the shortest wave kept: where a peak is looked for along the reed
-TIMES_PER_RADIAN = 2  # of the highest frequency kept: when it is looked for
+POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
+TIMES_PER_RADIAN = 2  # of the highest frequency retained: when it is looked for
 ROUND_OFF = 1e-12  # relative, of sums over modes
 _BLOCK = 1024  # times held at once
 
@@ -95,8 +95,8 @@ def reed_stress(
 ) -> ReedStress:
     """The largest |`bending_stress`| along the reed, before the first touch and after it.
 
-    It is looked for at `POINTS_PER_WAVE` of the shortest wave kept and at `TIMES_PER_RADIAN` of the highest frequency,
-    ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+    It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at `TIMES_PER_RADIAN` of the highest
+    frequency, ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
