@@ -141,3 +141,16 @@ def test_every_public_name_is_there(package: str) -> None:
     module = importlib.import_module(package)
     assert module.__all__ == sorted(set(module.__all__))
     assert [name for name in module.__all__ if not hasattr(module, name)] == []
+
+
+def test_the_verification_is_a_leaf() -> None:
+    """Of the product only the verb `verify` knows it; nothing knows the batteries among the tests."""
+    known = {
+        f"{path.relative_to(ROOT).as_posix()} imports {name}"
+        for path in FILES
+        if not path.is_relative_to(ROOT / "seatfem" / "verification")
+        for _, name in imports(path)
+        if name.startswith(("seatfem.verification", "tests"))
+    }
+    verb = ("table.verification_table", "view.verification_table_view")
+    assert known == {f"seatfem/faces/cli.py imports seatfem.verification.{name}" for name in verb}
