@@ -28,7 +28,7 @@ class GreensFunctionError(ValueError):
 class ErrorEstimate:
     """Estimated error of g after a pulse of the stated band, relative to its largest value.
 
-    ``reduction`` is what the road from M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
+    ``reduction`` is what the way from M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
     discretisation error of M, C, K themselves. ``None`` means unknown, not zero.
 
     It is an error of g, not of what an impact makes of it: where a contact chatters, opening and closing within its
