@@ -19,7 +19,7 @@ from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction import choice
+from seatfem.structures.reduction import modal
 from seatfem.structures.seats.levels import sectors
 from seatfem.structures.seats.needs import mesh_spec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
@@ -270,4 +270,4 @@ def test_doctor_calibrate_writes_the_file(monkeypatch, capsys):
 
 
 def test_plan_and_run_agree_on_which_seats_are_small() -> None:
-    assert seat_costs.ALL_MODES == choice.ALL_MODES
+    assert seat_costs.ALL_MODES == modal.ALL_MODES
