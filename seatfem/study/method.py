@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.seats.levels import choose_level
-from seatfem.study.accuracy.safety import LEVEL_SHARE
+from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
 
 _Table = TypeVar("_Table", bound=BaseModel)

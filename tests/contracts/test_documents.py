@@ -10,7 +10,7 @@ from impact.runs.budget import SAFETY, STRESS_SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.structures.seats.needs import COARSENING
 from seatfem.structures.seats.seat import MESH_SAFETY
-from seatfem.study.accuracy.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
+from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]

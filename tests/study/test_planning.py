@@ -20,7 +20,6 @@ from seatfem.structures.seats.levels import LevelError
 from seatfem.structures.seats.needs import memory
 from seatfem.structures.seats.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
-from seatfem.study.accuracy.safety import AIM, FREE
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, run_for_measures, striker_of
 from seatfem.study.impacts.measures import SOURCES
@@ -33,6 +32,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.planning.seen import BANDS, Seen
 from seatfem.study.planning.surrogate import surrogate_of
+from seatfem.study.safety import AIM, FREE
 from seatfem.study.scene import Annular, Scene
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'

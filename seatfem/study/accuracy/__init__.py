@@ -1,1 +1,1 @@
-"""How exact: what each open key moves, the error budget of a run, and all safety factors on one page."""
+"""How exact: what each open key moves, and the error budget of a run."""

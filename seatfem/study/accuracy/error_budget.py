@@ -15,11 +15,11 @@ from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
 from seatfem.structures.seats.statics import beyond_level
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.accuracy.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, Source, measured
 from seatfem.study.impacts.validity import shear_error
 from seatfem.study.method import RunMethod, as_stated, is_meshed
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:

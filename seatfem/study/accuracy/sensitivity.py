@@ -21,9 +21,9 @@ from impact.runs.variations import NARROWER, left_by_step, narrowed
 from seatfem.structures.rings import face_compliance
 from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.prerun import Bench, relative_changes
-from seatfem.study.accuracy.safety import FEWER, MUCH_SHORTER, OFF, REED_MARGIN, STIFFER
 from seatfem.study.method import MODES as REED_MODES
 from seatfem.study.method import has_key, is_given, value_of
+from seatfem.study.safety import FEWER, MUCH_SHORTER, OFF, REED_MARGIN, STIFFER
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps

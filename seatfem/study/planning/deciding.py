@@ -12,13 +12,13 @@ from impact.greens.base import Array
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.structures.method import AnyLevel, Method
-from seatfem.study.accuracy.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SPARE
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.seat_options import SeatOption, seat_options
 from seatfem.study.planning.seen import BEHIND, Seen
 from seatfem.study.planning.steps import ContactOption, contact_options
+from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SPARE
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from seatfem.structures.inspection.checks import check_files
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.seats.kept_files import kept_at, key_at
 from seatfem.structures.seats.store import Store
-from seatfem.study.accuracy.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import BAND, SIZE, TOLERANCE, RunMethod, as_stated, has_key, is_given
@@ -25,6 +24,7 @@ from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import choices_of
 from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
 from seatfem.study.planning.surrogate import surrogate_of
+from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
 
 __all__ = ["plan_scene"]

@@ -11,7 +11,6 @@ from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
 from seatfem.structures.seats.needs import is_convolved
-from seatfem.study.accuracy.safety import FEW, FEWER, MANY
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.method import (
     BAND,
@@ -34,6 +33,7 @@ from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.mesh_size import Sizes, per_wavelength
 from seatfem.study.planning.plan import Choice
 from seatfem.study.planning.seat_costs import ALL_MODES
+from seatfem.study.safety import FEW, FEWER, MANY
 from seatfem.study.scene import Scene
 
 COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"

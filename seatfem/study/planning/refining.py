@@ -9,7 +9,6 @@ from typing import Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.accuracy.safety import FEWER, LEAST_FINER, LONGEST, MESH_ORDER, MOST_FINER, MOST_ROUNDS
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SIZE, STEP, TOLERANCE
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
@@ -17,6 +16,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.reasons import described
 from seatfem.study.planning.seen import BANDS, RING_NUMBERS, fitted
+from seatfem.study.safety import FEWER, LEAST_FINER, LONGEST, MESH_ORDER, MOST_FINER, MOST_ROUNDS
 
 KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
     "mesh": (SIZE, CONTACT_SIZE),

@@ -10,7 +10,6 @@ from seatfem.machine.rates import Machine
 from seatfem.structures.method import Method
 from seatfem.structures.seats.levels import applicable, choose_level, clamp_error
 from seatfem.structures.seats.rods import love_rod, rod_of
-from seatfem.study.accuracy.safety import DOUBT, FEWER_POLES, MESH_BAR
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.method import BAND, MODEL, RINGS, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
@@ -24,6 +23,7 @@ from seatfem.study.planning.seat_costs import (
     seat_seconds,
 )
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
+from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
 
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 

@@ -13,7 +13,6 @@ from seatfem.machine.rates import Machine
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
 from seatfem.study.accuracy.prerun import Bench, first_look
-from seatfem.study.accuracy.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import (
@@ -32,6 +31,7 @@ from seatfem.study.method import (
 from seatfem.study.planning.mesh_size import Sizes, sizes_for
 from seatfem.study.planning.patch import Patch
 from seatfem.study.planning.surrogate import Surrogate
+from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {

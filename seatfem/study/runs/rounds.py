@@ -16,13 +16,13 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.seats.kept_seats import seat_of
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.safety import LOOSER
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import TOLERANCE, as_stated
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
+from seatfem.study.safety import LOOSER
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 
