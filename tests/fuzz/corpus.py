@@ -283,7 +283,7 @@ def _function(x: np.ndarray[Any, Any], values: np.ndarray[Any, Any], kind: int) 
 def _meshes(folder: Path) -> Path:
     """A quarter ring in every format that gmsh writes, and as .vtu."""
     folder.mkdir()
-    script = ROOT / "tests" / "unit" / "write_mesh_files.py"
+    script = ROOT / "tests" / "structures" / "write_mesh_files.py"
     subprocess.run([sys.executable, str(script), str(folder)], check=True, capture_output=True)
     return folder
 
