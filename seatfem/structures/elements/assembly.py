@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -27,6 +28,7 @@ from seatfem.structures.elements.constraints import Freedom, freedom
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
 from seatfem.structures.elements.patch_rings import places_across
 from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
+from seatfem.structures.elements.ports import ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
     discretize,
@@ -38,7 +40,6 @@ from seatfem.structures.elements.supports import Support, acts, support_matrices
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
-from seatfem.structures.rings import divided, ring_names
 
 __all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
 
@@ -97,7 +98,7 @@ def assemble(
     """
     mesh = getattr(mesh, "mesh", mesh)
     patches = {"contact": "contact"} if ports is None else dict(ports)
-    held = {"fixed": _names(fixed), "sliding": _names(sliding), "antisymmetric": _names(antisymmetric)}
+    held = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
     check_ports(mesh, patches, held)
     solids, region = solids_by_region(mesh, material)
     made = discretize(mesh, order)
@@ -111,9 +112,16 @@ def assemble(
     added = support_matrices(made, supports, solids, region)
     springs, dashpots = (unknowns.restricted(added[key]) if key in added else None for key in ("K", "C"))
     K, C = K if springs is None else K + springs, total(C, dashpots)
-    of_ports: dict[str, Port] = {}
+    cuts = [np.asarray(f) for cut, f in (mesh.boundaries or {}).items() if cut in _CUTS and copies > 1]
+    across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
+    of_nodes: dict[str, Port] = {}
     for port, name in patches.items():
-        of_ports |= dict(zip(ring_names(port, rings), _ports(body, name, copies, rings), strict=True))
+        patch = partial(_patch, made, name)
+        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, made.size)
+    of_ports = {
+        name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
+        for name, port in of_nodes.items()
+    }
     progress("assembly", 1.0)
     dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
     M, K = (M, K) if copies == 1 else (M * copies, K * copies)
@@ -223,8 +231,13 @@ def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation
     return modes
 
 
-def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+def names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Boundaries, of which one may be given by its name alone."""
     return (given,) if isinstance(given, str) else tuple(given)
+
+
+def _patch(made: Discretization, name: str, fine: bool) -> Surface:
+    return surface(made, name, "port", _FINE_RULE if fine else None)
 
 
 def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
@@ -240,29 +253,3 @@ def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequen
                     raise ModelError(
                         f"port: {common} facets of {name!r} are also {role} ({other!r}) and cannot be pushed"
                     )
-
-
-def _ports(body: _Body, name: str, copies: int, rings: int) -> list[Port]:
-    """Of each ring: b = integral of n . N over it / its area; impedance = integral of rho c_p."""
-    made = body.made
-    patch = surface(made, name, "port", None if rings == 1 else _FINE_RULE)
-    if not patch.area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
-    weights = patch.weights[None]
-    if rings > 1:
-        cuts = [np.asarray(facets) for cut, facets in made.mesh.boundaries.items() if cut in _CUTS and copies > 1]
-        places = places_across(made.mesh, patch, np.concatenate([np.zeros(0, np.int64), *cuts]), copies)
-        weights = divided(places.ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
-    speeds = np.zeros(patch.weights.shape)  # rho c_p
-    for k, solid in enumerate(body.solids):
-        of = body.region[patch.elements] == k
-        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
-    return [_port(body, patch, part, speeds, copies) for part in weights]
-
-
-def _port(body: _Body, patch: Surface, weights: Array, speeds: Array, copies: int) -> Port:
-    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
-    vector = np.zeros((body.made.size, 3))
-    np.add.at(vector, patch.cells, parts)
-    area, impedance = float(weights.sum()), float((speeds * weights).sum())
-    return Port(body.unknowns.vector(vector.ravel()) / area, area * copies, impedance * copies)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -14,8 +14,10 @@ from scipy import sparse
 
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
-from seatfem.structures.elements.assembly import check_ports, solids_by_region
+from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.node_constraints import Constraint, free_directions
+from seatfem.structures.elements.patch_rings import ONE_RADIUS
+from seatfem.structures.elements.ports import ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
     angle_integral,
@@ -31,7 +33,6 @@ from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
-from seatfem.structures.rings import divided, ring_names
 
 Mass = Literal["consistent", "nodal"]
 _FINE_RULE = 24  # degree of the quadrature over a patch whose rings end within elements
@@ -99,7 +100,7 @@ def assemble_axisymmetric(
         check_revolved(solid)
     patches = {"contact": "contact"} if ports is None else dict(ports)
     patches = {} if torsion else patches
-    held = {"fixed": _names(fixed), "sliding": _names(sliding)}
+    held = {"fixed": names(fixed), "sliding": names(sliding)}
     check_ports(mesh, patches, held)
     T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, torsion, held))
     progress("assembly", 0.1)
@@ -120,9 +121,10 @@ def assemble_axisymmetric(
     )
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        parts = _ports(section, name, solids, region, harmonic, rings)
-        whole |= dict(zip(ring_names(port, rings), parts, strict=True))
-    made = {name: replace(port, vector=T.T @ port.vector) for name, port in whole.items()}
+        patch = partial(_patch, section, name)
+        whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
+    half = 1.0 if harmonic == 0 else 0.5
+    made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     progress("assembly", 1.0)
     return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss, known)
@@ -168,10 +170,6 @@ def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr
     return sparse.diags_array(lumps, format="csr")
 
 
-def _names(given: str | Sequence[str]) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)
-
-
 def _constraints(
     section: Section, harmonic: int, torsion: bool, held: Mapping[str, Sequence[str]]
 ) -> Iterator[Constraint]:
@@ -190,34 +188,14 @@ def _constraints(
         yield boundary_nodes(section, name, "sliding"), normals[0]
 
 
-def _ports(
-    section: Section, name: str, solids: Sequence[Solid], region: NDArray[np.int32], harmonic: int, rings: int
-) -> list[Port]:
-    """Of each ring: b = integral of n . N over it / its area, over all nodes; impedance = integral of rho c_p, halved.
-
-    Between the edges a ring lies by r, or by z where that changes more.
-    """
-    patch = ring_surface(section, name, "port", 2 * math.pi, None if rings == 1 else _FINE_RULE)
-    if not patch.area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
-    weights = patch.weights[None]
-    if rings > 1:
-        flat = patch.places.reshape(-1, 2)
-        across = flat[:, int(np.argmax(np.ptp(flat, axis=0)))]
-        weights = divided(across, patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
-    speeds = np.zeros(patch.weights.shape)  # rho c_p
-    for k, solid in enumerate(solids):
-        of = region[patch.elements] == k
-        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
-    return [_port(section, patch, part, speeds, harmonic) for part in weights]
+def _patch(section: Section, name: str, fine: bool) -> Surface:
+    return ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if fine else None)
 
 
-def _port(section: Section, patch: Surface, weights: Array, speeds: Array, harmonic: int) -> Port:
-    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
-    vector = np.zeros((section.n_nodes, 3))
-    np.add.at(vector, patch.cells, parts)
-    area, impedance = float(weights.sum()), float((speeds * weights).sum())
-    return Port(vector.ravel() / area, area, impedance if harmonic == 0 else impedance / 2)
+def _places(patch: Surface) -> Array:
+    """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
+    radii = patch.places[..., 0]
+    return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
 
 
 def _largest_entries(T: sparse.csr_array) -> NDArray[np.int64]:
