@@ -24,7 +24,7 @@ from scipy import sparse
 
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
-from seatfem.structures.elements.constraints import Freedom, freedom
+from seatfem.structures.elements.constraints import Freedom, freedom, held
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
 from seatfem.structures.elements.patch_rings import places_across
 from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
@@ -98,12 +98,14 @@ def assemble(
     """
     mesh = getattr(mesh, "mesh", mesh)
     patches = {"contact": "contact"} if ports is None else dict(ports)
-    held = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
-    check_ports(mesh, patches, held)
+    given = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
+    check_ports(mesh, patches, given)
     solids, region = solids_by_region(mesh, material)
     made = discretize(mesh, order)
     progress("assembly", 0.1)
-    unknowns = freedom(made, *held.values())
+    unknowns = freedom(made.size, held(made, *given.values()))
+    if not unknowns.free.size:
+        raise ModelError(f"fixed: {', '.join(given['fixed'])} hold every node: nothing is left to move; mesh finer")
     body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
     K, M = body.matrices(np.ones((len(solids), 2)), progress)
     pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
@@ -123,7 +125,8 @@ def assemble(
         for name, port in of_nodes.items()
     }
     progress("assembly", 1.0)
-    dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
+    turned = None if unknowns.turn is None else unknowns.displacements
+    dofs = DofMap(made.nodes, unknowns.free, mesh, turned)
     M, K = (M, K) if copies == 1 else (M * copies, K * copies)
     C, H = (None if a is None else a * copies for a in (C, H))
     known = Damping.of_regions(pairs, losses, H, springs=acts(springs), dashpots=acts(dashpots))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
@@ -15,7 +14,7 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
-from seatfem.structures.elements.node_constraints import Constraint, free_directions
+from seatfem.structures.elements.constraints import Constraint, freedom
 from seatfem.structures.elements.patch_rings import ONE_RADIUS
 from seatfem.structures.elements.ports import ports_on
 from seatfem.structures.elements.revolved_elements import (
@@ -102,7 +101,8 @@ def assemble_axisymmetric(
     patches = {} if torsion else patches
     held = {"fixed": names(fixed), "sliding": names(sliding)}
     check_ports(mesh, patches, held)
-    T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, torsion, held))
+    unknowns = freedom(section.n_nodes, _constraints(section, harmonic, torsion, held))
+    T = unknowns.displacements
     progress("assembly", 0.1)
     K, M, C, loss = _matrices(section, solids, region, harmonic, torsion, mass, T)
     progress("assembly", 0.8)
@@ -127,7 +127,7 @@ def assemble_axisymmetric(
     made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     progress("assembly", 1.0)
-    return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss, known)
+    return SecondOrderModel(M, C, K, made, DofMap(points, unknowns.free, mesh, T), loss, known)
 
 
 def _matrices(
@@ -196,15 +196,3 @@ def _places(patch: Surface) -> Array:
     """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
-
-
-def _largest_entries(T: sparse.csr_array) -> NDArray[np.int64]:
-    """Row of the largest entry of each column: node and component that each unknown is nearest to."""
-    by_column = T.tocsc()
-    return np.array(
-        [
-            by_column.indices[a + int(np.argmax(np.abs(by_column.data[a:b])))]
-            for a, b in itertools.pairwise(by_column.indptr)
-        ],
-        dtype=np.int64,
-    )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
+
+import numpy as np
 
 from impact.greens.base import GreensFunction
 from impact.greens.pulse import error_times
@@ -23,7 +25,10 @@ class Space(ABC, Generic[G]):
         aims: what g must reach.
         history: of the checks so far.
         t: (nt,) times at which g is looked at [s].
+        step: ratio of the cutoffs that are tried.
     """
+
+    step: ClassVar[float] = 1.25
 
     def __init__(self, aims: Aims) -> None:
         self.aims, self.history = aims, History(aims.tolerance)
@@ -43,9 +48,25 @@ class Space(ABC, Generic[G]):
     def grow(self) -> Array:
         """Add vectors; (p, p, nt) g after the pulse with all of them [m/(N s)]."""
 
+    @property
     @abstractmethod
+    def omega(self) -> Array:
+        """(k,) of the undamped pairs in the space [rad/s]."""
+
+    @abstractmethod
+    def truncated(self, above: float) -> tuple[G, float]:
+        """(g with the pairs up to ``above`` [rad/s] and a residual for the others, its error relative to the whole)."""
+
     def cut(self, allowed: float) -> tuple[G, float]:
-        """(g without what is too high to be a mode of the body, its error), best below ``allowed``."""
+        """`truncated` at the lowest cutoff that costs less than ``allowed``, else at the one that costs least."""
+        above = 2 * self.aims.band
+        best, lowest = self.truncated(above)
+        while lowest > allowed and np.any(self.omega > above * self.step):
+            above *= self.step
+            greens, error = self.truncated(above)
+            if error < lowest:
+                best, lowest = greens, error
+        return best, lowest
 
     @abstractmethod
     def shortfall(self, error: float) -> str:

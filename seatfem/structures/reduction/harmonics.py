@@ -27,9 +27,10 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.greens import reduced
-from seatfem.structures.reduction.harmonic_tail import Tail, relaxation, static_lag
+from seatfem.structures.reduction.harmonic_tail import Tail, static_lag
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.registry import AUTO
+from seatfem.structures.reduction.residual import relaxation
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
 from seatfem.structures.rings import ring_names
 
@@ -133,7 +134,7 @@ def combine_harmonics(
         tail, doubt = _static_tail(build, total, done, aims, max_harmonic)
         impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
         lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, done)
-        total.close(relaxation(tail.compliance(), lacking, damping), max(lags[-2:]) + doubt)
+        total.close(relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(

@@ -95,8 +95,12 @@ class _Pairs(Space[ModalGreens]):
         self.pairs = RitzPairs(model, self.damping, omega, shapes, self.t, self.aims.width, loss=loss)
         return self.pairs.response
 
-    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
-        return self.pairs.cut(self.aims.band, allowed)
+    @property
+    def omega(self) -> Array:
+        return self.pairs.omega
+
+    def truncated(self, above: float) -> tuple[ModalGreens, float]:
+        return self.pairs.truncated(above)
 
     def shortfall(self, error: float) -> str:
         return (

@@ -121,8 +121,12 @@ class _Nodes(Space[ModalGreens]):
         self.wanted = min(self.most, self.recursion.steps + max(10, self.recursion.steps // 8))
         return self.pairs.response
 
-    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
-        return self.pairs.cut(self.aims.band, allowed)
+    @property
+    def omega(self) -> Array:
+        return self.pairs.omega
+
+    def truncated(self, above: float) -> tuple[ModalGreens, float]:
+        return self.pairs.truncated(above)
 
     def shortfall(self, error: float) -> str:
         return (

@@ -41,25 +41,13 @@ class RitzPairs:
         self.spring = self.beyond[:, :, None] * hann(t, width)
         self.response = combine(shapes, self.each) + self.spring
 
-    def cut(self, band: float, allowed: float) -> tuple[ModalGreens, float]:
-        """Drop the pairs above the lowest cutoff that costs less than ``allowed`` into the residual; (g, its error).
+    def truncated(self, above: float) -> tuple[ModalGreens, float]:
+        """(pairs up to ``above`` [rad/s] and the residual of the others, its error relative to the largest response).
 
         High pairs stand for no mode of the body; kept, they would ring in the contact. Their compliance is kept.
         """
-        scale = float(np.abs(self.response).max())
-        best, lowest, above = None, np.inf, 2 * band
-        while best is None or (lowest > allowed and np.any(self.omega > above)):
-            greens = self._truncated(above)
-            error = self._error(greens, above) / scale
-            if best is None or error < lowest:
-                best, lowest = greens, error
-            above *= 1.25
-        return best, lowest
-
-    def _truncated(self, above: float) -> ModalGreens:
-        return truncate(self.omega, self.zeta, self.shapes, above, self.beyond, self.model, self.damping)
-
-    def _error(self, greens: ModalGreens, above: float) -> float:
+        greens = truncate(self.omega, self.zeta, self.shapes, above, self.beyond, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.width)
-        return float(np.abs(stand_in - self.spring - combine(self.shapes[dropped], self.each[dropped])).max())
+        lost = stand_in - self.spring - combine(self.shapes[dropped], self.each[dropped])
+        return greens, float(np.abs(lost).max()) / float(np.abs(self.response).max())

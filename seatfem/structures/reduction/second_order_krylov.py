@@ -17,6 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from impact.greens.base import ErrorEstimate
 from impact.greens.poles import PoleGreens
 from impact.progress import Progress, silent
@@ -26,7 +28,7 @@ from seatfem.structures.model import Array, SecondOrderModel, as_csr
 from seatfem.structures.reduction.checks import feeding, passivity_of_poles
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.growth import Space
-from seatfem.structures.reduction.quadratic_pencil import coupled, cut, poles
+from seatfem.structures.reduction.quadratic_pencil import coupled, poles, truncated
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.structures.reduction.toar import SecondOrderBasis
@@ -79,6 +81,8 @@ class SecondOrderKrylov(Reducer):
 class _Coupled(Space[PoleGreens]):
     """The basis so far, and the small model whose pairs damping couples."""
 
+    step = 1.4
+
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
         super().__init__(aims)
         self.model, self.damping, s = model, damping, aims.band
@@ -104,8 +108,14 @@ class _Coupled(Space[PoleGreens]):
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
         return self.response
 
-    def cut(self, allowed: float) -> tuple[PoleGreens, float]:
-        return cut(self.whole, self.response, self.t, self.aims.width, allowed, self.model, self.damping)
+    @property
+    def omega(self) -> Array:
+        return self.whole.omega
+
+    def truncated(self, above: float) -> tuple[PoleGreens, float]:
+        greens = truncated(self.whole, above, self.model, self.damping)
+        lost = np.abs(greens.filtered_matrix(self.t, self.aims.width) - self.response).max()
+        return greens, float(lost / np.abs(self.response).max())
 
     def shortfall(self, error: float) -> str:
         return (
