@@ -16,8 +16,8 @@ import impact
 from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures.seats.kept_seats import KeptSeatWarning
-from seatfem.study.impacts.budget import SOURCES
 from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.scene import load_scene
