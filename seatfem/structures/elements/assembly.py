@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
 from seatfem.structures.elements.constraints import Freedom, freedom, held
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
 from seatfem.structures.elements.patch_rings import places_across
@@ -36,8 +35,9 @@ from seatfem.structures.elements.shape_functions import (
     nodal_rule,
     stiffness_rule,
 )
-from seatfem.structures.elements.supports import Support, acts, support_matrices, total
+from seatfem.structures.elements.supports import Support, support_matrices
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
+from seatfem.structures.elements.whole_model import whole_model
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 
@@ -107,13 +107,6 @@ def assemble(
     if not unknowns.free.size:
         raise ModelError(f"fixed: {', '.join(given['fixed'])} hold every node: nothing is left to move; mesh finer")
     body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
-    K, M = body.matrices(np.ones((len(solids), 2)), progress)
-    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
-    losses = np.array([solid.loss_factor for solid in solids])
-    C, H = _damping(body, K, M, pairs, losses)
-    added = support_matrices(made, supports, solids, region)
-    springs, dashpots = (unknowns.restricted(added[key]) if key in added else None for key in ("K", "C"))
-    K, C = K if springs is None else K + springs, total(C, dashpots)
     cuts = [np.asarray(f) for cut, f in (mesh.boundaries or {}).items() if cut in _CUTS and copies > 1]
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
     of_nodes: dict[str, Port] = {}
@@ -124,13 +117,14 @@ def assemble(
         name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
         for name, port in of_nodes.items()
     }
-    progress("assembly", 1.0)
+    added = {
+        key: unknowns.restricted(matrix) for key, matrix in support_matrices(made, supports, solids, region).items()
+    }
     turned = None if unknowns.turn is None else unknowns.displacements
     dofs = DofMap(made.nodes, unknowns.free, mesh, turned)
-    M, K = (M, K) if copies == 1 else (M * copies, K * copies)
-    C, H = (None if a is None else a * copies for a in (C, H))
-    known = Damping.of_regions(pairs, losses, H, springs=acts(springs), dashpots=acts(dashpots))
-    return SecondOrderModel(M, C, K, of_ports, dofs, H, known)
+    model = whole_model(partial(body.matrices, progress), solids, rayleigh, added, of_ports, dofs, copies)
+    progress("assembly", 1.0)
+    return model
 
 
 @dataclass(frozen=True)
@@ -144,7 +138,7 @@ class _Body:
     unknowns: Freedom
     mass: Mass
 
-    def matrices(self, scale: Array, progress: Progress) -> tuple[sparse.csr_array, sparse.csr_array]:
+    def matrices(self, progress: Progress, scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
         """(K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
         made, unknown = self.made, self.unknowns.unknown
         lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
@@ -172,23 +166,6 @@ class _Body:
             rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
             M = self.unknowns.turned(sparse.csr_array((data, columns, rows), shape=(free, free)))
         return self.unknowns.turned(K), M
-
-
-def _damping(
-    body: _Body, K: sparse.csr_array, M: sparse.csr_array, pairs: Array, losses: Array
-) -> tuple[sparse.csr_array | None, sparse.csr_array | None]:
-    """C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r; ``None`` where all are zero."""
-    C = H = None
-    if np.ptp(pairs, axis=0).any():
-        of_stiffness, of_mass = body.matrices(pairs[:, ::-1], silent)
-        C = of_mass + of_stiffness
-    elif pairs.any():
-        C = pairs[0, 0] * M + pairs[0, 1] * K
-    if np.ptp(losses):
-        H = body.matrices(np.stack([losses, np.zeros_like(losses)], axis=1), silent)[0]
-    elif losses.any():
-        H = losses[0] * K
-    return C, H
 
 
 def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.constraints import Constraint, freedom
 from seatfem.structures.elements.patch_rings import ONE_RADIUS
@@ -27,8 +26,9 @@ from seatfem.structures.elements.revolved_elements import (
     stiffness_blocks,
 )
 from seatfem.structures.elements.revolved_materials import check_revolved
-from seatfem.structures.elements.supports import Support, acts, spread_supports, total
+from seatfem.structures.elements.supports import Support, spread_supports
 from seatfem.structures.elements.surfaces import Surface
+from seatfem.structures.elements.whole_model import Matrices, whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
@@ -104,21 +104,11 @@ def assemble_axisymmetric(
     unknowns = freedom(section.n_nodes, _constraints(section, harmonic, torsion, held))
     T = unknowns.displacements
     progress("assembly", 0.1)
-    K, M, C, loss = _matrices(section, solids, region, harmonic, torsion, mass, T)
-    progress("assembly", 0.8)
-    if rayleigh is not None:
-        C = total(C, rayleigh[0] * M + rayleigh[1] * K)
     bodies = [ring_surface(section, s.boundary, type(s).__name__, angle_integral(harmonic)) for s in supports]
-    added = spread_supports(supports, bodies, solids, region, section.n_nodes)
-    springs, dashpots = (sparse.csr_array(T.T @ added[key] @ T) if key in added else None for key in ("K", "C"))
-    K, C = K if springs is None else sparse.csr_array(K + springs), total(C, dashpots)
-    known = Damping.of_regions(
-        np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0)),
-        np.array([solid.loss_factor for solid in solids]),
-        loss,
-        springs=acts(springs),
-        dashpots=acts(dashpots),
-    )
+    added = {
+        key: sparse.csr_array(T.T @ matrix @ T)
+        for key, matrix in spread_supports(supports, bodies, solids, region, section.n_nodes).items()
+    }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
         patch = partial(_patch, section, name)
@@ -126,8 +116,11 @@ def assemble_axisymmetric(
     half = 1.0 if harmonic == 0 else 0.5
     made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
+    matrices = _matrices(section, solids, region, harmonic, torsion, mass, T)
+    progress("assembly", 0.5)
+    model = whole_model(matrices, solids, rayleigh, added, made, DofMap(points, unknowns.free, mesh, T))
     progress("assembly", 1.0)
-    return SecondOrderModel(M, C, K, made, DofMap(points, unknowns.free, mesh, T), loss, known)
+    return model
 
 
 def _matrices(
@@ -138,29 +131,22 @@ def _matrices(
     torsion: bool,
     mass: Mass,
     T: sparse.csr_array,
-) -> tuple[sparse.csr_array, sparse.csr_array, sparse.csr_array | None, sparse.csr_array | None]:
-    """(K, M, C, loss) of the unknowns; C and loss are the materials' own, ``None`` without."""
+) -> Matrices:
+    """K and M of the unknowns."""
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
-    blocks = stiffness_blocks(
-        section, np.array([solid.elasticity for solid in solids])[region], harmonic, torsion=torsion
-    )
+    elasticity = np.array([solid.elasticity for solid in solids])[region]
+    blocks = stiffness_blocks(section, elasticity, harmonic, torsion=torsion)
     volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
-    density = np.array([solid.density for solid in solids])[region]
-    alpha, beta = np.array([solid.rayleigh for solid in solids])[region].T
-    eta = np.array([solid.loss_factor for solid in solids])[region]
+    density = np.array([solid.density for solid in solids])
 
-    def stiffness(factor: Array | float) -> sparse.csr_array:
-        weighted = blocks * np.reshape(factor, (-1, 1, 1, 1, 1))
-        return sparse.csr_array(moving.T @ section.gather(weighted) @ moving)
+    def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
+        stiffness = section.gather(blocks * scale[region, 0][:, None, None, None, None])
+        inertia = _scalar_mass(section, volumes, (density * scale[:, 1])[region])
+        inertia = sparse.kron(inertia, np.eye(len(components)), format="csr")
+        return sparse.csr_array(moving.T @ stiffness @ moving), sparse.csr_array(moving.T @ inertia @ moving)
 
-    def inertia(factor: Array) -> sparse.csr_array:
-        each = sparse.kron(_scalar_mass(section, volumes, factor), np.eye(len(components)), format="csr")
-        return sparse.csr_array(moving.T @ each @ moving)
-
-    damped = np.any(alpha > 0) or np.any(beta > 0)
-    C = inertia(alpha * density) + stiffness(beta) if damped else None
-    return stiffness(1.0), inertia(density), C, stiffness(eta) if np.any(eta > 0) else None
+    return matrices
 
 
 def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr_array:

@@ -7,7 +7,7 @@ With the traction t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n'
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -105,7 +105,7 @@ Support = Foundation | Bolted | Dashpot | Absorbing
 
 def support_matrices(
     made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
-) -> Mapping[str, sparse.csr_array]:
+) -> dict[Literal["K", "C"], sparse.csr_array]:
     """What the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is added."""
     patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
     return spread_supports(supports, patches, solids, region, made.size)
@@ -117,24 +117,14 @@ def spread_supports(
     solids: Sequence[Solid],
     region: NDArray[np.int32],
     n_nodes: int,
-) -> Mapping[str, sparse.csr_array]:
+) -> dict[Literal["K", "C"], sparse.csr_array]:
     """As `support_matrices`, on the ``patches`` that belong to the supports."""
-    sums: dict[str, sparse.csr_array] = {}
+    sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
             matrix = _spread(patch, along, across, 3 * n_nodes)
             sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
-
-
-def total(one: sparse.csr_array | None, other: sparse.csr_array | None) -> sparse.csr_array | None:
-    """The sum of what there is."""
-    return other if one is None else one if other is None else sparse.csr_array(one + other)
-
-
-def acts(matrix: sparse.csr_array | None) -> bool:
-    """Whether it is there, and not of zeros alone."""
-    return matrix is not None and bool(matrix.count_nonzero())
 
 
 def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:

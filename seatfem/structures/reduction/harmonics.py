@@ -191,26 +191,16 @@ class _Sum:
 
     def add(self, harmonic: int, greens: ModalGreens) -> None:
         """Turn the rings' harmonic into the patches' part of it."""
-        matrices, rest = mixing(self.patches, self.rings, harmonic), greens.residual
-        if not matrices:
-            return
-        part = ModalGreens(
-            np.tile(greens.omega, len(matrices)),
-            np.tile(greens.zeta, len(matrices)),
-            np.concatenate([greens.shapes @ x.T for x in matrices]),
-            Residual(
-                np.concatenate([rest.shapes @ x.T for x in matrices]),
-                np.tile(rest.rates, len(matrices)),
-                np.sum([x @ rest.compliance @ x.T for x in matrices], axis=0),
-            ),
-            tuple(self.patches),
-        )
-        self._append(part)
-        self.error += (greens.error.reduction or 0.0) * float(np.abs(part.filtered_matrix(self.t, self.width)).max())
+        parts = [greens.combined(x.T, tuple(self.patches)) for x in mixing(self.patches, self.rings, harmonic)]
+        if parts:
+            felt = sum(self._append(part) for part in parts)
+            self.error += (greens.error.reduction or 0.0) * float(np.abs(felt).max())
 
-    def _append(self, part: ModalGreens) -> None:
-        self.response = self.response + part.filtered_matrix(self.t, self.width)
+    def _append(self, part: ModalGreens) -> Array:
+        response = part.filtered_matrix(self.t, self.width)
+        self.response = self.response + response
         self.parts.append(part)
+        return response
 
     def beyond(self, harmonic: int, error: float) -> float:
         """Error, relative to the response, of all harmonics from this one on whose own ``error`` falls like 1/n^2.

@@ -24,10 +24,10 @@ from impact.greens.poles import PoleGreens
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, SecondOrderModel, as_csr
+from seatfem.structures.model import SecondOrderModel, as_csr
 from seatfem.structures.reduction.checks import feeding, passivity_of_poles
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.growth import Space
+from seatfem.structures.reduction.growth import Grown, Space
 from seatfem.structures.reduction.quadratic_pencil import coupled, poles, truncated
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
@@ -84,33 +84,21 @@ class _Coupled(Space[PoleGreens]):
     step = 1.4
 
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
-        super().__init__(aims)
-        self.model, self.damping, s = model, damping, aims.band
-        C = as_csr((model.size, model.size)) if model.C is None else model.C
+        super().__init__(model, damping, aims)
+        s, C = aims.band, as_csr((model.size, model.size)) if model.C is None else model.C
         factor = factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
         self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
 
-    @property
-    def complete(self) -> bool:
-        return self.basis.complete
-
-    @property
-    def full(self) -> bool:
-        return bool(self.basis.size == self.basis.limit)
-
-    def grow(self) -> Array:
+    def grow(self) -> Grown:
         basis, loss = self.basis, self.damping.loss
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         lost = None if loss is None else basis.Q.T @ (loss @ basis.Q)
         self.whole = coupled(
             basis.damping(), basis.stiffness(), basis.ports(), basis.rigid, basis.shift, self.damping, lost
         )
+        self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
-        return self.response
-
-    @property
-    def omega(self) -> Array:
-        return self.whole.omega
+        return Grown(self.response, basis.complete, bool(basis.size == basis.limit))
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
         greens = truncated(self.whole, above, self.model, self.damping)
