@@ -55,6 +55,8 @@ class Lanczos(Reducer):
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """It needs a diagonal mass, and damping that the frequency of a mode tells."""
+        if damping.refusal:
+            return damping.refusal
         if damping.loss is not None:
             return (
                 "loss factors that differ by region need shapes of modes, which Lanczos does not keep: use "
@@ -65,7 +67,7 @@ class Lanczos(Reducer):
                 "Lanczos needs a diagonal mass: assemble with mass='nodal' (accurate on hexahedra), or use "
                 "method='krylov' for this one"
             )
-        return damping.refusal
+        return ""
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a port."""

@@ -15,7 +15,7 @@ Source: Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195 (TOAR); Bai and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class _Coupled(Space[PoleGreens]):
     step = 1.4
 
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
-        super().__init__(model, damping, aims)
+        super().__init__(model, replace(damping, alpha=0.0, beta=0.0), aims)  # both are in C
         s, C = aims.band, as_csr((model.size, model.size)) if model.C is None else model.C
         factor = factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
         self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
