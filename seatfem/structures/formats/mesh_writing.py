@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +23,7 @@ from seatfem.structures.mesh.seat_mesh import SeatMesh
 
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
+    | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
     | {suffix: form for suffix, form in FORMATS.items() if suffix != ".node"}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
@@ -30,10 +33,11 @@ NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
         "avsucd": "avsucd:material",
         "medit": "medit:ref",
         "netgen": "netgen:index",
+        "nastran": "nastran:ref",
         "ugrid": "ugrid:ref",
     }
 )
-"""Formats in which a group is a number: the key of its array. The first two name the numbers."""
+"""Formats in which a group is a number: the key of its array. The first two name the numbers; Nastran's are PIDs."""
 MARKED: Final = ("vtk", "vtu", "xdmf", "hmf")
 """Formats in which a group is an array of 0 and 1 under its name."""
 NAMED: Final = ("abaqus", "flac3d")
@@ -68,7 +72,10 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
-    names, mesh = _mesh(meshio, form, points / unit, cells, seat)
+    points = points / unit
+    if form == "nastran":  # its fields have 16 characters; meshio fails where a number takes more
+        points = np.round(points, 10 - math.ceil(math.log10(np.ptp(points, axis=0).max())))
+    names, mesh = _mesh(meshio, form, points, cells, seat)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
         try:
@@ -76,10 +83,19 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
         except (Exception, SystemExit) as error:
             what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
             raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error})") from error
+        if form == "nastran":
+            _mend_nastran(Path(folder) / path.name, names)
         _check(Path(folder) / path.name, path, cells)
         for file in sorted(Path(folder).iterdir()):
             os.replace(file, path.parent / file.name)
     return names
+
+
+def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
+    """meshio calls second-order elements CTETRA_ and CHEXA_, which no other program knows; names as comments."""
+    text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    told = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+    written.write_text(told + text, encoding="utf-8")
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
@@ -127,6 +143,8 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
     for number, parts in enumerate(members.values(), start=1):
         for array, rows in zip(numbers, parts, strict=True):
             array[rows] = -number if form == "med" else number
+    if form == "nastran":  # every element has a property
+        numbers = [np.where(array == 0, 1 + len(members), array) for array in numbers]
     data: dict[str, list[Any]] = {}
     if form in MARKED:
         data = {
