@@ -21,10 +21,12 @@ from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 
+READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
+"""The nodes of .ele; formats whose writers in meshio 5.3 fail for solids with faces, or write what it cannot read."""
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
-    | {suffix: form for suffix, form in FORMATS.items() if suffix != ".node"}
+    | {suffix: form for suffix, form in FORMATS.items() if suffix not in READ_ONLY}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -34,15 +36,13 @@ NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
         "medit": "medit:ref",
         "netgen": "netgen:index",
         "nastran": "nastran:ref",
-        "ugrid": "ugrid:ref",
     }
 )
 """Formats in which a group is a number: the key of its array. The first two name the numbers; Nastran's are PIDs."""
-MARKED: Final = ("vtk", "vtu", "xdmf", "hmf")
+MARKED: Final = ("vtk", "vtu", "xdmf")
 """Formats in which a group is an array of 0 and 1 under its name."""
-NAMED: Final = ("abaqus", "flac3d")
 POINTS: Final = ("abaqus", "exodus")
-"""Formats with named sets of cells, and of nodes."""
+"""Formats with named sets of nodes; the first has sets of cells too."""
 OPTIONS: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {"xdmf": {"data_format": "XML"}, "gmsh22": {"binary": False}}
 )
@@ -72,6 +72,8 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
+    if form == "tetgen" and cells.shape[1] != 4:  # meshio leaves them out, and finds no end when it reads that
+        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements")
     points = points / unit
     if form == "nastran":  # its fields have 16 characters; meshio fails where a number takes more
         points = np.round(points, 10 - math.ceil(math.log10(np.ptp(points, axis=0).max())))
@@ -157,7 +159,7 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         points,
         blocks,
         cell_data=data,
-        cell_sets=members if form in NAMED else {},
+        cell_sets=members if form == "abaqus" else {},
         point_sets={name: np.unique(faces) for name, faces in surfaces.items()} if form in POINTS else {},
         field_data={name: np.array([k, 2 if name in surfaces else 3]) for k, name in enumerate(names, start=1)}
         if form == "gmsh22"
