@@ -305,11 +305,12 @@ def faces(
     from seatfem.machine.libraries import require_gmsh_libraries
     from seatfem.pictures.faces_picture import draw_faces
     from seatfem.structures.inspection.parts import open_part
+    from seatfem.study.scene.files import part_of_scene
 
     require_gmsh_libraries()
     with _progress(common) as progress:
         progress("reading the part", 0.0)
-        found = open_part(part, unit)
+        found = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
         progress("reading the part", 1.0)
     path = output or Path(f"{part.stem}-faces.png")
     gap = ""
@@ -477,10 +478,10 @@ def _progress(common: Common, console: Console | None = None) -> AbstractContext
 def _load(path: Path) -> Scene:
     """The scene, once it is known that what it needs can run here."""
     from seatfem.machine.libraries import require_gmsh_libraries
-    from seatfem.study.scene import DrawnSeat, MeshFile, load_scene
+    from seatfem.study.scene import load_scene
 
     scene = load_scene(path)
-    if isinstance(scene.seat, DrawnSeat | MeshFile):
+    if scene.seat.needs_gmsh or scene.reed.needs_gmsh:
         require_gmsh_libraries()
     return scene
 

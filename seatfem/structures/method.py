@@ -10,6 +10,9 @@ Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
 """The same with what needs no finite elements, and with their static compliance alone."""
 
+Reduction = Literal["auto", "krylov", "modes", "transient", "lanczos", "second_order"]
+"""Reductions by name; "auto" chooses."""
+
 
 @dataclass(frozen=True)
 class Aims:
@@ -38,17 +41,17 @@ class Method:
         max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
         size, contact_size: of the elements, in the bulk and on the struck faces [m]; ``None``: from the bandwidth.
         order: of the elements.
-        rings: parts of the struck patch, each a port.
+        rings: parts of the struck patch, each a port; ``None``: as a file has them.
         n_modes: of a body known by its own modes, such as a beam; ``None`` where it has none.
     """
 
     level: AnyLevel = "closed form"
     bandwidth: float | None = None
     tolerance: float = 0.01
-    reduction: str = "auto"
+    reduction: Reduction = "auto"
     max_vectors: int | None = None
     size: float | None = None
     contact_size: float | None = None
     order: int = 2
-    rings: int = 1
+    rings: int | None = 1
     n_modes: int | None = None

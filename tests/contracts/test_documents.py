@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from impact.runs.budget import SAFETY, STRESS_SAFETY
-from seatfem.structures.seats.needs import COARSENING
-from seatfem.structures.seats.seat import MESH_SAFETY, ROD_SHARE
+from seatfem.structures.finite_elements import MESH_SAFETY
+from seatfem.structures.levels import COARSENING
 from seatfem.study.impacts.variations import FEWER, MANY, NARROWER
 from seatfem.study.planning.deciding import AIM, FREE, SPARE
+from seatfem.study.scene.models import ROD_SHARE
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -67,7 +68,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     names = {name for name in re.findall(r"`([A-Za-z_][\w.]*?)(?:\(\))?`", text) if not name.endswith(SUFFIXES)}
     names -= {*FOLDERS, "docs/scene.md"}
-    assert "build_seat" in names
+    assert "Structure" in names
     last = {name: name.rpartition(".")[2] for name in names}
     defined = re.compile(r"(?:def|class) (\w+)|^\s*(\w+)\s*(?::[^=\n]*)?=", re.MULTILINE)
     known = {a or b for source in SOURCES for a, b in defined.findall(source)}
@@ -76,7 +77,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build_seat` (`seatfem/structures/seats/seat.py`)."""
+    """As in: `build` (`seatfem/structures/build.py`)."""
     pairs = [
         (page.name, name, file)
         for page in PAGES

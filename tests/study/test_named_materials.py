@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.materials import Material as Solid
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
-from seatfem.study.scene import Annular, Cantilever, Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
 
 Load = Callable[[str, str], Scene]
 

@@ -15,22 +15,21 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.runs.budget import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.machine.rates import Machine
-from seatfem.structures.seats.levels import LevelError
-from seatfem.structures.seats.needs import memory
-from seatfem.structures.seats.store import Store
+from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
+from seatfem.structures.kinds import Annular, MeshFile
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.levels import LevelError
+from seatfem.structures.store import Store
 from seatfem.study.impacts.budget import SOURCES
 from seatfem.study.impacts.contact import RunError, run_for_measures, striker_of
 from seatfem.study.planning.deciding import AIM, FREE, Choices, Decision
 from seatfem.study.planning.filling import filled, is_given, replaced
-from seatfem.study.planning.mesh_size import Sizes, mesh_error, sizes_for
 from seatfem.study.planning.options import BAND, BANDS, STEP, Seen
-from seatfem.study.planning.patch import patch_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene, refine
 from seatfem.study.planning.prerun import Bench, advanced, first_look
 from seatfem.study.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
-from seatfem.study.planning.surrogate import surrogate_of
-from seatfem.study.scene import Annular, DrawnSeat, MeshFile, Scene
+from seatfem.study.scene import Scene, method_of
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -105,8 +104,8 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
 
 
-def drawn(plan: Plan) -> DrawnSeat:
-    assert isinstance(plan.scene.seat, DrawnSeat)
+def drawn(plan: Plan) -> Drawn:
+    assert isinstance(plan.scene.seat, Drawn)
     return plan.scene.seat
 
 
@@ -209,7 +208,7 @@ class TestTargets:
         scene = scene_of(rod, MASS.replace("5 g", "50 g"), run={"duration": "8 ms", "filter_width": f"{width} s"})
         coarse, fine = replaced(scene, {STEP: transits * transit}), replaced(scene, {STEP: transit / 50})
         plan = plan_scene(coarse)
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         rough, exact = (run_for_measures(s, striker_of(s), seat, s.run.time_step or 0.0) for s in (coarse, fine))
         for name, bar in plan.error.items():
             assert abs(rough[name] - exact[name]) <= bar * abs(rough[name]), name
@@ -237,7 +236,7 @@ class TestTargets:
     def test_few_modes_of_the_reed_are_known_to_leave_much_out(self, n_modes: int) -> None:
         """What leaving out some of them would not tell: of a single one, nothing at all."""
         scene = scene_of(SPRING, REED, reed__n_modes=n_modes, run__time_step="20 ns")
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         few, truth = (run_for_measures(scene, striker_of(scene, n), seat, 20e-9) for n in (n_modes, 150))
         off = abs(few["filtered_peak"] - truth["filtered_peak"])
         assert off <= plan_scene(scene).error["filtered_peak"] * few["filtered_peak"]
@@ -267,7 +266,8 @@ class TestTargets:
         """As the run's own bar has it."""
         wanted = {"target": "5 %", "measures": ["contact_duration"]}
         scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
-        duration = Bench(scene, surrogate_of(scene).greens, first_look(scene, surrogate_of(scene).greens))
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
+        duration = Bench(scene, seat, first_look(scene, seat))
         least = 2e-6 / duration.measures(dt=0.1e-6)["contact_duration"]
         assert plan_scene(scene).error["contact_duration"] >= 0.99 * SAFETY * least
 
@@ -409,7 +409,7 @@ class TestPreRuns:
     def test_free_flight_is_exact(self) -> None:
         """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
         scene = scene_of(ANNULAR, REED)
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         window = first_look(scene, seat)
         assert window.start > 0.5e-3
         dt = 20e-9
@@ -428,17 +428,17 @@ class TestPreRuns:
 
     def test_the_surrogate_starts_and_rests_as_told(self) -> None:
         scene = scene_of(ANNULAR, REED)
-        patch = patch_of(scene.seat)  # type: ignore[arg-type]
+        patch = scene.seat.patch()
         assert patch is not None
         area = np.pi * (4.9e-3**2 - 4.1e-3**2)  # of the lip's flat top
         c_p = np.sqrt(200e9 * 0.7 / (1.3 * 0.4 * 7850))
-        greens = surrogate_of(scene).greens
+        greens = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         assert greens.initial_value()[0, 0] == pytest.approx(1 / (7850 * c_p * area), rel=1e-9)
         assert greens.static_compliance()[0, 0] == pytest.approx(patch.compliance, rel=1e-9)
         assert patch.width == pytest.approx(0.8e-3)
 
     def test_an_arc_is_a_part_of_the_ring(self) -> None:
-        ring, arc = (patch_of(scene_of(ANNULAR, REED, **more).seat) for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
+        ring, arc = (scene_of(ANNULAR, REED, **more).seat.patch() for more in ({}, {"seat__arc": "60 deg"}))
         assert ring is not None
         assert arc is not None
         assert ring.area == pytest.approx(6 * arc.area)
@@ -448,7 +448,7 @@ class TestChoosing:
     @staticmethod
     def choices(*parts: str, **more: object) -> Choices:
         scene = scene_of(*parts, **more)
-        surrogate = surrogate_of(scene)
+        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
         bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
         sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
         return Choices(Seen(scene, surrogate, sensitivity, Machine.known()))
@@ -519,7 +519,7 @@ class TestMeshSizes:
     def test_sizes_keep_what_they_promise(self) -> None:
         seat = scene_of(ANNULAR, REED).seat
         assert isinstance(seat, Annular)
-        patch = patch_of(seat)
+        patch = seat.patch()
         assert patch is not None
         before = Sizes(np.inf, np.inf)
         for error in (0.2, 0.05, 0.01, 0.002):
@@ -573,3 +573,7 @@ def test_scenes_without_finite_elements_have_plans_too() -> None:
     plan = plan_scene(scene_of(SPRING, REED))
     assert plan.level == "closed form"
     assert {choice.key for choice in plan.choices if not choice.given} >= {"run.time_step", "reed.n_modes"}
+
+
+def memory(scene: Scene) -> float:
+    return scene.seat.memory(method_of(scene), scene.run.duration)

@@ -16,6 +16,7 @@ from impact.progress import silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import run_command
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.kinds import Cantilever
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.impacts.contact import RunError
@@ -25,7 +26,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import carry_out, missed
-from seatfem.study.scene import Cantilever, load_scene
+from seatfem.study.scene import load_scene
 
 SCENE = """
 [seat]

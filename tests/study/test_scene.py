@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatfem.study.scene import Annular, Cad, Cantilever, RigidMass, Rod, Scene, SceneError, load_scene
+from seatfem.structures.kinds import Annular, Cad, Cantilever, RigidMass, Rod
+from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.locate import key_lines
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -113,9 +114,9 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             '"annular"',
             '"anular"',
-            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'conical', 'stopper', 'plate', 'bar', 'block', "
-            "'cad', 'mesh', 'matrices', 'modes', 'frf', 'rod', "
-            "'spring', 'greens'; did you mean 'annular'?",
+            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'bar', 'block', 'cad', 'cantilever', "
+            "'clamped_clamped', 'conical', 'frf', 'greens', 'matrices', 'mesh', 'modes', 'plate', 'rigid_mass', 'rod', "
+            "'spring', 'stopper', 'timoshenko', 'tip_mass'; did you mean 'annular'?",
         ),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
         (

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures.discretise import draw, matrices, supports_of
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.kinds import Cad, MeshFile
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.seats.discretise import draw, matrices, supports_of
 from seatfem.structures.shapes import Bar, GeometryError, Region
-from seatfem.study.scene import Cad, MeshFile, Scene, SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SCENE = """\

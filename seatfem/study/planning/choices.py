@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -10,12 +11,11 @@ import numpy as np
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
-from seatfem.structures.seats.needs import is_convolved
+from seatfem.structures.estimates.costs import ALL_MODES, DISCRETE, SeatModel, seat_model
+from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.study.impacts.variations import FEW, FEWER, MANY
-from seatfem.study.planning.contact_costs import rod_of
 from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.filling import has_key, is_given, value_of
-from seatfem.study.planning.mesh_size import Sizes, per_wavelength
 from seatfem.study.planning.options import (
     BAND,
     CONTACT_SIZE,
@@ -29,9 +29,8 @@ from seatfem.study.planning.options import (
     TOLERANCE,
 )
 from seatfem.study.planning.plan import Choice
-from seatfem.study.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
 from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import DrawnSeat, MeshFile, Scene
+from seatfem.study.scene import Scene, method_of
 
 COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
 
@@ -83,20 +82,25 @@ def _history(decision: Decision, scene: Scene) -> Choice:
 def _poles(decision: Decision, scene: Scene, dt: float, steps: float) -> tuple[int | None, str] | None:
     """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
     if decision.level not in ("rod", "closed form"):
-        return (None, COUPLED) if is_convolved(scene) else (round(_seat_poles(decision, scene)), "")
+        return (None, COUPLED) if scene.seat.is_convolved else (round(_seat_poles(decision, scene)), "")
     seen = decision.seen.surrogate
-    greens = rod_of(scene) or (seen.greens if seen.exact else None)
+    greens = scene.seat.rod() or (seen.greens if seen.exact else None)
     if greens is None:
-        return (None, COUPLED) if is_convolved(scene) else None
+        return (None, COUPLED) if scene.seat.is_convolved else None
     return greens.marched_poles(dt, steps), "the seat has step weights"
 
 
 def _seat_poles(decision: Decision, scene: Scene) -> float:
     """Of the finite elements, as far as they are known."""
-    level = decision.level
-    if level not in DISCRETE or not isinstance(scene.seat, DrawnSeat | MeshFile):
-        return 0.0
-    return seat_model(scene, level).poles
+    model = _model(decision, scene)
+    return 0.0 if model is None else model.poles
+
+
+def _model(decision: Decision, scene: Scene) -> SeatModel | None:
+    """The finite elements that are reduced, where their number is known."""
+    if decision.level not in DISCRETE:
+        return None
+    return seat_model(scene.seat, replace(method_of(scene), level=decision.level), scene.run.duration)
 
 
 def _stand_in(poles: int | None) -> StepKernel:
@@ -140,16 +144,14 @@ def _tolerance(decision: Decision, scene: Scene) -> str:
 
 
 def _method(decision: Decision, scene: Scene) -> str:
-    level, seat = decision.level, scene.seat
-    if level == "spring":
+    if decision.level == "spring":
         return "one factorization, one static solution"
-    if level not in DISCRETE or not isinstance(seat, DrawnSeat | MeshFile):
+    if (model := _model(decision, scene)) is None:
         return "chosen once the matrices are known"
-    model = seat_model(scene, level)
-    n = model.sizes.counts.dof
-    if seat.greens.method not in ("auto", "krylov"):
+    n, method = model.sizes.counts.dof, method_of(scene).reduction
+    if method not in ("auto", "krylov"):
         return f"about {_count(n)} unknowns"
-    if seat.greens.method == "auto" and n <= ALL_MODES:
+    if method == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
     return f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each} (Lanczos where the mass is diagonal)"

@@ -10,11 +10,9 @@ from typing import Final
 from impact.exact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens.base import GreensFunction
 from seatfem.machine.rates import Machine
-from seatfem.structures.kinds.seats import BarSeat
-from seatfem.structures.seats.solids import solid
+from seatfem.structures.estimates.costs import SeatModel, highest_pole
 from seatfem.study.impacts.contact import striker_of, time_step
-from seatfem.study.planning.seat_costs import SeatModel, highest_pole
-from seatfem.study.scene import Cantilever, ElasticSeat, Rod, Scene
+from seatfem.study.scene import Scene, method_of
 
 BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
 CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
@@ -49,10 +47,10 @@ class ContactModel:
 
 def contact_model(scene: Scene, seat: SeatModel | None) -> ContactModel:
     """Of a filled scene; ``seat``: its finite elements, ``None`` for a closed form."""
-    rod = rod_of(scene) if seat is None else None
+    rod = scene.seat.rod() if seat is None else None
     dt = scene.run.time_step or _step(scene, striker_of(scene).greens, seat, rod)
     steps = max(1.0, scene.run.duration / dt)
-    modes = float(scene.reed.n_modes) if isinstance(scene.reed, Cantilever) else 1.0
+    modes = float(scene.reed.beam_modes or 1)
     if seat is not None:
         return ContactModel(steps, seat.poles, modes, seat.poles, BUDGET_RUNS)
     if rod is None:
@@ -79,27 +77,13 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
     }
 
 
-def rod_of(scene: Scene) -> DampedFixedRod | None:
-    """The damped rod that a closed-form seat is, if it is one."""
-    seat = scene.seat
-    if not isinstance(seat, Rod | BarSeat) or seat.damping_ratio <= 0:
-        return None
-    if isinstance(seat, BarSeat):
-        material, area = solid(seat.material), seat.width * seat.height
-        young = getattr(material, "young", 0.0)
-        density = material.density
-    else:
-        young, density, area = seat.young, seat.density, seat.cross_section
-    speed = math.sqrt(float(young) / density)
-    return DampedFixedRod(density * speed * area, seat.length / speed, seat.damping_ratio)
-
-
 def _step(scene: Scene, reed: GreensFunction, seat: SeatModel | None, rod: GreensFunction | None) -> float:
     dt = time_step(scene, reed, reed if rod is None else rod)
-    if seat is None or not isinstance(scene.seat, ElasticSeat):
+    if seat is None:
         return dt
-    over = highest_pole(seat, scene.seat.greens.tolerance)
-    return min(dt, 1 / (4 * 2 * math.pi * over * scene.seat.greens.bandwidth))
+    method = method_of(scene)
+    assert method.bandwidth is not None
+    return min(dt, 1 / (4 * 2 * math.pi * highest_pole(seat, method.tolerance) * method.bandwidth))
 
 
 def _rod_poles(rod: DampedFixedRod, dt: float, steps: float) -> float:

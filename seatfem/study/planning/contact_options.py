@@ -10,7 +10,6 @@ from seatfem.study.planning.contact_costs import BUDGET_RUNS, ContactModel, cont
 from seatfem.study.planning.filling import filled, is_given
 from seatfem.study.planning.options import MODES, STEP, Seen, fitted
 from seatfem.study.planning.sensitivity import Changes, Rung, no_better_than_finer
-from seatfem.study.scene import Cantilever
 
 
 @dataclass(frozen=True)
@@ -50,10 +49,10 @@ def _steps(seen: Seen) -> tuple[Rung, ...]:
 
 def _modes(seen: Seen) -> Iterator[Rung | None]:
     reed = seen.scene.reed
-    if not isinstance(reed, Cantilever):
+    if reed.beam_modes is None:
         yield None
     elif is_given(seen.scene, MODES):
-        yield Rung(reed.n_modes, seen.sensitivity.of_modes(reed.n_modes))
+        yield Rung(reed.beam_modes, seen.sensitivity.of_modes(reed.beam_modes))
     else:
         yield from no_better_than_finer(seen.sensitivity.modes)
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.kinds.seats import DrawnSeat
-from seatfem.study.planning.contact_costs import contact_model, contact_seconds
-from seatfem.study.planning.plan import Cost, PlannedLevel
-from seatfem.study.planning.seat_costs import (
+from seatfem.structures.estimates.costs import (
     SeatModel,
     coarse_of,
-    discrete_level,
     seat_memory,
     seat_model,
     seat_seconds,
 )
-from seatfem.study.scene import Cad, MeshFile, Scene
+from seatfem.structures.method import Method
+from seatfem.study.planning.contact_costs import contact_model, contact_seconds
+from seatfem.study.planning.plan import Cost, PlannedLevel
+from seatfem.study.scene import Scene, method_of
 
 __all__ = ["Cost", "predict_cost"]
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
@@ -45,12 +45,12 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
     rates = machine or Machine.known()
     seat = _seat(scene, level)
     parts = {"program start": rates.start, "plan": PLAN * rates.start}
-    if isinstance(scene.seat, Cad):  # its inspection, by a gmsh process of its own
+    if scene.seat.is_drawn and scene.seat.files():  # its inspection, by a gmsh process of its own
         parts["plan"] += rates.meshing_start
     if seat is not None:
         parts |= seat_seconds(seat, rates, static=level == "spring")
-    if seat is not None and isinstance(scene.seat, DrawnSeat):
-        coarser = coarse_of(scene, discrete_level(scene, level))
+    coarser = None if seat is None else coarse_of(scene.seat, _method(scene, level), scene.run.duration)
+    if coarser is not None:
         parts["mesh error"] = sum(seat_seconds(coarser, rates, static=level == "spring").values())
     contact = contact_model(scene, None if level == "spring" else seat)
     parts |= contact_seconds(contact, rates)
@@ -59,9 +59,13 @@ def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = No
 
 
 def _seat(scene: Scene, level: PlannedLevel) -> SeatModel | None:
-    if not isinstance(scene.seat, DrawnSeat | MeshFile) or level in ("rod", "closed form"):
+    if level in ("rod", "closed form"):
         return None
-    return seat_model(scene, discrete_level(scene, level))
+    return seat_model(scene.seat, _method(scene, level), scene.run.duration)
+
+
+def _method(scene: Scene, level: PlannedLevel) -> Method:
+    return replace(method_of(scene), level=level)
 
 
 def _has_views(seat: SeatModel | None, level: PlannedLevel) -> bool:

@@ -19,7 +19,7 @@ from seatfem.study.planning.options import BEHIND, MODEL, MODES, RINGS, STEP, Se
 from seatfem.study.planning.plan import PlannedLevel
 from seatfem.study.planning.seat_options import SeatOption, seat_options
 from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import DrawnSeat, Scene
+from seatfem.study.scene import Scene
 
 AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
 SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
@@ -71,7 +71,7 @@ class Decision:
         if fine is not None:
             scene = fill_seat(self.seen, fine.band, fine.tolerance, fine.mesh)
         values: dict[str, object] = {STEP: self.contact.dt}
-        if isinstance(scene.seat, DrawnSeat):
+        if scene.seat.is_drawn:
             values[MODEL] = self.level
         if self.seat.rings is not None:
             values[RINGS] = self.seat.rings

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from seatfem.structures.seats.kept_files import kept_at, key_at
-from seatfem.structures.seats.store import Store
+from seatfem.structures import cache
+from seatfem.structures.store import Store
 from seatfem.study.scene import Scene
 
 RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
@@ -37,14 +37,14 @@ def kept_seat(
     candidates: Iterator[tuple[Fineness, Scene]], folder: Path | None, store: Store
 ) -> tuple[Fineness, Scene, str] | None:
     """The first of the filled scenes whose seat is there and lasts as long as it asks for, and where it is."""
-    here = key_at(folder) if folder is not None and folder.is_file() else ""
+    here = cache.key_at(folder) if folder is not None and folder.is_file() else ""
     if not here and not _holds_any(store.folder):
         return None  # with nothing kept, no key need be formed
     for fineness, scene in candidates:
         key = scene.seat_key()
-        if folder is not None and here == key and kept_at(folder, key, scene) is not None:
+        if folder is not None and here == key and cache.at(folder, key, scene.run.duration) is not None:
             return fineness, scene, f"in {folder.name}"
-        if kept_at(store.path(key), key, scene) is not None:
+        if cache.at(store.path(key), key, scene.run.duration) is not None:
             return fineness, scene, "in the store"
     return None
 

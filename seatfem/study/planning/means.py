@@ -10,7 +10,7 @@ from seatfem.machine.rates import Machine
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Cost, Plan, PlannedLevel
-from seatfem.study.scene import MeshFile, Scene
+from seatfem.study.scene import Scene
 
 LONGEST: Final = 600.0  # a seat that takes longer [s] is not chosen, only obeyed
 MEMORY: Final = 0.8  # part of the available memory that is used
@@ -54,10 +54,9 @@ def notes_on(plan: Plan, wanted: Decision, decision: Decision, machine: Machine 
     surrogate = decision.seen.surrogate
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
-    if isinstance(plan.scene.seat, MeshFile):
+    if given := plan.scene.seat.given_mesh:
         found.append(
-            f"what the mesh in {plan.scene.seat.file.name} is off by is not known, and in no error bar: a finer mesh "
-            "of the same seat tells"
+            f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
         )
     if not decision.seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")

@@ -9,14 +9,14 @@ from typing import Final
 
 from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
+from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
+from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.rings import share_left
 from seatfem.study.impacts.budget import Source
-from seatfem.study.planning.filling import filled
-from seatfem.study.planning.mesh_size import Sizes, sizes_for
-from seatfem.study.planning.patch import Patch
+from seatfem.study.planning.filling import filled, value_of
 from seatfem.study.planning.sensitivity import Changes, Sensitivity
-from seatfem.study.planning.surrogate import Surrogate
-from seatfem.study.scene import DrawnSeat, Scene
+from seatfem.study.scene import Scene
 
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
@@ -78,12 +78,11 @@ def fitted(dt: float, duration: float) -> float:
 
 def mesh_sizes(seen: Seen, band: float, error: float) -> Sizes:
     """Sizes for an error of g; those of the file where it states them."""
-    seat = seen.scene.seat
-    assert isinstance(seat, DrawnSeat)
+    given_size, given_contact = (value_of(seen.scene, key) for key in (SIZE, CONTACT_SIZE))
     assert seen.patch is not None
-    chosen = sizes_for(seen.patch, band, error, seat.mesh.order)
-    size = seat.mesh.size or max(chosen.size, seat.mesh.contact_size or 0.0)
-    return Sizes(size, seat.mesh.contact_size or min(size, chosen.contact_size))
+    chosen = sizes_for(seen.patch, band, error, value_of(seen.scene, ORDER))
+    size = given_size or max(chosen.size, given_contact or 0.0)
+    return Sizes(size, given_contact or min(size, chosen.contact_size))
 
 
 def lowest_band(seen: Seen) -> float:
@@ -101,7 +100,7 @@ def fill_seat(seen: Seen, band: float, tolerance: float, error: float) -> Scene:
     """The scene with band, tolerance and sizes filled in where they are open."""
     values: dict[str, object] = {BAND: band, TOLERANCE: tolerance}
     scene = filled(seen.scene, values)
-    if not isinstance(scene.seat, DrawnSeat):
+    if not scene.seat.is_drawn:
         return scene
     sizes = mesh_sizes(seen, band, error)
-    return filled(scene, {SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size, ORDER: scene.seat.mesh.order})
+    return filled(scene, {SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size, ORDER: value_of(scene, ORDER)})

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
-from seatfem.structures.seats.levels import Level
+from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.budget import Source
 from seatfem.study.scene import Scene
 
-PlannedLevel = Level | Literal["spring", "closed form"]
+PlannedLevel = AnyLevel
 
 
 @dataclass(frozen=True)

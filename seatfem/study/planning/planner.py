@@ -10,8 +10,8 @@ from typing import Final
 from impact.progress import Progress, silent
 from impact.runs.budget import SAFETY
 from seatfem.machine.rates import Machine
-from seatfem.structures.inspection.checks import check_files
-from seatfem.structures.seats.store import Store
+from seatfem.structures.estimates.mesh_size import ERRORS
+from seatfem.structures.store import Store
 from seatfem.study.impacts.budget import Source
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.validity import validity_advice
@@ -20,14 +20,13 @@ from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.filling import is_given
 from seatfem.study.planning.kept import Fineness, finer, kept_seat
 from seatfem.study.planning.means import cost_of, notes_on, within_means
-from seatfem.study.planning.mesh_size import ERRORS
 from seatfem.study.planning.options import BAND, BANDS, MODEL, TOLERANCE, TOLERANCES, Seen
 from seatfem.study.planning.plan import Alternative, Plan, PlannedLevel
 from seatfem.study.planning.prerun import Bench, first_look
 from seatfem.study.planning.refining import finer_keys
 from seatfem.study.planning.sensitivity import Sensitivity
-from seatfem.study.planning.surrogate import surrogate_of
-from seatfem.study.scene import ElasticSeat, Scene
+from seatfem.study.scene import Scene
+from seatfem.study.scene.files import check_files
 
 __all__ = ["plan_scene", "refine"]
 
@@ -87,7 +86,7 @@ def plan_scene(
 
 
 def _look(scene: Scene, machine: Machine, progress: Progress) -> Seen:
-    surrogate = surrogate_of(scene)
+    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     window = first_look(scene, surrogate.greens)
     finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
@@ -99,7 +98,7 @@ def _look(scene: Scene, machine: Machine, progress: Progress) -> Seen:
 
 def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Fineness, Scene, str] | None:
     seen, fineness = decision.seen, decision.seat.fineness
-    if fineness is None or not isinstance(seen.scene.seat, ElasticSeat):
+    if fineness is None or not seen.scene.seat.is_meshed:
         return None
 
     def candidates() -> Iterator[tuple[Fineness, Scene]]:

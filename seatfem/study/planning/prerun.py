@@ -24,7 +24,7 @@ from impact.march.stepper import Prepared, step_count
 from impact.runs.budget import Values
 from seatfem.study.impacts.budget import values_of
 from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, stress_of, striker_of
-from seatfem.study.scene import Cantilever, Scene
+from seatfem.study.scene import Scene
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -147,7 +147,7 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
 
 
 def _modes_of(scene: Scene) -> int:
-    return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
+    return scene.reed.beam_modes or 1
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:

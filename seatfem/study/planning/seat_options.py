@@ -7,16 +7,25 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.kinds.imported import Matrices
-from seatfem.structures.seats.levels import applicable, choose_level, clamp_error
-from seatfem.structures.seats.rods import love_rod, rod_of
-from seatfem.study.planning.filling import is_given
+from seatfem.structures.estimates.costs import (
+    PORTS_POWER,
+    TOLERANCE_POWER,
+    SeatModel,
+    coarse_of,
+    highest_pole,
+    seat_memory,
+    seat_model,
+    seat_seconds,
+)
+from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
+from seatfem.structures.kinds.structure import Structure
+from seatfem.study.planning.filling import is_given, value_of
 from seatfem.study.planning.kept import Fineness
-from seatfem.study.planning.mesh_size import ERRORS, mesh_error
 from seatfem.study.planning.options import (
     BAND,
     BANDS,
     MODEL,
+    ORDER,
     RING_NUMBERS,
     RINGS,
     SIZE,
@@ -28,19 +37,8 @@ from seatfem.study.planning.options import (
     mesh_sizes,
 )
 from seatfem.study.planning.plan import PlannedLevel
-from seatfem.study.planning.seat_costs import (
-    PORTS_POWER,
-    TOLERANCE_POWER,
-    SeatModel,
-    coarse_of,
-    discrete_level,
-    highest_pole,
-    seat_memory,
-    seat_model,
-    seat_seconds,
-)
 from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import BarSeat, DrawnSeat, ElasticSeat, MeshFile
+from seatfem.study.scene import method_of
 
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
@@ -77,11 +75,11 @@ def seat_options(seen: Seen, without: tuple[PlannedLevel, ...] = ()) -> tuple[Se
     Of finite elements, each also with every number of rings.
     """
     seat = seen.scene.seat
-    if not isinstance(seat, ElasticSeat | Matrices):
-        why = f"seat.kind = {seat.kind!r}: nothing to discretise"
-        return (SeatOption("closed form", why, None, {}),)
-    waves = _drawn(seen, seat, without) if isinstance(seat, DrawnSeat) else _waves(seen, "3d", "as the file has it")
-    left = _left_by_rings(seen) if isinstance(seat, ElasticSeat) else {}
+    if not seat.is_reduced:
+        return (SeatOption("closed form", f"seat.{seat.level(0.0).reason}", None, {}),)
+    given = seat.level(0.0)
+    waves = _drawn(seen, seat, without) if seat.is_drawn else _waves(seen, given.level, given.reason)
+    left = _left_by_rings(seen) if seat.is_meshed else {}
     return tuple(divided for option in waves for divided in _divided(option, left))
 
 
@@ -108,16 +106,17 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
         )
 
 
-def _drawn(seen: Seen, seat: DrawnSeat, without: tuple[PlannedLevel, ...]) -> Iterator[SeatOption]:
-    if seat.model in ("auto", "spring") and "spring" not in without:
+def _drawn(seen: Seen, seat: Structure, without: tuple[PlannedLevel, ...]) -> Iterator[SeatOption]:
+    named = value_of(seen.scene, MODEL)
+    if named in ("auto", "spring") and "spring" not in without:
         yield from _spring(seen)
-    if seat.model in ("auto", "rod") and "rod" not in without and isinstance(seat, BarSeat):
-        yield from _rod(seen, seat)
-    if seat.model not in ("spring", "rod"):
-        chosen = choose_level(seat, 0.0)
+    if named in ("auto", "rod") and "rod" not in without:
+        yield from _closed_form(seen, seat)
+    if named not in ("spring", "rod"):
+        chosen = seat.level(0.0)
         yield from _waves(seen, chosen.level, chosen.reason)
-    elif seat.model == "rod":
-        choose_level(seat, 0.0)  # whether it applies
+    elif named == "rod":
+        seat.level(0.0)  # whether it applies
 
 
 def _spring(seen: Seen) -> Iterator[SeatOption]:
@@ -130,11 +129,12 @@ def _spring(seen: Seen) -> Iterator[SeatOption]:
         yield _effort(seen, "spring", fineness).option("spring", why, fineness, {MODEL: left, **mesh})
 
 
-def _rod(seen: Seen, seat: BarSeat) -> Iterator[SeatOption]:
+def _closed_form(seen: Seen, seat: Structure) -> Iterator[SeatOption]:
     """A bar as a rod: lateral inertia and the clamped end are left out."""
-    if not any(found.level == "rod" and found.applies for found in applicable(seat)):
+    form, better = seat.closed_form(), seat.beyond("rod")
+    if form is None or better is None:
         return
-    inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
+    inertia, end = seen.sensitivity.between(form, better), seen.per_g(seat.form_error)
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
     why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
@@ -187,31 +187,24 @@ class _Effort:
 
 def _effort(seen: Seen, level: PlannedLevel, fineness: Fineness) -> _Effort:
     scene = fill_seat(seen, fineness.band, fineness.tolerance, fineness.mesh)
-    if not isinstance(scene.seat, DrawnSeat | MeshFile):
-        return _Effort(seen.machine, fineness, None, None, False)
-    discrete = discrete_level(scene, level)
-    coarser = coarse_of(scene, discrete) if isinstance(scene.seat, DrawnSeat) else None
-    return _Effort(seen.machine, fineness, seat_model(scene, discrete), coarser, level == "spring")
+    method, duration = replace(method_of(scene), level=level), scene.run.duration
+    model, coarser = (of(scene.seat, method, duration) for of in (seat_model, coarse_of))
+    return _Effort(seen.machine, fineness, model, coarser, level == "spring")
 
 
 def _bands(seen: Seen) -> tuple[float, ...]:
-    seat = seen.scene.seat
-    assert isinstance(seat, ElasticSeat | Matrices)
     if is_given(seen.scene, BAND):
-        return (seat.greens.bandwidth,)
+        return (value_of(seen.scene, BAND),)
     return tuple(band for band in BANDS if band >= lowest_band(seen)) or BANDS[-1:]
 
 
 def _tolerances(seen: Seen) -> tuple[float, ...]:
-    seat = seen.scene.seat
-    assert isinstance(seat, ElasticSeat | Matrices)
-    return (seat.greens.tolerance,) if is_given(seen.scene, TOLERANCE) else TOLERANCES
+    return (value_of(seen.scene, TOLERANCE),) if is_given(seen.scene, TOLERANCE) else TOLERANCES
 
 
 def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
     """Errors of g that meshes are made for, and what they leave in the measures where that is known beforehand."""
-    seat = seen.scene.seat
-    if not isinstance(seat, DrawnSeat):
+    if not seen.scene.seat.is_drawn:
         yield 0.0, {}
         return
     before = None
@@ -219,6 +212,6 @@ def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Chang
         sizes = mesh_sizes(seen, band, error)
         if sizes != before:
             assert seen.patch is not None
-            left = mesh_error(seen.patch, band, sizes, seat.mesh.order)
+            left = mesh_error(seen.patch, band, sizes, value_of(seen.scene, ORDER))
             yield error, {SIZE: seen.per_g(MESH_BAR * left)}
         before = sizes

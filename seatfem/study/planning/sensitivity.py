@@ -21,7 +21,6 @@ from impact.runs.variations import NARROWER, left_by_step, narrowed
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.variations import FEWER, other_modes
 from seatfem.study.planning.prerun import Bench, relative_changes
-from seatfem.study.scene import Cantilever
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
@@ -76,9 +75,9 @@ class Sensitivity:
     def n_modes(self) -> int | None:
         """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
         reed = self.bench.scene.reed
-        if not isinstance(reed, Cantilever):
+        if reed.beam_modes is None:
             return None
-        return min(MODES, reed.n_modes) if "n_modes" in reed.model_fields_set else MODES
+        return min(MODES, reed.beam_modes) if "n_modes" in reed.model_fields_set else MODES
 
     @cached_property
     def step_modes(self) -> int | None:
@@ -87,10 +86,10 @@ class Sensitivity:
         Where the file does not say, enough for changes of `ENOUGH` times `finest`.
         """
         reed = self.bench.scene.reed
-        if not isinstance(reed, Cantilever):
+        if reed.beam_modes is None:
             return None
         if "n_modes" in reed.model_fields_set:
-            return min(MOST, reed.n_modes)
+            return min(MOST, reed.beam_modes)
         enough = (r.value for r in no_better_than_finer(self.modes) if self.worst(r.changes) <= ENOUGH * self.finest)
         return max(MODES, round(next(enough, self.modes[-1].value)))
 

@@ -21,30 +21,27 @@ from seatfem.pictures.fit_plot import plot_fit
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes
 from seatfem.pictures.revolved_grid import revolve
 from seatfem.pictures.section_plot import plot_section
-from seatfem.structures.inspection.imported import response_of
-from seatfem.structures.kinds.imported import FrequencyResponseFile
-from seatfem.structures.kinds.seats import ElasticSeat, RevolvedSeat
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
-from seatfem.structures.seats.seat import SeatAnswer
-from seatfem.structures.seats.store import Store, StoreError
-from seatfem.study.scene import Scene
+from seatfem.structures.solved import Solved
+from seatfem.structures.store import Store, StoreError
+from seatfem.study.scene import Scene, method_of
 
 SHOWN_MODES = 6
 BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
 
 
 def draw_run(
-    scene: Scene, seat: SeatAnswer, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
+    scene: Scene, seat: Solved, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
 
     Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
-    elastic = isinstance(scene.seat, ElasticSeat)
-    band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
+    elastic = scene.seat.is_meshed
+    band = (method_of(scene).bandwidth if elastic else None) or 1 / width
     memory = min(scene.run.duration, (40 if elastic else 200) / band)
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
@@ -54,7 +51,7 @@ def draw_run(
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
-    if not isinstance(scene.seat, ElasticSeat):
+    if not elastic:
         return files, gaps
     names = [name for name, _ in of_seat]
     try:
@@ -72,18 +69,18 @@ def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) 
     return () if names else store.fetch(key, folder)
 
 
-def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
-    measured, fitted = scene.seat, seat.greens
-    if isinstance(measured, FrequencyResponseFile) and isinstance(fitted, ModalGreens | PoleGreens):
+def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
+    response, fitted = scene.seat.measured(), seat.greens
+    if response is not None and isinstance(fitted, ModalGreens | PoleGreens):
         width = scene.run.filter_width
-        return [("fit.png", lambda path: plot_fit(response_of(measured), fitted, path, width=width))]
+        return [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
-    frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
+    frequencies, cut = _frequencies(seat, count), scene.seat.revolved
     try:
         grid, shapes = _shapes(seat, count)
     except Exception as problem:  # numbers are known already, as in `gap_of`
@@ -94,7 +91,7 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
     return pictures
 
 
-def _whole(seat: SeatAnswer) -> bool:
+def _whole(seat: Solved) -> bool:
     """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
     assert seat.modes is not None
     return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
@@ -111,7 +108,7 @@ def _raise(problem: Exception, path: Path) -> None:
     raise problem
 
 
-def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
+def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
     """In space, whatever the level of modelling."""
     assert seat.model is not None
     assert seat.modes is not None
@@ -122,7 +119,7 @@ def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
     return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
 
 
-def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
+def _frequencies(seat: Solved, count: int) -> list[float]:
     assert seat.modes is not None
     return [float(f) for f in seat.modes.frequencies_hz[:count]]
 

@@ -13,17 +13,17 @@ from impact.runs.budget import Budget, Values
 from impact.storage.hdf5 import save_greens
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.build import Cache
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.seats.kept_seats import seat_of
 from seatfem.study.impacts.budget import Source
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.variations import error_budget
 from seatfem.study.planning.filling import replaced
 from seatfem.study.planning.options import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
-from seatfem.study.scene import ElasticSeat
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 
@@ -150,7 +150,7 @@ def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress)
     """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
     if not any(choice.key == TOLERANCE and not choice.given for choice in plan.choices):
         return _round(plan, folder, watch, progress)
-    for tolerance in (t for t in LOOSER if isinstance(plan.scene.seat, ElasticSeat)):
+    for tolerance in (t for t in LOOSER if plan.scene.seat.is_meshed):
         try:
             return _round(plan, folder, watch, progress)
         except ConvergenceError:
@@ -162,9 +162,9 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     """``before``: the round whose seat serves again if nothing of it has become finer."""
     scene = plan.scene
     if before is not None and before.plan.scene.seat_key() == scene.seat_key():
-        seat, reused = before.seat, before.reused
+        seat = before.seat
     else:
-        seat, reused = seat_of(scene, folder / SEAT_FILE, watch, progress)
+        seat = seat_of(scene, Cache(folder / SEAT_FILE), watch=watch, progress=progress)
     striker = striker_of(scene)
     dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
@@ -176,7 +176,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
         left = error_budget(scene, seat, striker, result, stress if wanted else None)
-    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left), rings)
+    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

@@ -15,7 +15,7 @@ from impact.progress import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import end_worker, start_worker
 from seatfem.machine.code import code_version
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 from seatfem.study.trade.journal import append, key_of, read_journal
 from seatfem.study.trade.point import Outcome, Point
 
