@@ -11,11 +11,11 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types unit verify doctor docs clean distclean
+.PHONY: help demo test lint types unit verify doctor docs extremes fuzz clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), extremes, fuzz, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
@@ -37,6 +37,12 @@ verify doctor: $(VENV)/installed-pictures
 
 docs: $(VENV)/installed-dev
 	$(PY) -m seatfem.study.scene.docs docs/scene.md
+
+extremes: $(VENV)/installed-dev
+	$(SINGLE_THREAD) $(PY) -m tests.extremes
+
+fuzz: $(VENV)/installed-dev
+	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
 
 # The virtual environment. Some systems' venv lacks ensurepip: the outer pip then installs into it.
 $(PY):

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from impact.after.result import ImpactResult
 from impact.beams.cantilever import Cantilever
 from impact.bodies.body import Body
-from impact.exact.closed_form import DelayRod
 from impact.greens import oscillator
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.march.loop import FLOOR
 
@@ -200,7 +199,7 @@ def _advance(step, decay, shapes, channels, q, v, slow, stride):  # type: ignore
     return seen
 
 
-def rod_stress(result: ImpactResult, rod: DelayRod, *, area: float, at: float = 1.0) -> Array:
+def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: float = 1.0) -> Array:
     """(n + 1,) axial stress, > 0 in compression [Pa], of a rod struck by ``result.force``; exact for its steps.
 
     The contact sends out the wave of particle velocity a(t) = N(t)/Z + R a(t - T); at the distance x it meets the
@@ -209,12 +208,13 @@ def rod_stress(result: ImpactResult, rod: DelayRod, *, area: float, at: float = 
 
     Args:
         result: its force acts on the rod's end.
-        rod: its Green's function.
+        rod: its Green's function, of an undamped uniform rod.
         area: of its section [m^2].
         at: x/l, 0 at the contact ... 1 at the far end.
 
     Raises:
-        StressError: a position off the rod, an area that is not positive, or a delay that is no multiple of the step.
+        StressError: a body that is no undamped rod, a position off it, an area that is not positive, or a delay that is
+            no multiple of the step.
 
     Source: Timoshenko & Goodier, Theory of Elasticity, longitudinal impact of bars.
     """
@@ -222,13 +222,16 @@ def rod_stress(result: ImpactResult, rod: DelayRod, *, area: float, at: float = 
         raise StressError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
     if not area > 0:
         raise StressError(f"area = {area:g} m^2 must be positive")
-    trip = _steps(rod.round_trip, result.dt)
-    there = _steps(at * rod.round_trip / 2, result.dt)
-    outgoing = result.force / rod.impedance
+    uniform = rod.rod
+    if uniform is None or uniform.damping_ratio != 0.0:
+        raise StressError(f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape")
+    trip = _steps(2 * uniform.transit, result.dt)
+    there = _steps(at * uniform.transit, result.dt)
+    outgoing = result.force / uniform.impedance
     for m in range(trip, len(outgoing)):
-        outgoing[m] += rod.reflection * outgoing[m - trip]
-    force = _delayed(outgoing, there) - rod.reflection * _delayed(outgoing, trip - there)
-    return np.asarray(rod.impedance / area * force)
+        outgoing[m] += uniform.reflection * outgoing[m - trip]
+    force = _delayed(outgoing, there) - uniform.reflection * _delayed(outgoing, trip - there)
+    return np.asarray(uniform.impedance / area * force)
 
 
 def _delayed(values: Array, steps: int) -> Array:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from impact.brief import brief
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, is_greens
 from impact.greens.modal import ModalGreens, Residual
 
 
@@ -126,7 +126,7 @@ def as_body(partner: Body | GreensFunction) -> Body:
     """
     if isinstance(partner, Body):
         return partner
-    if isinstance(partner, GreensFunction):
+    if is_greens(partner):
         return AtRest(partner)
     raise GreensFunctionError(
         f"a {type(partner).__name__} is no body: give an impact.Body, or a Green's function for a body at rest"

@@ -9,10 +9,25 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod, damped_start
-from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, Rod, StepKernel, check_factor
-from impact.greens.exact_port import ExactPort, step_weights
+from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
+from impact.exact.rod_functions import damped_start
+from impact.exact.rods import DelayRod
+from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor
+from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+
+__all__ = [
+    "DelayRod",
+    "PowerLaw",
+    "fixed_rod",
+    "free_rod",
+    "infinite_beam",
+    "infinite_plate",
+    "rod_with_end_impedance",
+    "semi_infinite_rod",
+    "single_mode",
+    "spring",
+]
 
 
 def spring(*, stiffness: float) -> ModalGreens:
@@ -76,20 +91,22 @@ def fixed_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFixedRod:
     """Elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping."""
+    rod = _delay_rod(young, density, area, length, reflection=-1.0)
     if damping_ratio == 0.0:
-        return _delay_rod(young, density, area, length, reflection=-1.0)
-    _positive(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
-    return DampedFixedRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
+        return rod
+    _positive(damping_ratio=damping_ratio)
+    return DampedFixedRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
 def free_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFreeRod:
     """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping."""
+    rod = _delay_rod(young, density, area, length, reflection=1.0)
     if damping_ratio == 0.0:
-        return _delay_rod(young, density, area, length, reflection=1.0)
-    _positive(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
-    return DampedFreeRod(area * math.sqrt(young * density), length / math.sqrt(young / density), damping_ratio)
+        return rod
+    _positive(damping_ratio=damping_ratio)
+    return DampedFreeRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
 def rod_with_end_impedance(
@@ -102,75 +119,6 @@ def rod_with_end_impedance(
     z = area * math.sqrt(young * density)
     reflection = -1.0 if math.isinf(end_impedance) else (z - end_impedance) / (z + end_impedance)
     return _delay_rod(young, density, area, length, reflection)
-
-
-@dataclass(frozen=True)
-class DelayRod(ExactPort):
-    """Undamped rod known by its reflections: g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - k T)).
-
-    Attributes:
-        impedance: Z = rho c A [N s/m].
-        round_trip: T = 2 l/c [s].
-        reflection: R of the particle velocity at the far end, -1 fixed ... +1 free.
-    """
-
-    kind: ClassVar[str] = "delay_rod"
-    impedance: float
-    round_trip: float
-    reflection: float
-
-    @property
-    def rod(self) -> Rod:
-        """Itself."""
-        return Rod(self.impedance, self.round_trip / 2, self.reflection)
-
-    @property
-    def highest_rate(self) -> float:
-        """Ten radians per transit [rad/s]: its waves have fronts."""
-        return 20 / self.round_trip
-
-    def inverse_mass(self) -> Array:
-        """1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
-        return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
-
-    def scaled(self, factor: float) -> DelayRod:
-        """A rod of 1/``factor`` the section."""
-        return replace(self, impedance=self.impedance / check_factor(factor))
-
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)], right-continuous at its jumps."""
-        time: Array = np.asarray(t, dtype=float)
-        n = np.floor(np.maximum(time, 0.0) / self.round_trip)
-        return np.where(time < 0, 0.0, (1.0 + 2.0 * self._geometric(n)) / self.impedance)
-
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S(t) [m/N]; the triangle wave for a fixed end."""
-        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
-        n, r = np.floor(time / self.round_trip), self.reflection
-        if r == -1.0:
-            phase = np.mod(time, 2 * self.round_trip)
-            return np.asarray((self.round_trip - np.abs(phase - self.round_trip)) / self.impedance)
-        if r == 1.0:
-            return np.asarray((time + 2 * n * time - self.round_trip * n * (n + 1)) / self.impedance)
-        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
-        return np.asarray((time + 2 * (time * self._geometric(n) - self.round_trip * delays)) / self.impedance)
-
-    def _geometric(self, n: Array) -> Array:
-        r = self.reflection
-        return np.asarray(n if r == 1.0 else r * (1 - r**n) / (1 - r))
-
-    def static_compliance(self) -> Array:
-        """l/(EA) for a fixed end; ``inf`` otherwise."""
-        value = self.round_trip / (2 * self.impedance) if self.reflection == -1.0 else np.inf
-        return np.array([[value]])
-
-    def initial_value(self) -> Array:
-        """1/Z."""
-        return np.array([[1.0 / self.impedance]])
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Exact step weights."""
-        return StepKernel(None, step_weights(self, dt, n_steps), "delay kernel, exact step weights")
 
 
 @dataclass(frozen=True)
@@ -206,10 +154,6 @@ class PowerLaw(ExactPort):
     def initial_value(self) -> Array:
         """0 for a positive exponent."""
         return np.array([[0.0 if self.exponent > 0 else self.coefficient if self.exponent == 0 else np.inf]])
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Exact step weights."""
-        return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
 
 
 def _delay_rod(young: float, density: float, area: float, length: float, reflection: float) -> DelayRod:

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel, check_factor
-from impact.greens.exact_port import ExactPort, step_weights
+from impact.exact.rod_functions import Term, damped_start, dilogarithm, divided_difference, legendre_chi2
+from impact.exact.rods import ExactRod
+from impact.greens.answers import Array, ComplexArray, Rod, StepKernel, check_factor
+from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
 
-Term = Callable[[complex], NDArray[np.complex128]]
 _MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a step remembers nothing
 _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
-_TINY, _SMALL = 1e-4, 0.4  # |q| up to which the power series of the dilogarithm is summed
 
 
 @dataclass(frozen=True)
-class DampedFixedRod(ExactPort):
-    """Fixed rod, every mode damped by the same ratio zeta:
-
-    g(t) = 4/(pi Z sqrt(1 - zeta^2)) Im artanh(exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
-    w_1 = pi c/(2 l); from the sum over w_n = (2n - 1) w_1. S(t) uses the Legendre chi function chi_2.
+class DampedRod(ExactPort):
+    """A rod, every elastic mode damped by the same ratio zeta; its far end decides which modes it has.
 
     Attributes:
         impedance: Z = rho c A [N s/m].
@@ -33,9 +30,7 @@ class DampedFixedRod(ExactPort):
         damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
     """
 
-    kind: ClassVar[str] = "damped_fixed_rod"
-    most_poles: ClassVar[tuple[int, float]] = 20_000, 1e9
-    """Poles, and poles times steps, up to which it is marched by poles: these tell the energy stored from that lost."""
+    reflection: ClassVar[float]
     impedance: float
     transit: float
     damping_ratio: float
@@ -43,7 +38,7 @@ class DampedFixedRod(ExactPort):
     @property
     def rod(self) -> Rod:
         """Itself."""
-        return Rod(self.impedance, self.transit, -1.0, self.damping_ratio)
+        return Rod(self.impedance, self.transit, self.reflection, self.damping_ratio)
 
     @property
     def highest_rate(self) -> float:
@@ -53,6 +48,34 @@ class DampedFixedRod(ExactPort):
     def scaled(self, factor: float) -> Self:
         """A rod of 1/``factor`` the section."""
         return replace(self, impedance=self.impedance / check_factor(factor))
+
+    def initial_value(self) -> Array:
+        """g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
+        return np.array([[damped_start(self.damping_ratio) / self.impedance]])
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
+        time: Array = np.asarray(t, dtype=float)
+        values = self._after_start(np.where(time > 0, time, 1.0))
+        return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
+
+    @abstractmethod
+    def _after_start(self, time: Array) -> Array:
+        """g at times > 0."""
+
+
+@dataclass(frozen=True)
+class DampedFixedRod(DampedRod, ExactRod):
+    """Fixed rod with uniform modal damping:
+
+    g(t) = 4/(pi Z sqrt(1 - zeta^2)) Im artanh(exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
+    w_1 = pi c/(2 l); from the sum over w_n = (2n - 1) w_1. S(t) uses the Legendre chi function chi_2.
+    """
+
+    kind: ClassVar[str] = "damped_fixed_rod"
+    reflection: ClassVar[float] = -1.0
+    most_poles: ClassVar[tuple[int, float]] = 20_000, 1e9
+    """Poles, and poles times steps, up to which it is marched by poles: these tell the energy stored from that lost."""
 
     def forces_only(self) -> BareFixedRod:
         """By step weights as soon as these are faster."""
@@ -69,32 +92,48 @@ class DampedFixedRod(ExactPort):
         z = self.damping_ratio
         return self.omega_1 * (z if z < 1 else 1 / (z + math.sqrt(z * z - 1)))
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
-        time: Array = np.asarray(t, dtype=float)
-        positive = np.where(time > 0, time, 1.0)
-        values = self.over_exponents(lambda rate: np.arctanh(np.exp(rate * positive)))
-        return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
+    def _after_start(self, time: Array) -> Array:
+        return self._over_exponents(lambda rate: np.arctanh(np.exp(rate * time)))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S(t) [m/N]."""
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         moving = time < _AT_REST / self.slowest_decay
         now, out = time[moving], np.full(time.shape, self.transit / self.impedance)
-        out[moving] = self.over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
+        out[moving] = self._over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
         return out
 
-    def over_exponents(self, term: Term) -> Array:
+    def _displacement_at(self, time: Array, at: float) -> Array:
+        """S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i theta)))/lambda].
+
+        q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function; from the modal sum, as g is.
+        """
+        turn = 0.5j * math.pi * at
+
+        def term(rate: complex) -> ComplexArray:
+            return (legendre_chi2(np.exp(rate * time + turn)) + legendre_chi2(np.exp(rate * time - turn))) / 2 / rate
+
+        return np.asarray((1 - at) * self.transit / self.impedance + self._over_exponents(term))
+
+    def _force_at(self, time: Array, at: float) -> Array:
+        """Minus the derivative of the displacement along x; its limit from the right at t = 0."""
+        if at == 0.0:
+            return np.ones_like(time)
+        turn, slope = 0.5j * math.pi * at, self.impedance * self.omega_1  # EA d theta/dx
+
+        def term(rate: complex) -> ComplexArray:
+            pair = np.arctanh(np.exp(rate * time + turn)) - np.arctanh(np.exp(rate * time - turn))
+            return np.asarray(pair * (0.5j * slope / rate))
+
+        return np.asarray(np.where(time > 0, 1.0 - self._over_exponents(term), 0.0))
+
+    def _over_exponents(self, term: Term) -> Array:
         """4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
         return 4 / (math.pi * self.impedance) * divided_difference(term, self.damping_ratio, self.omega_1)
 
     def static_compliance(self) -> Array:
         """l/(EA) [m/N], whatever the damping."""
         return np.array([[self.transit / self.impedance]])
-
-    def initial_value(self) -> Array:
-        """g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
-        return np.array([[damped_start(self.damping_ratio) / self.impedance]])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """The modes that outlive a step and the compliance of those that do not: exact to round-off at this step.
@@ -103,7 +142,7 @@ class DampedFixedRod(ExactPort):
         """
         count = self.lasting_modes(dt)
         if not self.marches(dt, n_steps):
-            return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
+            return super().step_kernel(dt, n_steps)
         return StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
 
     def modes(self, count: int) -> ModalGreens:
@@ -135,47 +174,23 @@ class BareFixedRod(DampedFixedRod):
 
 
 @dataclass(frozen=True)
-class DampedFreeRod(ExactPort):
+class DampedFreeRod(DampedRod):
     """Free rod, every elastic mode damped by the same ratio zeta, its translation not at all:
 
     g(t) = t/m - 2/(pi Z sqrt(1 - zeta^2)) Im ln(1 - exp(lambda t)), lambda = (-zeta + i sqrt(1 - zeta^2)) w_1,
     w_1 = pi c/l, m = Z l/c; from the sum over w_n = n w_1. S(t) uses the dilogarithm.
-
-    Attributes:
-        impedance: Z = rho c A [N s/m].
-        transit: l/c [s].
-        damping_ratio: zeta > 0; above 1 the pair of real exponents takes over.
     """
 
     kind: ClassVar[str] = "damped_free_rod"
-    impedance: float
-    transit: float
-    damping_ratio: float
-
-    @property
-    def rod(self) -> Rod:
-        """Itself."""
-        return Rod(self.impedance, self.transit, 1.0, self.damping_ratio)
-
-    @property
-    def highest_rate(self) -> float:
-        """Ten radians per transit [rad/s]."""
-        return 10 / self.transit
+    reflection: ClassVar[float] = 1.0
 
     def inverse_mass(self) -> Array:
         """1/(rho A l) = c/(Z l) [1/kg]."""
         return np.array([[1 / (self.impedance * self.transit)]])
 
-    def scaled(self, factor: float) -> Self:
-        """A rod of 1/``factor`` the section."""
-        return replace(self, impedance=self.impedance / check_factor(factor))
-
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g(t) [m/(N s)]; at t = 0 its limit from the right."""
-        time: Array = np.asarray(t, dtype=float)
-        positive = np.where(time > 0, time, 1.0)
-        values = positive * self.inverse_mass()[0, 0] + self._elastic(lambda rate: -np.log(-np.expm1(rate * positive)))
-        return np.where(time > 0, values, np.where(time == 0, self.initial_value()[0, 0], 0.0))
+    def _after_start(self, time: Array) -> Array:
+        elastic = self._elastic(lambda rate: -np.log(-np.expm1(rate * time)))
+        return np.asarray(time * self.inverse_mass()[0, 0] + elastic)
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S(t) [m/N]."""
@@ -190,63 +205,3 @@ class DampedFreeRod(ExactPort):
     def static_compliance(self) -> Array:
         """Unbounded."""
         return np.array([[np.inf]])
-
-    def initial_value(self) -> Array:
-        """g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
-        return np.array([[damped_start(self.damping_ratio) / self.impedance]])
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """Exact step weights."""
-        return StepKernel(None, step_weights(self, dt, n_steps), "closed form, exact step weights")
-
-
-def divided_difference(term: Term, zeta: float, omega: float) -> Array:
-    """(term(lambda) - term(conj lambda))/(2 i sqrt(1 - zeta^2)), lambda = (-zeta + i sqrt(1 - zeta^2)) omega.
-
-    Above critical damping the same with the two real exponents.
-    """
-    if abs(zeta - 1.0) < 1e-4:  # symmetric mean about the double exponent: error O(1e-8)
-        return np.asarray(sum(divided_difference(term, 1.0 + d, omega) for d in (-2e-4, 2e-4)) / 2)
-    if zeta < 1:
-        root = math.sqrt(1 - zeta * zeta)
-        return np.asarray(np.imag(term(complex(-zeta, root) * omega)) / root)
-    root = math.sqrt(zeta * zeta - 1)
-    slow, fast = term(complex(-1 / (zeta + root)) * omega), term(complex(-(zeta + root)) * omega)
-    return np.asarray(np.real(slow - fast) / (2 * root))
-
-
-def damped_start(zeta: float) -> float:
-    """Factor by which uniform modal damping lowers g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above 1."""
-    if zeta < 0:
-        raise GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
-    if abs(zeta - 1) < 1e-6:
-        return 2 / math.pi
-    if zeta < 1:
-        return 2 / math.pi * math.acos(zeta) / math.sqrt(1 - zeta * zeta)
-    return 2 / math.pi * math.acosh(zeta) / math.sqrt(zeta * zeta - 1)
-
-
-def legendre_chi2(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """chi_2(q) = sum q^(2k+1)/(2k+1)^2 = (Li_2(q) - Li_2(-q))/2, complex |q| <= 1."""
-    return np.asarray((dilogarithm(q) - dilogarithm(-q)) / 2)
-
-
-def dilogarithm(q: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Li_2(q) = sum q^k/k^2, complex |q| <= 1; by this sum where it is short, as it is once a rod is nearly at rest."""
-    from scipy.special import spence  # here, as it would be a third of the time to import this package
-
-    q = np.asarray(q)
-    size, out = np.abs(q), np.empty_like(q)
-    parts = ((size <= _TINY, 4), ((size > _TINY) & (size <= _SMALL), 36))  # the term left out is below 1e-17 of the sum
-    for here, terms in parts:
-        out[here] = _power_sum(q[here], terms)
-    large = ~(size <= _SMALL)
-    out[large] = spence(1 - q[large])
-    return out
-
-
-def _power_sum(q: NDArray[np.complex128], terms: int) -> NDArray[np.complex128]:
-    total = np.zeros_like(q)
-    for k in range(terms, 0, -1):
-        total = q * (1 / k**2 + total)
-    return total

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from impact.exact.disk_response import DiskResponse
 from impact.exact.pekeris import point_step_response, rayleigh_speed
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel, check_factor
+from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.base import GreensFunction
 from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sums import SumGreens
@@ -170,11 +171,11 @@ def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: flo
     Source: Johnson, Contact Mechanics, 4.2 and 11.4 for the local law; the split is that of coupled finite element
     and half-space contact models.
     """
-    if greens == patch:
+    rest = tuple(part for part in greens.summands if part != patch)
+    if not rest:
         return ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.none(), origin={"kind": "rigid"})
-    if isinstance(greens, SumGreens) and patch in greens.parts:
-        rest = tuple(part for part in greens.parts if part != patch)
-        return rest[0] if len(rest) == 1 else SumGreens(rest) if rest else without_patch(patch, patch, band_hz=band_hz)
+    if len(rest) < len(greens.summands):
+        return rest[0] if len(rest) == 1 else SumGreens(rest)
     modal = greens.modal
     if modal is None or len(greens.ports) != 1:
         raise GreensFunctionError(

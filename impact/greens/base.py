@@ -5,89 +5,29 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from impact.brief import brief, brief_value, some
+from impact.brief import brief_value, some
+from impact.greens.answers import Array, ComplexArray, ErrorEstimate, GreensFunctionError, Rod, StepKernel, Stored
 
 if TYPE_CHECKING:
     from impact.greens.modal import ModalGreens
+    from impact.greens.poles import PoleGreens
     from impact.greens.sampled import SampledGreens
 
-Array = NDArray[np.float64]
-
-
-class GreensFunctionError(ValueError):
-    """A Green's function that cannot be used; the message names number, limit and remedy."""
-
-
-@dataclass(frozen=True)
-class ErrorEstimate:
-    """Estimated error of g after a pulse of the stated band, relative to its largest value.
-
-    ``reduction`` is what the road from M, C, K to g left out (modes, Krylov vectors, time step); ``mesh`` is the
-    discretisation error of M, C, K themselves. ``None`` means unknown, not zero.
-
-    It is an error of g, not of what an impact makes of it: where a contact chatters, opening and closing within its
-    blow, an error of 1e-3 has moved forces and impulses of single contacts by 1.6 %. `impact.error_budget` measures
-    the error of an impact.
-    """
-
-    reduction: float | None = None
-    mesh: float | None = None
-
-    @property
-    def total(self) -> float | None:
-        """Sum of the known parts; ``None`` if nothing is known."""
-        known = [e for e in (self.reduction, self.mesh) if e is not None]
-        return sum(known) if known else None
-
-    def __str__(self) -> str:
-        reduction, mesh = ("unknown" if e is None else f"{e:.2g}" for e in (self.reduction, self.mesh))
-        return (
-            f"error of g in its band: reduction {reduction}, mesh {mesh}; "
-            "it bounds no contact that chatters, impact.error_budget does"
-        )
-
-
-@dataclass(frozen=True)
-class Rod:
-    """A uniform rod struck at one end: impedance Z = rho c A [N s/m], transit l/c [s], reflection R at the far end.
-
-    R is of the particle velocity: -1 fixed ... +1 free. ``damping_ratio`` is that of every mode.
-    """
-
-    impedance: float
-    transit: float
-    reflection: float
-    damping_ratio: float = 0.0
-
-
-@dataclass(frozen=True)
-class StepKernel:
-    """A Green's function at a fixed step h, for forces constant over each step.
-
-    ``modal`` is advanced by its exact recursion; ``weights[i, j, m] = S_ij((m+1) h) - S_ij(m h)`` (m/N per step, S the
-    step response) is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
-    """
-
-    modal: ModalGreens | None
-    weights: Array | None
-    engine: str
-
-    __repr__ = brief
-
-    def self_weight(self, dt: float) -> Array:
-        """W_0 (p, p): displacement at the end of a step per unit force during it [m/N]."""
-        parts = []
-        if self.modal is not None:
-            parts.append(self.modal.step_matrix(dt))
-        if self.weights is not None:
-            parts.append(self.weights[:, :, 0])
-        return np.asarray(sum(parts))
+__all__ = [
+    "Array",
+    "ComplexArray",
+    "ErrorEstimate",
+    "GreensFunction",
+    "GreensFunctionError",
+    "Rod",
+    "StepKernel",
+    "is_greens",
+]
 
 
 class GreensFunction(ABC):
@@ -146,6 +86,16 @@ class GreensFunction(ABC):
         return None
 
     @property
+    def pole_sum(self) -> PoleGreens | None:
+        """The same function as a sum of complex poles, where it is held as one."""
+        return None
+
+    @property
+    def summands(self) -> tuple[GreensFunction, ...]:
+        """The functions that it is the sum of; itself where it is no sum."""
+        return (self,)
+
+    @property
     def rod(self) -> Rod | None:
         """The uniform rod that it is, if it is one."""
         return None
@@ -181,6 +131,8 @@ class GreensFunction(ABC):
 
     def scaled(self, factor: float) -> GreensFunction:
         """``factor`` times g_ij, ``factor`` > 0: the body whose error is that relative size."""
+        from impact.greens.sums import ScaledGreens  # here, for a multiple is made of this class, and this of it
+
         return ScaledGreens(self, factor)
 
     def forces_only(self) -> GreensFunction:
@@ -194,6 +146,18 @@ class GreensFunction(ABC):
             GreensFunctionError: a closed form, whose error and provenance are not stated but known.
         """
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are not free to state")
+
+    def stored(self) -> Stored | None:
+        """What a file must hold to make it again; ``None`` for a representation without a file form."""
+        return None
+
+    def transfer(self, s: ComplexArray) -> ComplexArray:
+        """(n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
+
+        Raises:
+            GreensFunctionError: a representation whose transform is not known in closed form.
+        """
+        raise GreensFunctionError(f"the transform of a {type(self).__name__} is not known in closed form")
 
     @abstractmethod
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
@@ -278,113 +242,6 @@ class GreensFunction(ABC):
         return (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
 
 
-@dataclass(frozen=True)
-class ScaledGreens(GreensFunction):
-    """factor times g_ij, of any Green's function; those of this package scale into their own kind by ``scaled``.
-
-    Attributes:
-        part: the function.
-        factor: > 0, so that a passive body stays passive.
-    """
-
-    part: GreensFunction
-    factor: float
-
-    def __post_init__(self) -> None:
-        check_factor(self.factor)
-
-    __repr__ = GreensFunction.__str__
-
-    def _in_words(self) -> tuple[str, ...]:
-        return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
-
-    @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.part.ports
-
-    @property
-    def error_estimate(self) -> ErrorEstimate:
-        """The part's: errors are relative."""
-        return self.part.error_estimate
-
-    @property
-    def provenance(self) -> dict[str, object]:
-        """The factor and the part's provenance."""
-        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
-
-    @property
-    def valid_for(self) -> float:
-        """The part's."""
-        return self.part.valid_for
-
-    @property
-    def highest_rate(self) -> float:
-        """The part's."""
-        return self.part.highest_rate
-
-    @property
-    def modal(self) -> ModalGreens | None:
-        """The part's, scaled."""
-        return None if self.part.modal is None else self.part.modal.scaled(self.factor)
-
-    @property
-    def rod(self) -> Rod | None:
-        """The part's, of another section."""
-        rod = self.part.rod
-        return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
-
-    @property
-    def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """The part's, scaled."""
-        return tuple(part.scaled(self.factor) for part in self.part.sampled_parts)
-
-    def inverse_mass(self) -> Array:
-        """(p, p) [1/kg]."""
-        return self.factor * self.part.inverse_mass()
-
-    def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """The part's."""
-        return self.part.marched_poles(dt, n_steps)
-
-    def scaled(self, factor: float) -> ScaledGreens:
-        """The part, by the product of both factors."""
-        return ScaledGreens(self.part, self.factor * factor)
-
-    def forces_only(self) -> ScaledGreens:
-        """The part so, scaled."""
-        return replace(self, part=self.part.forces_only())
-
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
-        """The part so, scaled."""
-        return replace(self, part=self.part.with_error(error, origin))
-
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return self.factor * self.part.impulse_response(t, i, j)
-
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) [m/N]."""
-        return self.factor * self.part.step_response(t, i, j)
-
-    def static_compliance(self) -> Array:
-        """(p, p) [m/N]."""
-        return self.factor * self.part.static_compliance()
-
-    def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)]."""
-        return self.factor * self.part.initial_value()
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """The part's, with every residue and every weight times the factor."""
-        kernel = self.part.step_kernel(dt, n_steps)
-        modal = None if kernel.modal is None else kernel.modal.scaled(self.factor)
-        weights = None if kernel.weights is None else self.factor * kernel.weights
-        return StepKernel(modal, weights, kernel.engine)
-
-
-def check_factor(factor: float) -> float:
-    """A factor of g that leaves a passive body passive; raises `GreensFunctionError` for any other."""
-    if not (np.isfinite(factor) and factor > 0):
-        raise GreensFunctionError(f"factor = {factor} must be positive and finite: the body must stay passive")
-    return float(factor)
+def is_greens(thing: object) -> TypeGuard[GreensFunction]:
+    """Whether ``thing`` is a Green's function, where a body or step weights may be given instead."""
+    return isinstance(thing, GreensFunction)

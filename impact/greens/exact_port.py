@@ -8,7 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from impact.greens.base import Array, ErrorEstimate, GreensFunction
+from impact.greens.answers import Array, ErrorEstimate, StepKernel, Stored
+from impact.greens.base import GreensFunction
 
 
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
@@ -21,6 +22,8 @@ class ExactPort(GreensFunction):
 
     kind: ClassVar[str]
     closed_form = True
+    memory: ClassVar[str] = "closed form"
+    """What the step weights are made of, for people."""
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -37,3 +40,11 @@ class ExactPort(GreensFunction):
         """The kind and its parameters."""
         assert is_dataclass(self)
         return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self) if f.repr}
+
+    def stored(self) -> Stored:
+        """Its provenance alone: the kind and its parameters."""
+        return Stored(str(self.provenance.get("kind", "")))
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Exact step weights."""
+        return StepKernel(None, step_weights(self, dt, n_steps), f"{self.memory}, exact step weights")

@@ -12,9 +12,18 @@ from numpy.typing import ArrayLike
 
 from impact.brief import brief
 from impact.greens import oscillator
-from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.answers import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    GreensFunctionError,
+    StepKernel,
+    Stored,
+    check_factor,
+    check_valid_for,
+)
 from impact.greens.pulse import combine, decay_responses, hann, mode_responses
-from impact.greens.stated import StatedGreens
+from impact.greens.stated import PoleSums
 
 
 @dataclass(frozen=True)
@@ -97,7 +106,7 @@ class Residual:
 
 
 @dataclass(frozen=True)
-class ModalGreens(StatedGreens):
+class ModalGreens(PoleSums):
     """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
 
     Attributes:
@@ -120,7 +129,7 @@ class ModalGreens(StatedGreens):
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = StatedGreens.__str__
+    __repr__ = PoleSums.__str__
 
     def __post_init__(self) -> None:
         rest, m, p = self.residual, self.omega.size, len(self.port_names)
@@ -175,30 +184,37 @@ class ModalGreens(StatedGreens):
     def _factors(self) -> Array:
         return np.asarray(np.einsum("ki,kj->ijk", self.shapes, self.shapes))
 
-    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
-        t = np.asarray(t, dtype=float)
-        flat = np.ravel(t)
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
         function = oscillator.step_response if integrated else oscillator.impulse_response
         relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
-        rates = self.residual.rates
-        out = np.zeros(flat.shape)
-        for start in range(0, flat.size, 4096):  # blocks bound the memory to 4096 x M
-            block = np.maximum(flat[start : start + 4096], 0.0)
-            values = function(block[:, None], self.omega, self.zeta) @ self._factors[i, j]
-            decay = -rates * block[:, None]
-            kernel = oscillator.expm1_over(decay) * block[:, None] if integrated else np.exp(decay)
-            out[start : start + 4096] = values + kernel @ relax
-        if integrated:
-            out += self.residual.compliance[i, j]
-        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+        decay = -self.residual.rates * t[:, None]
+        kernel = oscillator.expm1_over(decay) * t[:, None] if integrated else np.exp(decay)
+        return np.asarray(function(t[:, None], self.omega, self.zeta) @ self._factors[i, j] + kernel @ relax)
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return self._sum(t, i, j, integrated=False)
+    def _compliance(self, i: int, j: int) -> float:
+        return float(self.residual.compliance[i, j])
 
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
-        return self._sum(t, i, j, integrated=True)
+    def transfer(self, s: ComplexArray) -> ComplexArray:
+        """(n, p, p) Laplace transform [m/N]: sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c."""
+        rest, w, column = self.residual, self.omega, s[:, None]
+        parts = (
+            (1 / (column**2 + 2 * self.zeta * w * column + w**2), self.shapes),
+            (1 / (column + rest.rates), rest.shapes),
+        )
+        sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
+        return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
+
+    def above(self, omega: float) -> ModalGreens:
+        """The oscillations above ``omega`` [rad/s] alone."""
+        high = self.omega > omega
+        rest = Residual.none(len(self.port_names))
+        return ModalGreens(self.omega[high], self.zeta[high], self.shapes[high], rest, self.port_names)
+
+    def stored(self) -> Stored:
+        """Its modes and its residual."""
+        arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
+        arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
+        return Stored("modal", arrays=arrays)
 
     def static_compliance(self) -> Array:
         """(p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
@@ -212,16 +228,6 @@ class ModalGreens(StatedGreens):
         """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
-
-    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
-        """As `GreensFunction.filtered`, in closed form."""
-        t = np.asarray(t, dtype=float)
-        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
-
-    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
-        """As `GreensFunction.filtered_matrix`, in closed form."""
-        every = list(range(len(self.port_names)))
-        return self._filtered(np.asarray(t, dtype=float), width, every, every)
 
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         rest = self.residual.filtered(t, width)[np.ix_(rows, columns)]
@@ -259,12 +265,6 @@ class ModalGreens(StatedGreens):
         """Every shape times the root of ``factor``."""
         rest = self.residual.scaled(check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
-
-
-def check_valid_for(time: float) -> None:
-    """Raises `GreensFunctionError` for a time limit that is none."""
-    if not time > 0:
-        raise GreensFunctionError(f"valid_for = {time} s must be positive (inf: without limit)")
 
 
 def _symmetric_psd(values: ArrayLike, name: str) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impact.greens.base import Array
+from impact.greens.answers import Array
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 

@@ -7,15 +7,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from impact.greens import pulse
-from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
-from impact.greens.modal import ModalGreens, Residual, check_valid_for
-from impact.greens.stated import StatedGreens
+from impact.greens.answers import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    GreensFunctionError,
+    StepKernel,
+    Stored,
+    check_factor,
+    check_valid_for,
+)
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import PoleSums
 
-ComplexArray = NDArray[np.complex128]
-_BLOCK = 4096  # times, or poles, at once
+_BLOCK = 4096  # poles at once
 
 
 def _nothing() -> Array:
@@ -23,7 +30,7 @@ def _nothing() -> Array:
 
 
 @dataclass(frozen=True)
-class PoleGreens(StatedGreens):
+class PoleGreens(PoleSums):
     """A symmetric sum of simple poles, of rigid bodies and of a bare compliance:
 
         g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
@@ -65,7 +72,7 @@ class PoleGreens(StatedGreens):
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = StatedGreens.__str__
+    __repr__ = PoleSums.__str__
 
     def __post_init__(self) -> None:
         p = len(self.port_names)
@@ -154,32 +161,45 @@ class PoleGreens(StatedGreens):
             modal.valid_for,
         )
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return self._sum(t, i, j, integrated=False)
-
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
-        return self._sum(t, i, j, integrated=True)
-
-    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
-        t = np.asarray(t, dtype=float)
-        flat = np.ravel(t)
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
         pairs = 2 * self.shapes[:, i] * self.shapes[:, j]
         decays = self.signs * self.real_shapes[:, i] * self.real_shapes[:, j]
         free = float(self.rigid[:, i] @ self.rigid[:, j])
-        out = np.zeros(flat.shape)
-        for start in range(0, flat.size, _BLOCK):
-            now = np.maximum(flat[start : start + _BLOCK], 0.0)
-            x, y = np.outer(now, self.poles), np.outer(now, -self.rates)
-            if integrated:
-                value = ((_expm1_over(x) @ pairs).real + _expm1_over(y).real @ decays) * now + free * now**2 / 2
-            else:
-                value = (np.exp(x) @ pairs).real + np.exp(y) @ decays + free * now
-            out[start : start + _BLOCK] = value
+        x, y = np.outer(t, self.poles), np.outer(t, -self.rates)
         if integrated:
-            out += self.compliance[i, j]
-        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+            each = (_expm1_over(x) @ pairs).real + _expm1_over(y).real @ decays
+            return np.asarray(each * t + free * t**2 / 2)
+        return np.asarray((np.exp(x) @ pairs).real + np.exp(y) @ decays + free * t)
+
+    def _compliance(self, i: int, j: int) -> float:
+        return float(self.compliance[i, j])
+
+    @property
+    def pole_sum(self) -> PoleGreens:
+        """Itself."""
+        return self
+
+    def transfer(self, s: ComplexArray) -> ComplexArray:
+        """(n, p, p) Laplace transform [m/N]: the residues over the distances from the poles, b b'/s^2 and c."""
+        column = s[:, None]
+        parts = (
+            (1 / (column - self.poles), self.shapes),
+            (1 / (column - self.poles.conj()), self.shapes.conj()),
+            (self.signs / (column + self.rates), self.real_shapes),
+        )
+        sums = [np.einsum("nk,ki,kj->nij", f, x, x, optimize=True) for f, x in parts]
+        rigid = (self.rigid.T @ self.rigid) / (s**2)[:, None, None]
+        return np.asarray(sum(sums) + rigid + self.compliance, dtype=complex)
+
+    def above(self, omega: float) -> PoleGreens:
+        """The oscillations above ``omega`` [rad/s] alone."""
+        high = self.poles.imag > omega
+        return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
+
+    def stored(self) -> Stored:
+        """Its poles, residues and rigid bodies."""
+        names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
+        return Stored("poles", arrays={name: getattr(self, name) for name in names})
 
     def static_compliance(self) -> Array:
         """(p, p) [m/N]; ``inf`` where a rigid-body motion or a dashpot (rate 0) stands at the port."""
@@ -219,10 +239,8 @@ class PoleGreens(StatedGreens):
         for start in range(0, len(rates), _BLOCK):
             s, r = rates[start : start + _BLOCK], shapes[start : start + _BLOCK]
             gain = twice[start : start + _BLOCK] * dt * _expm1_over(s * dt)
-            coarse, fine = (
-                np.exp(np.outer(inner * dt * np.arange(outer), s)),
-                np.exp(np.outer(s, dt * np.arange(inner))),
-            )
+            coarse = np.exp(np.outer(inner * dt * np.arange(outer), s))
+            fine = np.exp(np.outer(s, dt * np.arange(inner)))
             for i in range(p):
                 for j in range(i + 1):
                     left = coarse * (gain * r[:, i] * r[:, j])
@@ -235,16 +253,6 @@ class PoleGreens(StatedGreens):
             for j in range(i):
                 out[j, i] = out[i, j]
         return np.ascontiguousarray(out)
-
-    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
-        """As `GreensFunction.filtered`, in closed form."""
-        t = np.asarray(t, dtype=float)
-        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
-
-    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
-        """As `GreensFunction.filtered_matrix`, in closed form."""
-        every = list(range(len(self.port_names)))
-        return self._filtered(np.asarray(t, dtype=float), width, every, every)
 
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         free = np.zeros(len(self.rigid))

@@ -7,11 +7,8 @@ like 1/f^3 beyond. Reduction errors are measured on g convolved with p, since g 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from impact.greens.base import Array
-
-Complex = NDArray[np.complex128]
+from impact.greens.answers import Array, ComplexArray
 
 
 def hann(t: Array, width: float) -> Array:
@@ -73,7 +70,7 @@ def _oscillators(t: Array, width: float, omega: Array, zeta: Array) -> Array:
     return out
 
 
-def exponentials(poles: Complex, t: Array, width: float) -> Complex:
+def exponentials(poles: ComplexArray, t: Array, width: float) -> ComplexArray:
     """(poles, nt) integral of p(s) exp(pole (t - s)) over 0 < s < min(t, T); 0 for t < 0."""
     t = np.maximum(t, 0.0)
     out = np.empty((len(poles), len(t)), dtype=complex)
@@ -83,7 +80,7 @@ def exponentials(poles: Complex, t: Array, width: float) -> Complex:
     return out
 
 
-def _during(t: Array, width: float, poles: Complex) -> Complex:
+def _during(t: Array, width: float, poles: ComplexArray) -> ComplexArray:
     total = np.zeros((len(poles), len(t)), dtype=complex)
     for turn, weight in ((0.0, 1.0), (1.0, -0.5), (-1.0, -0.5)):
         frequency = 2j * np.pi * turn / width

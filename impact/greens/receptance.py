@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from impact.greens.answers import ComplexArray
 from impact.greens.modal import ModalGreens
 
 _BLOCK = 1 << 20  # frequencies times modes at once
 
 
-def receptance(greens: ModalGreens, frequency: ArrayLike, i: int = 0, j: int = 0) -> NDArray[np.complex128]:
+def receptance(greens: ModalGreens, frequency: ArrayLike, i: int = 0, j: int = 0) -> ComplexArray:
     """H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], shape of ``frequency`` [Hz].
 
     H = sum_k phi_ki phi_kj/(w_k^2 - w^2 + 2 i zeta_k w_k w) + sum_r a_ri a_rj/(rate_r + i w) + c_ij,  w = 2 pi f > 0:
-    the Fourier transform of `ModalGreens.impulse_response` (Ewins, Modal Testing, 2000).
+    the Fourier transform of `ModalGreens.impulse_response` (Ewins, Modal Testing, 2000), by `ModalGreens.transfer`.
     """
     f = np.asarray(frequency, dtype=float)
-    w = 2 * np.pi * np.ravel(f)
-    out = np.full(w.shape, greens.residual.compliance[i, j], dtype=complex)
+    s = np.asarray(2j * np.pi * np.ravel(f))
     rows = max(1, _BLOCK // max(1, greens.omega.size))  # blocks bound the memory
-    for start in range(0, w.size, rows):
-        block = slice(start, start + rows)
-        at = w[block, None]
-        dynamic = greens.omega**2 - at**2 + 2j * greens.zeta * greens.omega * at
-        out[block] += (1 / dynamic) @ (greens.shapes[:, i] * greens.shapes[:, j])
-        relaxing = greens.residual.rates + 1j * at
-        out[block] += (1 / relaxing) @ (greens.residual.shapes[:, i] * greens.residual.shapes[:, j])
-    return out.reshape(f.shape)
+    blocks = [greens.transfer(s[start : start + rows])[:, i, j] for start in range(0, s.size, rows)]
+    return np.concatenate([*blocks, np.zeros(0, dtype=complex)]).reshape(f.shape)

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.base import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, Stored, check_factor
 from impact.greens.stated import StatedGreens
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
@@ -164,6 +164,11 @@ class SampledGreens(StatedGreens):
         """Every sample times ``factor``."""
         static = None if self.static is None else factor * self.static
         return replace(self, values=check_factor(factor) * self.values, static=static)
+
+    def stored(self) -> Stored:
+        """Its samples and what is said beyond them."""
+        known = {"values": self.values} | ({} if self.static is None else {"static": self.static})
+        return Stored("sampled", {"dt": self.dt, "tail": self.tail}, known)
 
     def _in_words(self) -> tuple[str, ...]:
         count = self.values.shape[2]

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
 from typing import Self
 
-from impact.greens.base import ErrorEstimate, GreensFunction
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens.answers import Array, ErrorEstimate
+from impact.greens.base import GreensFunction
+
+_BLOCK = 4096  # times at once: bounds the memory to that times the number of poles
 
 
 class StatedGreens(GreensFunction):
@@ -42,3 +49,46 @@ class StatedGreens(GreensFunction):
         assert is_dataclass(self)
         changed: Self = replace(self, valid_for=time)
         return changed
+
+
+class PoleSums(StatedGreens):
+    """What sums of oscillators and of complex poles have in common: all is known in closed form, term by term."""
+
+    @abstractmethod
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
+        """g_ij, or its integral without bare compliance, at the times ``t`` (n,) >= 0."""
+
+    @abstractmethod
+    def _compliance(self, i: int, j: int) -> float:
+        """The bare compliance [m/N]."""
+
+    @abstractmethod
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+        """(rows, columns, n) g after a unit Hann pulse of ``width`` [s]."""
+
+    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
+        t = np.asarray(t, dtype=float)
+        flat = np.ravel(t)
+        out = np.full(flat.shape, self._compliance(i, j) if integrated else 0.0)
+        for start in range(0, flat.size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            out[block] += self._values(np.maximum(flat[block], 0.0), i, j, integrated)
+        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self._sum(t, i, j, integrated=False)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) = integral of g_ij from 0 to t [m/N]."""
+        return self._sum(t, i, j, integrated=True)
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        """As `GreensFunction.filtered`, in closed form."""
+        t = np.asarray(t, dtype=float)
+        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
+
+    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+        """As `GreensFunction.filtered_matrix`, in closed form."""
+        every = list(range(len(self.ports)))
+        return self._filtered(np.asarray(t, dtype=float), width, every, every)

@@ -1,27 +1,145 @@
-"""Sums of Green's functions on the same ports."""
+"""Sums and multiples of Green's functions."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.brief import cut
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel
+from impact.greens.answers import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    GreensFunctionError,
+    Rod,
+    StepKernel,
+    Stored,
+    check_factor,
+)
+from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sampled import SampledGreens
 
-__all__ = ["ScaledGreens", "SumGreens", "merged"]
+
+class Combination(GreensFunction):
+    """A factor times the sum of Green's functions on the same ports: every answer is that of the parts, put together.
+
+    Passive if every part is: the factor is positive.
+    """
+
+    @property
+    @abstractmethod
+    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
+        """The factor, and the functions that it multiplies."""
+
+    @abstractmethod
+    def _with(self, parts: tuple[GreensFunction, ...]) -> Self:
+        """The same factor of the sum of other parts."""
+
+    def _sum(self, values: list[Array]) -> Array:
+        return np.asarray(self._terms[0] * sum(values))
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Names of the ports."""
+        return self._terms[1][0].ports
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """The largest of the parts', each relative to its own largest value; unknown if one of them is."""
+        errors = [part.error_estimate for part in self._terms[1]]
+        return ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
+
+    @property
+    def valid_for(self) -> float:
+        """The shortest of the parts' [s]."""
+        return min(part.valid_for for part in self._terms[1])
+
+    @property
+    def highest_rate(self) -> float:
+        """The highest of the parts' [rad/s]."""
+        return max(part.highest_rate for part in self._terms[1])
+
+    @property
+    def modal(self) -> ModalGreens | None:
+        """All oscillators side by side, if every part is a sum of oscillators."""
+        factor, parts = self._terms
+        found = tuple(modal for part in parts if (modal := part.modal) is not None)
+        return merged(found, factor) if len(found) == len(parts) else None
+
+    @property
+    def sampled_parts(self) -> tuple[SampledGreens, ...]:
+        """The parts', times the factor."""
+        factor, parts = self._terms
+        found = [sampled for part in parts for sampled in part.sampled_parts]
+        return tuple(found if factor == 1.0 else [sampled.scaled(factor) for sampled in found])
+
+    def inverse_mass(self) -> Array:
+        """(p, p) of the parts [1/kg]: the velocities add."""
+        return self._sum([part.inverse_mass() for part in self._terms[1]])
+
+    def marched_poles(self, dt: float, n_steps: float) -> int | None:
+        """Of all parts; ``None`` if one has step weights."""
+        counts = [part.marched_poles(dt, n_steps) for part in self._terms[1]]
+        known = [count for count in counts if count is not None]
+        return sum(known) if len(known) == len(counts) else None
+
+    def forces_only(self) -> Self:
+        """Every part in that form."""
+        return self._with(tuple(part.forces_only() for part in self._terms[1]))
+
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> Self:
+        """Every part, combined."""
+        return self._with(tuple(part.combined(weights, port_names) for part in self._terms[1]))
+
+    def transfer(self, s: ComplexArray) -> ComplexArray:
+        """(n, p, p) Laplace transform [m/N]; raises `GreensFunctionError` for a part without one in closed form."""
+        factor, parts = self._terms
+        return np.asarray(factor * sum(part.transfer(s) for part in parts), dtype=complex)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
+        return self._sum([part.impulse_response(t, i, j) for part in self._terms[1]])
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S_ij(t) [m/N]."""
+        return self._sum([part.step_response(t, i, j) for part in self._terms[1]])
+
+    def static_compliance(self) -> Array:
+        """(p, p) [m/N]; ``inf`` where a part can move as a rigid body."""
+        return self._sum([part.static_compliance() for part in self._terms[1]])
+
+    def initial_value(self) -> Array:
+        """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
+        return self._sum([part.initial_value() for part in self._terms[1]])
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """All poles in one recursion, all weights in one convolution, every residue and weight times the factor."""
+        factor, parts = self._terms
+        kernels = [part.step_kernel(dt, n_steps) for part in parts]
+        modal = tuple(kernel.modal for kernel in kernels if kernel.modal is not None)
+        weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
+        return StepKernel(
+            merged(modal, factor) if modal else None,
+            self._sum(weights) if weights else None,
+            " + ".join(kernel.engine for kernel in kernels),
+        )
 
 
 @dataclass(frozen=True)
-class SumGreens(GreensFunction):
+class SumGreens(Combination):
     """g_ij = sum of the parts' g_ij: the displacements add, as of springs in series. Passive if every part is.
 
     Attributes:
         parts: at least one, all with the same ports.
+
+    Raises:
+        GreensFunctionError: no parts, or parts with other ports than the first.
     """
 
     parts: tuple[GreensFunction, ...]
@@ -38,62 +156,33 @@ class SumGreens(GreensFunction):
                 )
 
     @property
-    def ports(self) -> tuple[str, ...]:
-        """Names of the ports."""
-        return self.parts[0].ports
+    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
+        return 1.0, self.parts
+
+    def _with(self, parts: tuple[GreensFunction, ...]) -> SumGreens:
+        return SumGreens(parts)
+
+    def _in_words(self) -> tuple[str, ...]:
+        shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
+        return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
     @property
-    def error_estimate(self) -> ErrorEstimate:
-        """The largest of the parts', each relative to its own largest value; unknown if one of them is."""
-        return ErrorEstimate(
-            _largest([part.error_estimate.reduction for part in self.parts]),
-            _largest([part.error_estimate.mesh for part in self.parts]),
-        )
+    def summands(self) -> tuple[GreensFunction, ...]:
+        """The parts."""
+        return self.parts
 
     @property
     def provenance(self) -> dict[str, object]:
         """The parts' provenances."""
         return {"kind": "sum", "parts": [dict(part.provenance) for part in self.parts]}
 
-    @property
-    def valid_for(self) -> float:
-        """The shortest of the parts' [s]."""
-        return min(part.valid_for for part in self.parts)
-
-    @property
-    def highest_rate(self) -> float:
-        """The highest of the parts' [rad/s]."""
-        return max(part.highest_rate for part in self.parts)
-
-    @property
-    def modal(self) -> ModalGreens | None:
-        """All oscillators side by side, if every part is a sum of oscillators."""
-        parts = [part.modal for part in self.parts]
-        found = tuple(part for part in parts if part is not None)
-        return merged(found) if len(found) == len(parts) else None
-
-    @property
-    def sampled_parts(self) -> tuple[SampledGreens, ...]:
-        """The parts'."""
-        return tuple(sampled for part in self.parts for sampled in part.sampled_parts)
-
-    def inverse_mass(self) -> Array:
-        """(p, p) sum of the parts' [1/kg]: the velocities add."""
-        return np.asarray(sum(part.inverse_mass() for part in self.parts))
-
-    def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Of all parts; ``None`` if one has step weights."""
-        counts = [part.marched_poles(dt, n_steps) for part in self.parts]
-        known = [count for count in counts if count is not None]
-        return sum(known) if len(known) == len(counts) else None
+    def stored(self) -> Stored:
+        """Its parts."""
+        return Stored("sum", parts=self.parts)
 
     def scaled(self, factor: float) -> SumGreens:
         """The sum of the parts, scaled."""
         return SumGreens(tuple(part.scaled(factor) for part in self.parts))
-
-    def forces_only(self) -> SumGreens:
-        """The sum of the parts so."""
-        return SumGreens(tuple(part.forces_only() for part in self.parts))
 
     def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
         """The parts with this error, relative to each; their origins are their own.
@@ -105,47 +194,65 @@ class SumGreens(GreensFunction):
             raise GreensFunctionError("a sum has the origins of its parts: state them there")
         return SumGreens(tuple(part.with_error(error) for part in self.parts))
 
+
+@dataclass(frozen=True)
+class ScaledGreens(Combination):
+    """factor times g_ij, of any Green's function; those of this package scale into their own kind by ``scaled``.
+
+    Attributes:
+        part: the function.
+        factor: > 0, so that a passive body stays passive.
+
+    Raises:
+        GreensFunctionError: a factor that is not positive and finite.
+    """
+
+    part: GreensFunction
+    factor: float
+
+    __repr__ = GreensFunction.__str__
+
+    def __post_init__(self) -> None:
+        check_factor(self.factor)
+
+    @property
+    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
+        return self.factor, (self.part,)
+
+    def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
+        return replace(self, part=parts[0])
+
     def _in_words(self) -> tuple[str, ...]:
-        shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
-        return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
+        return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
 
-    def combined(self, weights: Array, port_names: tuple[str, ...]) -> SumGreens:
-        """Every part, combined."""
-        return SumGreens(tuple(part.combined(weights, port_names) for part in self.parts))
+    @property
+    def provenance(self) -> dict[str, object]:
+        """The factor and the part's provenance."""
+        return {"kind": "scaled", "factor": self.factor, "part": dict(self.part.provenance)}
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return np.asarray(sum(part.impulse_response(t, i, j) for part in self.parts))
+    @property
+    def rod(self) -> Rod | None:
+        """The part's, of another section."""
+        rod = self.part.rod
+        return None if rod is None else replace(rod, impedance=rod.impedance / self.factor)
 
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
-        """S_ij(t) [m/N]."""
-        return np.asarray(sum(part.step_response(t, i, j) for part in self.parts))
+    def stored(self) -> Stored:
+        """Its factor and its part."""
+        return Stored("scaled", {"factor": self.factor}, parts=(self.part,))
 
-    def static_compliance(self) -> Array:
-        """(p, p) [m/N]; ``inf`` where a part can move as a rigid body."""
-        return np.asarray(sum(part.static_compliance() for part in self.parts))
+    def scaled(self, factor: float) -> ScaledGreens:
+        """The part, by the product of both factors."""
+        return ScaledGreens(self.part, self.factor * factor)
 
-    def initial_value(self) -> Array:
-        """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
-        return np.asarray(sum(part.initial_value() for part in self.parts))
-
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
-        """All poles in one recursion, all weights in one convolution."""
-        kernels = [part.step_kernel(dt, n_steps) for part in self.parts]
-        modal = [kernel.modal for kernel in kernels if kernel.modal is not None]
-        weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
-        return StepKernel(
-            merged(tuple(modal)) if modal else None,
-            np.asarray(sum(weights)) if weights else None,
-            " + ".join(kernel.engine for kernel in kernels),
-        )
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
+        """The part with this error and origin, scaled; raises `GreensFunctionError` where the part does."""
+        return replace(self, part=self.part.with_error(error, origin))
 
 
-def merged(parts: tuple[ModalGreens, ...]) -> ModalGreens:
-    """The sum of modal functions as one: their poles side by side, their bare compliances added."""
-    whole = SumGreens(parts)
-    residuals = [part.residual for part in parts]
-    return ModalGreens(
+def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
+    """``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances added."""
+    residuals, together = [part.residual for part in parts], SumGreens(parts)
+    whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),
         np.concatenate([part.zeta for part in parts]),
         np.concatenate([part.shapes for part in parts]),
@@ -154,11 +261,12 @@ def merged(parts: tuple[ModalGreens, ...]) -> ModalGreens:
             np.concatenate([residual.rates for residual in residuals]),
             np.asarray(sum(residual.compliance for residual in residuals)),
         ),
-        whole.ports,
-        whole.error_estimate,
-        whole.provenance,
-        whole.valid_for,
+        together.ports,
+        together.error_estimate,
+        together.provenance,
+        together.valid_for,
     )
+    return whole.scaled(factor)
 
 
 def _largest(errors: list[float | None]) -> float | None:

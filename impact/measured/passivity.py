@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.greens.base import Array, GreensFunction, GreensFunctionError, is_greens
 
 TOLERANCE = 1e-9  # of the largest eigenvalue
 _LANCZOS = 80
@@ -78,7 +78,7 @@ def passivity(
     Args:
         greens: the body, or its step weights (n,) or (p, p, n) [m/N].
         dt: step of the run [s].
-        n: number of steps; default for weights and sampled bodies: all there are, else required.
+        n: number of steps; default for weights and bodies with sampled parts: all there are, else required.
         tolerance: relative to the largest eigenvalue; the round-off of summed weights is allowed for in addition.
 
     Raises:
@@ -120,12 +120,12 @@ def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, 
 
 def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None = None) -> Array:
     """D_m = W_m - W_{m-1} (p, p, n) [m/N]: increment of the displacement m steps after a unit force of one step."""
-    if isinstance(greens, GreensFunction):
+    if is_greens(greens):
         if n is None:
-            end = getattr(greens, "end", None)
-            if end is None:
+            ends = [part.end for part in greens.sampled_parts]
+            if not ends:
                 raise GreensFunctionError("n is missing: over how many steps shall the body be passive?")
-            n = max(math.floor(float(end) / dt * (1 + 1e-9)), 1)
+            n = max(math.floor(min(ends) / dt * (1 + 1e-9)), 1)
         t = dt * np.arange(1, n + 1)
         p = range(len(greens.ports))
         weights = np.diff(np.array([[greens.step_response(t, i, j) for j in p] for i in p]), axis=2, prepend=0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
 from impact.greens.sampled import SampledGreens
@@ -79,7 +79,7 @@ def fit_poles(
     best = data.misfit(response_of(freely, data.s))
     if form != "complex":
         whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
-        misfits = [data.misfit(transfer(modal, data.s)) for modal in (whole, lean)]
+        misfits = [data.misfit(modal.transfer(data.s)) for modal in (whole, lean)]
         candidates.append((misfits[1], lean) if misfits[1] <= 1.05 * misfits[0] else (misfits[0], whole))
     if form == "complex" or (form == "auto" and candidates[0][0] > max(_ENOUGH * best, tolerance)):
         passive = made_passive(freely, data.port_names, data.s, data.weights)
@@ -114,23 +114,6 @@ def fit_impulse_response(
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
     error = _sampled_error(greens, fit, float(2 / response.frequency[-1]))
     return fit.with_error(ErrorEstimate(error, None))
-
-
-def transfer(greens: ModalGreens | PoleGreens, s: Complex) -> Complex:
-    """(n, p, p) Laplace transform of g, bare compliance included [m/N]."""
-    if isinstance(greens, ModalGreens):
-        rest, w = greens.residual, greens.omega
-        square = s[:, None] ** 2 + 2 * greens.zeta * w * s[:, None] + w**2
-        parts = ((1 / square, greens.shapes), (1 / (s[:, None] + rest.rates), rest.shapes))
-        sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
-        return np.asarray(sums[0] + sums[1] + rest.compliance, dtype=complex)
-    r, p = greens.shapes, greens.poles
-    both = (1 / (s[:, None] - p), r), (1 / (s[:, None] - p.conj()), r.conj())
-    out = sum(np.einsum("nk,ki,kj->nij", f, x, x, optimize=True) for f, x in both)
-    real = greens.signs / (s[:, None] + greens.rates)
-    out = out + np.einsum("nk,ki,kj->nij", real, greens.real_shapes, greens.real_shapes, optimize=True)
-    rigid = (greens.rigid.T @ greens.rigid) / (s**2)[:, None, None]
-    return np.asarray(out + rigid + greens.compliance, dtype=complex)
 
 
 def _data(response: FrequencyResponse, free: bool | None) -> FitData:
@@ -195,18 +178,18 @@ def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
 def _reported(
     greens: ModalGreens | PoleGreens, data: FitData, response: FrequencyResponse, misfit: float, defect: float | None
 ) -> ModalGreens | PoleGreens:
-    apart = np.abs(transfer(greens, data.s) - data.g)
-    passivity = pole_passivity(greens) if isinstance(greens, PoleGreens) else None
+    apart = np.abs(greens.transfer(data.s) - data.g)
+    complex_poles = greens.pole_sum
     report = {
-        "form": "complex" if isinstance(greens, PoleGreens) else "modal",
-        "pole_pairs": len(greens.poles) if isinstance(greens, PoleGreens) else int(np.sum(greens.omega > 0)),
+        "form": "modal" if complex_poles is None else "complex",
+        "pole_pairs": int(np.sum(greens.frequencies_hz > 0)),
         "free": data.free,
         "band_hz": [float(response.frequency[0]), float(response.frequency[-1])],
         "misfit_weighted_rms": misfit,
         "misfit_rms": float(np.linalg.norm(apart) / np.linalg.norm(data.g)),
         "misfit_worst_of_peak": float(apart.max() / np.abs(data.g).max()),
         "causality_defect": defect,
-        "passivity": "by construction" if passivity is None else str(passivity),
+        "passivity": "by construction" if complex_poles is None else str(pole_passivity(complex_poles)),
     }
     error = _pulse_error(greens, data, response) if response.shift == 0 else None
     return replace(greens, error=ErrorEstimate(error, None), origin={**response.origin, "fit": report})
@@ -220,28 +203,16 @@ def _pulse_error(greens: ModalGreens | PoleGreens, data: FitData, response: Freq
     u = w * width / (2 * np.pi)
     near = np.abs(1 - u**2) < 1e-9
     pulse = np.exp(-1j * np.pi * u) * np.where(near, 0.5, np.sinc(u) / np.where(near, 1.0, 1 - u**2))
-    apart = (transfer(greens, data.s) - data.g) * (pulse * np.gradient(w))[:, None, None]
+    apart = (greens.transfer(data.s) - data.g) * (pulse * np.gradient(w))[:, None, None]
     end = float(1 / np.median(np.diff(f)))
     t = np.linspace(0.0, end, int(min(4 * end * f[-1], 8000)) + 2)
     largest = 0.0
     for start in range(0, len(t), 256):
         turns = np.exp(1j * np.outer(t[start : start + 256], w))
         largest = max(largest, float(np.abs(np.tensordot(turns, apart, axes=1).real).max()) / np.pi)
-    beyond = _above(greens, float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
+    beyond = greens.above(float(w[-1])).filtered_matrix(width * np.linspace(1, 6, 200), width)
     peak = float(np.abs(greens.filtered_matrix(t[t <= 200 * width], width)).max())
     return (largest + float(np.abs(beyond).max(initial=0.0))) / peak
-
-
-def _above(greens: ModalGreens | PoleGreens, omega: float) -> ModalGreens | PoleGreens:
-    """The oscillations beyond the band alone."""
-    p = len(greens.port_names)
-    if isinstance(greens, ModalGreens):
-        high = greens.omega > omega
-        return ModalGreens(
-            greens.omega[high], greens.zeta[high], greens.shapes[high], Residual.none(p), greens.port_names
-        )
-    high = greens.poles.imag > omega
-    return PoleGreens(greens.poles[high], greens.shapes[high], port_names=greens.port_names)
 
 
 def _sampled_error(greens: SampledGreens, fit: GreensFunction, width: float) -> float:

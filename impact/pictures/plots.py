@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impact import measures
+from impact.after import measures
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled, sheet, text, zero_line

@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from impact import measures as measured
+from impact.after import measures as measured
 from impact.after.result import ImpactResult
 from impact.after.spectrum import largest_average
-from impact.bodies.body import Body
+from impact.bodies.body import AtRest, Body, as_body
 from impact.brief import brief
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactError, ContactProblem
@@ -163,9 +163,9 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
 
 
 def _exchanged(problem: ContactProblem, body: Body, companion: Coarser) -> Variation:
-    other = companion.body
-    if isinstance(other, GreensFunction):
-        other = Body(other, body.velocity, body.state, body.loads)
+    other = as_body(companion.body)
+    if isinstance(other, AtRest):
+        other = Body(other.greens, body.velocity, body.state, body.loads)
     return Variation(with_body(problem, body, other), 1 / (companion.ratio - 1))
 
 

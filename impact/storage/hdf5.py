@@ -17,18 +17,19 @@ from numpy.typing import NDArray
 from impact.advice import Advice
 from impact.after.energy import EnergyLedger
 from impact.after.result import ImpactResult
-from impact.exact.closed_form import DelayRod, PowerLaw
+from impact.exact.closed_form import PowerLaw
 from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.exact.half_space import half_space_patch
+from impact.exact.rods import DelayRod
 from impact.files.atomic import write_whole
 from impact.files.hdf5_structure import check_structure
 from impact.files.input_files import MB, check_file
 from impact.files.seal import can_be_opened, seal_holds, seal_of
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens
+from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
-from impact.greens.sums import SumGreens
+from impact.greens.sums import ScaledGreens, SumGreens
 
 SCHEMA = 1
 BLOCK = 1 << 20  # bytes by which a file grows in memory
@@ -40,6 +41,7 @@ _CLOSED: dict[str, Callable[..., GreensFunction]] = {
     "power_law": PowerLaw,
     "half_space_patch": half_space_patch,
 }
+_KINDS = ("modal", "sampled", "poles", *_CLOSED, "sum", "scaled")
 _POLES = ("rates", "real_shapes", "signs", "rigid", "compliance")
 _SERIES = ("time", "force", "gap", "striker_displacement", "target_displacement")
 _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss")
@@ -121,8 +123,7 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> Gre
         return PoleGreens(poles, pairs, rates, real, signs, rigid, spring, _names(file), error, origin, valid)
     if kind in _CLOSED:
         return _CLOSED[kind](**{k: float(v) for k, v in origin.items() if k != "kind"})
-    known = ", ".join(("modal", "sampled", "poles", *_CLOSED, "sum", "scaled"))
-    raise StorageError(f"{path}: unknown kind of Green's function {kind!r}; known: {known}")
+    raise StorageError(f"{path}: unknown kind of Green's function {kind!r}; known: {', '.join(_KINDS)}")
 
 
 def save_results(
@@ -175,53 +176,31 @@ def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str
 
 
 def _write_greens(file: Any, greens: GreensFunction, depth: int = 0) -> None:
-    """Into a file, or into a group of it."""
-    if isinstance(greens, SumGreens | ScaledGreens):
-        if depth >= DEEPEST:
-            raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
-        parts = (greens.part,) if isinstance(greens, ScaledGreens) else greens.parts
-        file.attrs["kind"] = "scaled" if isinstance(greens, ScaledGreens) else "sum"
-        if isinstance(greens, ScaledGreens):
-            file.attrs["factor"] = greens.factor
-        group = file.create_group("parts")
-        for number, part in enumerate(parts):
-            _write_greens(group.create_group(str(number)), part, depth + 1)
+    """Into a file, or into a group of it: what the function says that it needs to be made again."""
+    stored = greens.stored()
+    if stored is None or stored.kind not in _KINDS:
+        raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form")
+    if depth >= DEEPEST and stored.parts:
+        raise StorageError(f"sums of sums, more than {DEEPEST} deep, have no file form: add their parts up in one")
+    file.attrs["kind"] = stored.kind
+    for name, number in stored.numbers.items():
+        file.attrs[name] = number
+    for number, part in enumerate(stored.parts):
+        _write_greens(file.create_group(f"parts/{number}"), part, depth + 1)
+    if stored.parts:
         return
     file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
     file.attrs["valid_for"] = greens.valid_for
     for name in ("reduction", "mesh"):
         value = getattr(greens.error_estimate, name)
         file.attrs[f"error_{name}"] = np.nan if value is None else value
-    _write_body(file, greens)
-
-
-def _write_body(file: Any, greens: GreensFunction) -> None:
-    if isinstance(greens, ModalGreens):
-        file.attrs["kind"] = "modal"
+    if stored.arrays:
         file.attrs["ports"] = json.dumps(greens.ports)
-        for name in ("omega", "zeta", "shapes"):
-            file[name] = getattr(greens, name)
-        for name in ("shapes", "rates", "compliance"):
-            file[f"residual/{name}"] = getattr(greens.residual, name)
-    elif isinstance(greens, SampledGreens):
-        file.attrs["kind"] = "sampled"
-        file.attrs["ports"] = json.dumps(greens.ports)
-        file.attrs["dt"] = greens.dt
-        file.attrs["tail"] = greens.tail
-        file["values"] = greens.values
-        if greens.static is not None:
-            file["static"] = greens.static
-    elif isinstance(greens, PoleGreens):
-        file.attrs["kind"] = "poles"
-        file.attrs["ports"] = json.dumps(greens.ports)
-        for name in ("poles", "shapes"):
-            file[f"{name}/real"], file[f"{name}/imag"] = getattr(greens, name).real, getattr(greens, name).imag
-        for name in _POLES:
-            file[name] = getattr(greens, name)
-    elif str(greens.provenance.get("kind")) in _CLOSED:
-        file.attrs["kind"] = str(greens.provenance["kind"])
-    else:
-        raise StorageError(f"a Green's function of type {type(greens).__name__} has no file form")
+    for name, values in stored.arrays.items():
+        if np.iscomplexobj(values):
+            file[f"{name}/real"], file[f"{name}/imag"] = values.real, values.imag
+        else:
+            file[name] = values
 
 
 @contextmanager

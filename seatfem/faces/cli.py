@@ -335,31 +335,10 @@ def faces(
 
 
 @app.command
-def verify(
-    *,
-    extremes: Annotated[bool, Parameter(negative="")] = False,
-    output: Output = None,
-    subset: int | None = None,
-    seed: int = 0,
-    common: Common = COMMON,
-) -> int:
-    """Compare with exact solutions: case, exact value, ours, error, verdict.
-
-    Parameters
-    ----------
-    extremes:
-        Instead carry out the battery at the extremes of every number; goes on where a stopped run left off.
-    output:
-        Folder for its table, map and log [default: seatfem-extremes].
-    subset:
-        Only so many of its cells, drawn at random.
-    seed:
-        Of the draw.
-    """
-    if extremes:
-        return _verify_extremes(output or Path("seatfem-extremes"), subset, seed, common)
-    from seatfem.faces.tables import verification_table_view
+def verify(*, common: Common = COMMON) -> int:
+    """Compare with exact solutions: case, exact value, ours, error, verdict."""
     from seatfem.verification.table import verification_table
+    from seatfem.verification.view import verification_table_view
 
     with _progress(common) as progress:
         rows = verification_table(progress)
@@ -406,24 +385,6 @@ def _calibrate(common: Common) -> int:
         _console().print(rates_table(machine.rates(), type(machine)().rates()))
         _lines().print(f"wrote {path}")
     return DONE
-
-
-def _verify_extremes(folder: Path, size: int | None, seed: int, common: Common) -> int:
-    from impact.pictures.drawing import gap_of
-    from tests.extremes import battery, draw_map, in_words, run_battery, write_table
-    from tests.extremes import subset as drawn
-
-    cells = battery() if size is None else drawn(battery(), size, seed=seed)
-    with _progress(common) as progress:
-        outcomes = run_battery(cells, folder / "extremes.jsonl", progress=progress)
-    write_table(cells, outcomes, folder / "extremes.csv")
-    gap = gap_of(lambda path: draw_map(cells, outcomes, path), folder / "extremes.png")
-    if not common.quiet:
-        console = _lines()
-        console.print(in_words(outcomes))
-        console.print(f"wrote {folder / 'extremes.csv'}")
-        console.print(f"note: {gap}" if gap else f"wrote {folder / 'extremes.png'}")
-    return FAILED if any(o.verdict == "wrong" for o in outcomes.values()) else DONE
 
 
 def demo_scene() -> Path:

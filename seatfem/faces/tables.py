@@ -1,4 +1,4 @@
-"""Tables of the verification and of the installation. Their terminal takes no markup: messages have brackets."""
+"""Tables of the modes and of the installation. Their terminal takes no markup: messages have brackets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from seatfem.machine.doctor import Check
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import Mode
-    from seatfem.verification.case import Row
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
@@ -30,16 +29,6 @@ def modes_table(modes: Sequence[Mode]) -> Table:
         around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
         share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else f"{100 * mode.share:.3g} %"
         table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
-    return table
-
-
-def verification_table_view(rows: Sequence[Row]) -> Table:
-    """Case, exact value, ours, error, verdict. Errors are relative."""
-    table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
-    for row in rows:
-        verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
-        numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
-        table.add_row(row.case, row.quantity, *numbers, verdict)
     return table
 
 

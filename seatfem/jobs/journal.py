@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 def append(path: Path, entry: Mapping[str, object]) -> None:
@@ -38,3 +40,17 @@ def entries(path: Path) -> Iterator[dict[str, Any]]:
             entry = json.loads(line)
             if isinstance(entry, dict):
                 yield entry
+
+
+def outcomes(path: Path, key: str, made: Callable[..., T], **same: object) -> dict[str, T]:
+    """What a journal holds by the names under ``key``: ``made`` of the other fields of each line.
+
+    Lines in which a field of ``same`` is another (the version of the code) are passed, as are those that do not fit.
+    """
+    found: dict[str, T] = {}
+    for entry in entries(path):
+        with suppress(KeyError, TypeError):
+            name = entry.pop(key)
+            if isinstance(name, str) and all(entry.pop(field) == value for field, value in same.items()):
+                found[name] = made(**entry)
+    return found

@@ -64,13 +64,23 @@ def started_by() -> str:
 
 
 class LineWorker:
-    """A worker of ``module`` that says a line when it is ready, and then answers each line with one."""
+    """A worker whose module calls `answer_lines`: it answers each line with one; ``with`` ends it."""
 
-    def __init__(self, module: str, *arguments: str, log: Path) -> None:
-        self._process = start_worker(module, *arguments, log=log, answers=True)
+    def __init__(self, module: str, *arguments: str, log: Path, own_session: bool = False) -> None:
+        self._process = start_worker(module, *arguments, log=log, answers=True, own_session=own_session)
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
-        self._answers.get()
+        try:
+            self._answers.get()
+        except BaseException:
+            self.end()
+            raise
+
+    def __enter__(self) -> LineWorker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
 
     def ask(self, line: str, most: float) -> str:
         """Its answer; "" where it has ended instead. Raises `TimeoutError` after ``most`` seconds."""
@@ -82,6 +92,12 @@ class LineWorker:
             return self._answers.get(timeout=most)
         except queue.Empty:
             raise TimeoutError(f"no answer within {most:g} s") from None
+
+    def code(self) -> int | None:
+        """Its exit code, negative for a signal; None while it runs. One that closed its answers is waited for."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(1.0)
+        return self._process.returncode
 
     def end(self) -> None:
         """At once, whatever it does."""

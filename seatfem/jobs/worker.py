@@ -51,6 +51,21 @@ def lines_from_parent() -> Iterator[str]:
     return iter(found.get, None)
 
 
+def answer_lines(reply: Callable[[str], str]) -> None:
+    """Serve a `LineWorker`: each line of the parent is answered by one, ``reply`` of it, until the parent ends this.
+
+    The answers keep the standard output to themselves: what libraries print to descriptor 1 leads to the log.
+    """
+    lines = lines_from_parent()
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    answers.write("ready\n")
+    answers.flush()
+    for line in lines:
+        answers.write(reply(line) + "\n")
+        answers.flush()
+
+
 def _watch(take: Callable[[bytes], None]) -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -10,7 +10,6 @@ import numpy as np
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.measured.frf import FrequencyResponse
-from impact.measured.pole_fit import transfer
 from impact.pictures.drawing import BLUE, GREY, ORANGE, scaled, sheet
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ def plot_fit(
     last = BEYOND * (high if width is None else max(high, min(1 / width, 10 * high)))
     between = response.frequency[(response.frequency > low) & (response.frequency < high)]
     f = np.unique(np.concatenate([np.geomspace(low / BEYOND, last, POINTS), between]))
-    curve = transfer(fitted, response.shift + 2j * np.pi * f)[:, 0, 0]
+    curve = fitted.transfer(response.shift + 2j * np.pi * f)[:, 0, 0]
     data = response.receptance[:, 0, 0]
     factor, unit = scaled(np.abs(data), "m/N")
     rate, frequency_unit = scaled(high, "Hz")

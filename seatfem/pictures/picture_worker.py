@@ -13,22 +13,22 @@ import sys
 from pathlib import Path
 
 from impact.pictures.drawing import gap_of
-from seatfem.jobs.worker import lines_from_parent
+from seatfem.jobs.worker import answer_lines
 
 
 def main(folder: Path) -> None:
     """Serve until the parent ends this process."""
-    lines = lines_from_parent()
-    answers, sys.stdout = sys.stdout, sys.stderr  # what libraries print is no answer
-    print("ready", file=answers, flush=True)
-    for line in lines:
+
+    def answer(line: str) -> str:
         number, _, name = line.partition(" ")
 
-        def draw(path: Path, job: str = number) -> None:
-            with (folder / f"{job}.pickle").open("rb") as file:
+        def draw(path: Path) -> None:
+            with (folder / f"{number}.pickle").open("rb") as file:
                 pickle.load(file)(path=path)
 
-        print(json.dumps(gap_of(draw, folder / name)), file=answers, flush=True)
+        return json.dumps(gap_of(draw, folder / name))
+
+    answer_lines(answer)
 
 
 if __name__ == "__main__":

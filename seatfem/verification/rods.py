@@ -10,7 +10,7 @@ import numpy as np
 
 import impact
 from impact.after.stresses import rod_stress
-from impact.exact.closed_form import DelayRod
+from impact.exact.rods import ExactRod
 from impact.greens.base import Array
 from seatfem.verification.case import Case, Estimate, refined, richardson
 
@@ -72,9 +72,8 @@ def _on_fixed_rod(alpha: float) -> tuple[Case, ...]:
     )
 
 
-def _strike_fixed_rod(alpha: float, area: float, length: float, steps: int) -> tuple[impact.ImpactResult, DelayRod]:
+def _strike_fixed_rod(alpha: float, area: float, length: float, steps: int) -> tuple[impact.ImpactResult, ExactRod]:
     rod = impact.fixed_rod(young=_YOUNG, density=_DENSITY, area=area, length=length)
-    assert isinstance(rod, DelayRod)
     problem = impact.ContactProblem(impact.rigid_mass(mass=_MASS / alpha, velocity=-1.0), impact.Body(rod))
     return impact.solve(problem, dt=_TRANSIT / steps, duration=6.5 * _TRANSIT), rod
 

@@ -14,6 +14,11 @@ FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.p
 
 MESHING = ("seatfem/structures/shapes/", "seatfem/structures/mesh/_gmsh_")
 PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
+ROOMS_OF_IMPACT = (
+    "files", "greens", "exact", "beams", "bodies", "measured", "march", "after", "runs", "storage", "pictures",
+)  # fmt: skip
+"""From the ground up: a room imports from those before it, and from the small modules below all rooms."""
+BELOW = ("progress", "brief", "advice")
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 
 
@@ -52,6 +57,30 @@ def test_impact_stands_alone(package: str) -> None:
     files = [path for path in FILES if path.is_relative_to(ROOT / "impact")]
     assert files
     assert offenders(package, (), files) == []
+
+
+def height(module: str) -> int:
+    """Of a module of `impact`: 0 below all rooms, then the rooms; the package itself, which knows all, above them."""
+    room = (*module.split("."), "")[1]
+    return 0 if room in BELOW else ROOMS_OF_IMPACT.index(room) + 1 if room in ROOMS_OF_IMPACT else len(FILES)
+
+
+def test_every_folder_of_impact_is_a_room() -> None:
+    inside = ROOT / "impact"
+    assert sorted(path.parent.name for path in inside.glob("*/__init__.py")) == sorted(ROOMS_OF_IMPACT)
+    assert sorted(path.stem for path in inside.glob("*.py")) == sorted([*BELOW, "__init__"])
+
+
+def test_no_arrow_of_impact_runs_up() -> None:
+    """Imports inside functions and for types count, too."""
+    arrows = [
+        f"{path.relative_to(ROOT)}:{line} imports {name}"
+        for path in FILES
+        if path.is_relative_to(ROOT / "impact")
+        for line, name in imports(path)
+        if name.partition(".")[0] == "impact" and height(name) > height(_module(path))
+    ]
+    assert arrows == []
 
 
 def test_gmsh_is_imported_where_it_has_a_process_of_its_own() -> None:
@@ -141,3 +170,16 @@ def test_every_public_name_is_there(package: str) -> None:
     module = importlib.import_module(package)
     assert module.__all__ == sorted(set(module.__all__))
     assert [name for name in module.__all__ if not hasattr(module, name)] == []
+
+
+def test_the_verification_is_a_leaf() -> None:
+    """Of the product only the verb `verify` knows it; nothing knows the batteries among the tests."""
+    known = {
+        f"{path.relative_to(ROOT).as_posix()} imports {name}"
+        for path in FILES
+        if not path.is_relative_to(ROOT / "seatfem" / "verification")
+        for _, name in imports(path)
+        if name.startswith(("seatfem.verification", "tests"))
+    }
+    verb = ("table.verification_table", "view.verification_table_view")
+    assert known == {f"seatfem/faces/cli.py imports seatfem.verification.{name}" for name in verb}

@@ -1,7 +1,7 @@
 """Numerical stability at the extremes: every cell ends right, warned or refused, never silently wrong.
 
 `battery` makes the cells, `run_battery` carries them out in a process of their own and can be resumed, `write_table`
-and `draw_map` show the outcomes; `seatfem verify --extremes` does all of it.
+and `draw_map` show the outcomes; `make extremes` (`python -m tests.extremes`) does all of it.
 """
 
 from tests.extremes.battery import battery, subset

@@ -27,6 +27,7 @@ from tests.extremes import (
     subset,
     write_table,
 )
+from tests.extremes import __main__ as command
 from tests.extremes.pairwise import covering_array, pairs_of
 from tests.extremes.together import LEVELS, REFUSED, Scene, checked, problem_of, together_cells
 
@@ -200,7 +201,7 @@ def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert list(second) == [cell.name for cell in cells]
     assert second[cells[0].name] == first[cells[0].name]  # seconds too: not computed again
     assert len([line for line in log.read_text().splitlines() if line.endswith("}")]) == 4
-    monkeypatch.setattr(runner, "code_version", lambda: "another")
+    monkeypatch.setattr(runner, "battery_version", lambda: "another")
     third = runner.run_battery(cells[:1], log)
     assert json.loads(log.read_text().splitlines()[-1])["version"] == "another"
     assert third[cells[0].name].seconds != first[cells[0].name].seconds
@@ -212,6 +213,34 @@ def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
     (outcome,) = runner.run_battery(cells, tmp_path / "log.jsonl", time_limit=1e-3).values()
     assert outcome.verdict == "wrong"
     assert "no end within" in outcome.reason
+
+
+def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its table and map in the folder; what is in the log is not computed again, whatever the folder is called."""
+    words = ["--folder", str(tmp_path / "new"), "--subset", "2", "--seed", "3"]
+    assert command.main(words) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("2 cells: ")
+    assert f"wrote {tmp_path / 'new' / 'extremes.png'}" in told
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == [
+        "extremes.csv",
+        "extremes.jsonl",
+        "extremes.png",
+    ]
+    assert len((tmp_path / "new" / "extremes.csv").read_text().splitlines()) == 3
+    log = (tmp_path / "new" / "extremes.jsonl").read_text()
+    assert command.main(words) == 0
+    assert (tmp_path / "new" / "extremes.jsonl").read_text() == log
+
+
+def test_a_folder_that_cannot_be_written_to_is_found_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(runner, "battery_version", lambda: pytest.fail("begun"))
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    out = tmp_path / "file" / "deep"
+    assert command.main(["--folder", str(out), "--subset", "1"]) == 2
+    assert f"{out / 'extremes.jsonl'}: cannot be written (Not a directory)" in capsys.readouterr().err
 
 
 def test_table_map_and_words(tmp_path: Path) -> None:

@@ -143,19 +143,16 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
     assert [path.name for path in tmp_path.iterdir()] == ["under"]
 
 
-@pytest.mark.parametrize("verb", ["run", "greens", "modes", "trade", "verify"])
+@pytest.mark.parametrize("verb", ["run", "greens", "modes", "trade"])
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for place in ("seatfem.study.runs.pipeline.plan_scene", "seatfem.study.runs.pipeline.natural_modes"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     monkeypatch.setattr("seatfem.study.trade.trade.plan_scene", lambda *given, **named: pytest.fail("planned"))
-    monkeypatch.setattr("tests.extremes.runner.code_version", lambda: pytest.fail("begun"))
-    monkeypatch.setattr("tests.extremes.battery", lambda: ())
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep" / "out"
-    given = ["--extremes"] if verb == "verify" else [str(scene_file(tmp_path, BLOCK + BALL))]
-    assert run_command([verb, *given, "-o", str(out), "--quiet"]) == BAD_INPUT
+    assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
     told = capsys.readouterr().err
     assert f"{out}" in told
     assert "cannot be written (Not a directory); choose another place with --output" in told
@@ -352,7 +349,6 @@ def test_no_writer_goes_round_whole_file() -> None:
         "seatfem/study/trade/runner.py",
     }
     allowed |= {
-        "tests/extremes/scene_files.py",
         "seatfem/structures/mesh/_gmsh_worker.py",
         "seatfem/structures/formats/_meshio_worker.py",
     }

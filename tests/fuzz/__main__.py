@@ -51,7 +51,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def _warm_up(corpus: Path, folder: Path) -> None:
-    """Libraries loaded and loops compiled once, before processes are forked."""
+    """Loops compiled once, before limits of memory and time stand."""
     for name in ("rod-area", "greens-modal", "matrices.npz"):
         run_command(["greens", str(corpus / name / "scene.toml"), "-o", str(folder / "warm" / f"{name}.h5"), "--quiet"])
     run_command(["run", str(corpus / "spring-reed" / "scene.toml"), "-o", str(folder / "warm" / "run"), "--quiet"])

@@ -19,7 +19,6 @@ from scipy.io import mmwrite
 
 import impact
 from impact.march.stepper import ContactStepper, prepare
-from impact.measured.pole_fit import transfer
 from impact.storage.checkpoint import save_checkpoint
 from impact.storage.hdf5 import save_greens, save_results
 from seatfem.machine.rates import Machine
@@ -184,7 +183,7 @@ def _matrices(folder: Path) -> Iterator[Specimen]:
 def _measured(folder: Path) -> Iterator[Specimen]:
     f = 25.0 * np.arange(4, 500)
     one = impact.ModalGreens(SEAT.omega, SEAT.zeta, SEAT.shapes, impact.Residual.spring(1e-8))
-    h = transfer(one, 2j * np.pi * f)[:, 0, 0]
+    h = one.transfer(2j * np.pi * f)[:, 0, 0]
     there = _scene(folder / "frf-csv", scenes.RESPONSE.format("csv") + scenes.BALL + scenes.RUN)
     rows = [f"{x:.6g},{value.real:.9g},{value.imag:.9g}" for x, value in zip(f, h, strict=True)]
     head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
@@ -284,7 +283,7 @@ def _function(x: np.ndarray[Any, Any], values: np.ndarray[Any, Any], kind: int) 
 def _meshes(folder: Path) -> Path:
     """A quarter ring in every format that gmsh writes, and as .vtu."""
     folder.mkdir()
-    script = ROOT / "tests" / "unit" / "write_mesh_files.py"
+    script = ROOT / "tests" / "structures" / "write_mesh_files.py"
     subprocess.run([sys.executable, str(script), str(folder)], check=True, capture_output=True)
     return folder
 

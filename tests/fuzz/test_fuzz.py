@@ -53,7 +53,7 @@ BLOCK = (
 
 
 def test_a_sample_of_the_cases(tmp_path: Path) -> None:
-    """In a process of its own, since it forks; 60 cases take some ten seconds."""
+    """60 cases take some ten seconds."""
     command = [sys.executable, "-m", "tests.fuzz", "--cases", "60", "--seed", "7", "--folder", str(tmp_path)]
     done = subprocess.run([*command, "--cheap"], cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -8,12 +8,11 @@ import pytest
 import impact
 from impact.bodies.time_series import TimeSeriesError
 from impact.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf, receptance
-from impact.measured.pole_fit import transfer
 
 BODY = impact.single_mode(frequency_hz=1e3, mass=0.01, damping_ratio=0.05)
 F = np.linspace(100.0, 3000.0, 30)
 W = 2j * np.pi * F
-G = transfer(BODY, W)[:, 0, 0]
+G = BODY.transfer(W)[:, 0, 0]
 
 
 def write(path: Path, header: str, f: np.ndarray, a: np.ndarray, b: np.ndarray) -> Path:

@@ -88,7 +88,7 @@ def test_pole_and_weight_engines_give_the_same_contact() -> None:
 
 def test_compiled_functions_call_only_their_own_file() -> None:
     """The compiled cache does not notice a change in another file: an edited law would silently not be used."""
-    names = [name for _, name, _ in pkgutil.iter_modules(impact.__path__, "impact.")]
+    names = [name for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact.")]
     found = 0
     for module in map(importlib.import_module, names):
         for function in [f for f in vars(module).values() if isinstance(f, Dispatcher)]:

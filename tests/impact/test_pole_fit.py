@@ -10,7 +10,7 @@ import impact
 from impact.greens.base import Array
 from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, of_impulse_response
 from impact.measured.passive_residues import Residues, made_passive, takagi
-from impact.measured.pole_fit import fit_impulse_response, fit_poles, transfer
+from impact.measured.pole_fit import fit_impulse_response, fit_poles
 from impact.measured.pole_passivity import pole_passivity
 from impact.measured.vector_fitting import Poles
 
@@ -31,7 +31,7 @@ TWO = replace(
 
 
 def measured(greens: impact.ModalGreens | impact.PoleGreens, noise: float = 0.0, seed: int = 0) -> FrequencyResponse:
-    g = transfer(greens, S)
+    g = greens.transfer(S)
     rng = np.random.default_rng(seed)
     error = (rng.normal(size=g.shape) + 1j * rng.normal(size=g.shape)) / np.sqrt(2)
     return FrequencyResponse(F, g * (1 + noise * error), greens.port_names)
@@ -102,7 +102,7 @@ def test_the_error_estimate_is_honest() -> None:
             impact.Residual.spring(1e-9 * np.eye(ports)),
             ("lip", "stop")[:ports],
         )
-        g = transfer(truth, S)
+        g = truth.transfer(S)
         noise = 10 ** rng.uniform(-3, -1.5) * (rng.normal(size=g.shape) + 1j * rng.normal(size=g.shape))
         g = g * (1 + noise) if seed % 2 else g + 0.05 * np.abs(g).max() * noise
         fit = fit_poles(FrequencyResponse(F, g, truth.port_names))

@@ -8,7 +8,7 @@ import pytest
 
 import impact
 from impact.measured.frf import FrequencyResponse
-from impact.measured.pole_fit import fit_poles, transfer
+from impact.measured.pole_fit import fit_poles
 from seatfem.structures.formats import uff
 from seatfem.structures.formats.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
 
@@ -103,7 +103,7 @@ def function(i: int, j: int, values: np.ndarray, x: np.ndarray = F, **changes: A
 
 
 S = 2j * np.pi * F
-G = transfer(BODY, S)
+G = BODY.transfer(S)
 
 
 def test_modes_in_their_own_units(tmp_path: Path) -> None:

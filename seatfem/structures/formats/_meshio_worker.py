@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
-from contextlib import suppress
 from typing import Any, Final
 
 import numpy as np
 
-from seatfem.jobs.worker import lines_from_parent
+from seatfem.jobs.limits import limit_process
+from seatfem.jobs.worker import answer_lines
 
 MEMORY: Final = 1 << 30  # bytes that any file may take
 PER_BYTE: Final = 60  # and more for each byte of the file
 SECONDS: Final = 600  # of the processor
-
-
-def limit(size: int) -> None:
-    """Bound what the rest of this process takes, where the system can."""
-    with suppress(ImportError, OSError, ValueError):
-        import resource
-
-        with open("/proc/self/statm", encoding="ascii") as file:
-            mapped = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (mapped + MEMORY + PER_BYTE * size, resource.RLIM_INFINITY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, resource.RLIM_INFINITY))
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
@@ -58,23 +45,19 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
     return array[:, 0] if array.ndim == 2 and array.shape[1] == 1 else array
 
 
-def main() -> None:
-    for line in lines_from_parent():
-        job = json.loads(line)
-        limit(job["size"])
-        try:
-            import meshio
+def answer(line: str) -> str:
+    """Read the file of a job; what its arrays are called, or the error."""
+    job = json.loads(line)
+    limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS)
+    try:
+        import meshio
 
-            arrays, said = plain(meshio.read(job["file"], file_format=job["format"]))
-            np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
-        except (Exception, SystemExit) as error:  # meshio raises what it likes, and leaves by sys.exit
-            said = {"error": f"{type(error).__name__}: {error}"[:2000]}
-        sys.stdout.write(json.dumps(said) + "\n")
-        sys.stdout.flush()
+        arrays, said = plain(meshio.read(job["file"], file_format=job["format"]))
+        np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
+    except (Exception, SystemExit) as error:  # meshio raises what it likes, and leaves by sys.exit
+        said = {"error": f"{type(error).__name__}: {error}"[:2000]}
+    return json.dumps(said)
 
 
 if __name__ == "__main__":
-    # The answer keeps the pipe to itself: libraries print to descriptor 1, which now leads to the log.
-    sys.stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-    main()
+    answer_lines(answer)

@@ -45,19 +45,6 @@ def one_kind(found: Mapping[str, tuple[int, Integers | None]], source: str) -> N
     )
 
 
-def rows_of(ids: Integers, wanted: Integers, what: str, source: str) -> Integers:
-    """Rows at which numbers stand in ``ids``; `MeshError` for numbers that are not there."""
-    order = np.argsort(ids, kind="stable")
-    if len(ids) == 0:
-        raise MeshError(f"{source}: no {what}s")
-    at = np.minimum(np.searchsorted(ids, wanted, sorter=order), len(ids) - 1)
-    rows = order[at]
-    missing = np.unique(wanted[ids[rows] != wanted])
-    if len(missing):
-        raise MeshError(f"{source}: {what} {missing[0]} is used and not defined ({len(missing)} such {what}s)")
-    return np.asarray(rows)
-
-
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> MeshArrays:
     """In metres, 20-node hexahedra as 27, and node sets as surfaces: the free faces all of whose vertices they hold.
 

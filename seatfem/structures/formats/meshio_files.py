@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from impact.files.hdf5_structure import check_structure
 from impact.files.input_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
-from seatfem.jobs.processes import end_worker, start_worker
+from seatfem.jobs.processes import LineWorker
 from seatfem.structures.elements.element_orders import VTK, to_gmsh
 from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, stacked
 from seatfem.structures.mesh.cell_kinds import Integers
 from seatfem.structures.mesh.io import MeshError
 
 LIMIT: Final = 1024 * MB
+PATIENCE: Final = 3600.0  # s of the clock, on a machine that is busy otherwise too
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
     {
         ".vtu": "vtu",
@@ -134,15 +135,11 @@ def _is_hdf5(file: Path) -> bool:
 def _read(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     result, log = folder / "arrays.npz", folder / "log.txt"
     job = {"file": str(copy), "format": form, "arrays": str(result), "size": path.stat().st_size}
-    process = start_worker("seatfem.structures.formats._meshio_worker", log=log, answers=True)
     try:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(json.dumps(job) + "\n")
-        process.stdin.flush()
-        answer = process.stdout.readline()
-    finally:
-        end_worker(process)
+        with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
+            answer = worker.ask(json.dumps(job), PATIENCE)
+    except TimeoutError as error:
+        raise MeshError(f"{path}: not readable as a {path.suffix} file (its reader gave {error})") from error
     said = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in said:
         told = said["error"].replace(str(folder), str(path.parent))

@@ -11,9 +11,9 @@ from types import MappingProxyType
 import numpy as np
 
 from impact.files.input_files import MB, read_text
-from seatfem.structures.elements.element_orders import ABAQUS, to_gmsh
-from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, rows_of, stacked
-from seatfem.structures.mesh.cell_kinds import Integers
+from seatfem.structures.elements.element_orders import ABAQUS
+from seatfem.structures.formats.deck import Deck, Elements, assembled
+from seatfem.structures.formats.file_mesh import FileMesh
 from seatfem.structures.mesh.io import MeshError
 
 # By the format's element type: columns of the vertices, then of the nodes on edges in Abaqus' order. Parabolic elements
@@ -26,9 +26,11 @@ SOLIDS: Mapping[int, tuple[int, ...]] = MappingProxyType(
         116: (0, 2, 4, 6, 12, 14, 16, 18, 1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11),
     }
 )
-OTHER_SOLIDS = MappingProxyType(
-    {101: "wedge", 102: "wedge", 112: "wedge", 113: "wedge", 117: "cubic brick", 119: "cubic brick"}
+NAMES: Mapping[int, str] = MappingProxyType(
+    {111: "tetrahedra", 118: "tetrahedra of 10 nodes", 115: "bricks", 116: "bricks of 20 nodes"}
+    | {101: "wedge", 102: "wedge", 112: "wedge", 113: "wedge", 117: "cubic brick", 119: "cubic brick"}
 )
+"""Of all solids; those that are not among `SOLIDS` cannot be used."""
 SKINS: Mapping[int, tuple[int, ...]] = MappingProxyType(
     dict.fromkeys((41, 51, 61, 74, 81, 91), (0, 1, 2))
     | dict.fromkeys((42, 52, 62, 72, 82, 92), (0, 2, 4))
@@ -56,32 +58,30 @@ def read_unv(path: Path) -> FileMesh:
 
     A group's solids are a volume, its shells a surface, its nodes a node set. Raises `MeshError`.
     """
-    source = str(path)
     contents = _collect(path)
-    one_kind(_by_type(contents), source)
-    node_ids = np.array(contents.node_ids, dtype=np.int64)
-    [kind] = contents.elements.keys() & SOLIDS.keys()
-    table = np.array(contents.elements[kind], dtype=np.int64)
-    ids, cells = table[:, 0], to_gmsh(rows_of(node_ids, table[:, 1:], "node", source)[:, SOLIDS[kind]], ABAQUS)
-    width = face_width(cells)
-    skins = [
-        np.array(rows, dtype=np.int64)[:, [0, *(1 + column for column in SKINS[kind])]]
-        for kind, rows in contents.elements.items()
-        if len(SKINS.get(kind, ())) == width
-    ]
-    skin = stacked(skins, 1 + width)
-    faces = rows_of(node_ids, skin[:, 1:], "node", source)
-    surfaces: dict[str, Integers] = {}
-    volumes: dict[str, Integers] = {}
-    node_sets: dict[str, Integers] = {}
-    for name, members in contents.groups.items():
-        entities = np.array(members, dtype=np.int64).reshape(-1, 2)
-        elements, nodes = (entities[entities[:, 0] == code, 1] for code in (ELEMENT, NODE))
-        solid, shell = np.flatnonzero(np.isin(ids, elements)), np.isin(skin[:, 0], elements)
-        volumes |= {name: solid} if len(solid) else {}
-        surfaces |= {name: faces[shell]} if shell.any() else {}
-        node_sets |= {name: rows_of(node_ids, nodes, "node", source)} if len(nodes) else {}
-    return FileMesh(np.array(contents.points), cells, surfaces, volumes, node_sets)
+    groups = {name: np.array(members, dtype=np.int64).reshape(-1, 2) for name, members in contents.groups.items()}
+    elements, nodes = (
+        {name: members[members[:, 0] == code, 1] for name, members in groups.items() if code in members[:, 0]}
+        for code in (ELEMENT, NODE)
+    )
+    return assembled(
+        Deck(
+            source=str(path),
+            order=ABAQUS,
+            node_ids=np.array(contents.node_ids, dtype=np.int64),
+            points=np.array(contents.points).reshape(-1, 3),
+            solids=[_of_type(contents, kind, SOLIDS) for kind in contents.elements if kind in NAMES],
+            skins=[_of_type(contents, kind, SKINS) for kind in contents.elements if kind in SKINS],
+            element_sets=elements,
+            node_sets=nodes,
+        )
+    ).mesh
+
+
+def _of_type(contents: Contents, kind: int, columns: Mapping[int, tuple[int, ...]]) -> Elements:
+    taken = [0, *(1 + column for column in columns.get(kind, ()))]
+    table = np.array([[row[k] for k in taken] for row in contents.elements[kind]], dtype=np.int64)
+    return Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
 
 
 def _collect(path: Path) -> Contents:
@@ -142,12 +142,3 @@ def _groups(lines: Iterator[str], contents: Contents) -> None:
         while len(words) < 4 * count:
             words += map(int, next(lines).split())
         contents.groups[name] += zip(words[0::4], words[1::4], strict=True)
-
-
-def _by_type(contents: Contents) -> dict[str, tuple[int, Integers | None]]:
-    names = {111: "tetrahedra", 118: "tetrahedra of 10 nodes", 115: "bricks", 116: "bricks of 20 nodes"} | OTHER_SOLIDS
-    found: dict[str, tuple[int, Integers | None]] = {}
-    for kind in contents.elements.keys() & names.keys():
-        usable = np.empty((0, len(SOLIDS[kind])), dtype=np.int64) if kind in SOLIDS else None
-        found[f"{names[kind]} (type {kind})"] = (len(contents.elements[kind]), usable)
-    return found

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens
-from impact.greens.poles import PoleGreens
 from impact.measured.pole_passivity import pole_passivity
 from seatfem.structures.model import Array
 
@@ -23,15 +21,15 @@ def passivity(greens: GreensFunction) -> dict[str, object]:
     Modes with zeta >= 0 beside relaxations with positive rates and a positive semidefinite compliance cannot gain
     energy; of complex poles the mobility's real part is searched over all frequencies.
     """
-    if isinstance(greens, ModalGreens):
-        compliance = float(np.linalg.eigvalsh(greens.residual.compliance)[0])
-        least = float(greens.zeta.min(initial=np.inf))
+    if (modal := greens.modal) is not None:
+        compliance = float(np.linalg.eigvalsh(modal.residual.compliance)[0])
+        least = float(modal.zeta.min(initial=np.inf))
         return {
-            "passive": bool(least >= 0 and compliance >= 0 and np.all(greens.residual.rates >= 0)),
+            "passive": bool(least >= 0 and compliance >= 0 and np.all(modal.residual.rates >= 0)),
             "least_damping_ratio": least if np.isfinite(least) else None,
             "least_residual_compliance": compliance,
         }
-    if isinstance(greens, PoleGreens):
-        verdict = pole_passivity(greens)
+    if (poles := greens.pole_sum) is not None:
+        verdict = pole_passivity(poles)
         return {"passive": verdict.passive, "margin": verdict.margin, "margin_at_Hz": verdict.frequency}
     return {}

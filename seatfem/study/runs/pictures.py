@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Final
 
 from impact.after.result import ImpactResult
-from impact.greens.modal import ModalGreens
-from impact.greens.poles import PoleGreens
 from impact.pictures.drawing import gap_of
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
@@ -70,8 +68,8 @@ def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) 
 
 
 def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
-    response, fitted = scene.seat.measured(), seat.greens
-    if response is not None and isinstance(fitted, ModalGreens | PoleGreens):
+    response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
+    if response is not None and fitted is not None:
         width = scene.run.filter_width
         return [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
     if seat.model is None or seat.mesh is None:

@@ -1,0 +1,149 @@
+"""Uniform rods in closed form: what holds along them, and the undamped one by its reflections."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens.answers import Array, GreensFunctionError, Rod, check_factor
+from impact.greens.exact_port import ExactPort
+
+
+class ExactRod(ExactPort):
+    """A rod that is known in closed form at every place along it, not at its struck end alone."""
+
+    @property
+    @abstractmethod
+    def rod(self) -> Rod:
+        """Its impedance, transit, reflection and damping."""
+
+    @abstractmethod
+    def _displacement_at(self, time: Array, at: float) -> Array:
+        """S(x, t) for times >= 0."""
+
+    @abstractmethod
+    def _force_at(self, time: Array, at: float) -> Array:
+        """E(x, t) for times >= 0."""
+
+    def displacement_at(self, t: ArrayLike, at: float) -> Array:
+        """S(x, t) [m/N]: displacement at ``at`` = x/l (0 contact ... 1 far end) after a unit force set on at t = 0.
+
+        Raises:
+            GreensFunctionError: a position off the rod.
+        """
+        return self._displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
+
+    def force_at(self, t: ArrayLike, at: float) -> Array:
+        """E(x, t) [1]: axial force -EA du/dx at ``at`` = x/l, > 0 in compression, after a unit force set on at t = 0.
+
+        Raises:
+            GreensFunctionError: a position off the rod.
+        """
+        return self._force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
+
+
+def on_rod(at: float) -> float:
+    """A position x/l on a rod; raises `GreensFunctionError` for one off it."""
+    if not 0.0 <= at <= 1.0:
+        raise GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
+    return at
+
+
+@dataclass(frozen=True)
+class DelayRod(ExactRod):
+    """Undamped rod known by its reflections: g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - k T)).
+
+    Attributes:
+        impedance: Z = rho c A [N s/m].
+        round_trip: T = 2 l/c [s].
+        reflection: R of the particle velocity at the far end, -1 fixed ... +1 free.
+    """
+
+    kind: ClassVar[str] = "delay_rod"
+    memory: ClassVar[str] = "delay kernel"
+    impedance: float
+    round_trip: float
+    reflection: float
+
+    @property
+    def rod(self) -> Rod:
+        """Itself."""
+        return Rod(self.impedance, self.round_trip / 2, self.reflection)
+
+    @property
+    def highest_rate(self) -> float:
+        """Ten radians per transit [rad/s]: its waves have fronts."""
+        return 20 / self.round_trip
+
+    def inverse_mass(self) -> Array:
+        """1/(rho A l) = 2/(Z T) of a free rod, 0 where its end meets a resistance [1/kg]."""
+        return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
+
+    def scaled(self, factor: float) -> DelayRod:
+        """A rod of 1/``factor`` the section."""
+        return replace(self, impedance=self.impedance / check_factor(factor))
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """g(t) [m/(N s)], right-continuous at its jumps."""
+        time: Array = np.asarray(t, dtype=float)
+        n = np.floor(np.maximum(time, 0.0) / self.round_trip)
+        return np.where(time < 0, 0.0, (1.0 + 2.0 * self._geometric(n)) / self.impedance)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        """S(t) [m/N]; the triangle wave for a fixed end."""
+        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
+        n, r = np.floor(time / self.round_trip), self.reflection
+        if r == -1.0:
+            phase = np.mod(time, 2 * self.round_trip)
+            return np.asarray((self.round_trip - np.abs(phase - self.round_trip)) / self.impedance)
+        if r == 1.0:
+            return np.asarray((time + 2 * n * time - self.round_trip * n * (n + 1)) / self.impedance)
+        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
+        return np.asarray((time + 2 * (time * self._geometric(n) - self.round_trip * delays)) / self.impedance)
+
+    def _geometric(self, n: Array) -> Array:
+        r = self.reflection
+        return np.asarray(n if r == 1.0 else r * (1 - r**n) / (1 - r))
+
+    def static_compliance(self) -> Array:
+        """l/(EA) for a fixed end; ``inf`` otherwise."""
+        value = self.round_trip / (2 * self.impedance) if self.reflection == -1.0 else np.inf
+        return np.array([[value]])
+
+    def initial_value(self) -> Array:
+        """1/Z."""
+        return np.array([[1.0 / self.impedance]])
+
+    def _displacement_at(self, time: Array, at: float) -> Array:
+        """S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],  <s> = max(s, 0)."""
+        delay = at * self.round_trip / 2
+        there, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
+        return np.asarray((there + self.reflection * back) / self.impedance)
+
+    def _force_at(self, time: Array, at: float) -> Array:
+        """E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous."""
+        delay = at * self.round_trip / 2
+        there, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)
+        return np.asarray(there - self.reflection * back)
+
+    def _fronts(self, s: Array) -> Array:
+        """sum_k R^k H(s - k T); round-off below a whole number of trips is taken as that number."""
+        relative = s / self.round_trip
+        nearest = np.round(relative)
+        settled = np.where(np.abs(relative - nearest) < 1e-9, nearest, relative)
+        n, r = np.floor(np.maximum(settled, -1.0)) + 1.0, self.reflection
+        count = n if r == 1.0 else (1 - r**n) / (1 - r)
+        return np.asarray(np.where(n > 0, count, 0.0))
+
+    def _ramps(self, s: Array) -> Array:
+        """sum_k R^k <s - k T>."""
+        s, r = np.maximum(s, 0.0), self.reflection
+        n = np.floor(s / self.round_trip)
+        if r == 1.0:
+            return np.asarray((n + 1) * (s - self.round_trip * n / 2))
+        delays = r * (1 - (n + 1) * r**n + n * r ** (n + 1)) / (1 - r) ** 2  # sum of k r^k
+        return np.asarray(s * (1 - r ** (n + 1)) / (1 - r) - self.round_trip * delays)
