@@ -36,7 +36,7 @@ from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import run_for_measures, striker_of
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.planning.filling import replaced
+from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, carry_out
 from seatfem.study.scene import load_scene
@@ -225,11 +225,11 @@ def reference(done: Round) -> Values:
 
 
 def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto") -> Values:
-    scene = done.plan.scene
+    scene = as_stated(done.plan.scene, done.plan.method)
     changed: dict[str, object] = {}
     if isinstance(scene.seat, Drawn):
         level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
-        spec = scene.seat.mesh_spec(replace(scene.seat.stated(), level=level))
+        spec = scene.seat.mesh_spec(replace(done.plan.method.seat, level=level))
         finer = COARSENING if isinstance(scene.seat, Cad) else FINER
         sizes = {"seat.mesh.size": spec.size / finer, "seat.mesh.contact_size": spec.patch_size / finer}
         changed |= {"seat.model": level, **sizes}
@@ -241,7 +241,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
         changed["seat.greens.tolerance"] = greens.tolerance / stricter
     if isinstance(scene.reed, Cantilever):
         changed["reed.n_modes"] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
-    finer = replaced(scene, changed)
+    finer = as_stated(scene, done.plan.method.replaced(changed))
     seat = seat_of(finer, mesh_error=False)
     step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
     return run_for_measures(finer, striker_of(finer), seat.greens, step)

@@ -25,7 +25,8 @@ from seatfem.structures.levels import COARSENING, PER_WAVELENGTH, Level
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.scene import Scene, load_scene, method_of
+from seatfem.study.method import stated_method
+from seatfem.study.scene import Scene, load_scene
 
 SEED, SEATS = 20, 30
 FITTED, HELD_OUT = (SEED, 21), 22  # the seats of the last had no part in making the estimate
@@ -255,7 +256,7 @@ def difference(scene: Scene, greens: GreensFunction, reference: GreensFunction) 
     """Largest difference after the Hann pulse of the band, relative to the largest value of the reference."""
     assert isinstance(scene.seat, Drawn)
     width = 1.0 / scene.seat.greens.bandwidth
-    t = np.linspace(0.0, min(scene.seat.memory(method_of(scene), scene.run.duration), 60 * width), 600)
+    t = np.linspace(0.0, min(scene.seat.memory(stated_method(scene).seat, scene.run.duration), 60 * width), 600)
     g, exact = (each.filtered(t, width) for each in (greens, reference))
     return float(np.max(np.abs(g - exact)) / np.max(np.abs(exact)))
 

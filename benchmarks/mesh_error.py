@@ -12,7 +12,7 @@ from seatfem.structures.estimates.mesh_size import Sizes, mesh_error
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.planning.filling import replaced
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 
 STEEL = {"young": "200 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}
@@ -43,7 +43,7 @@ def solved(seat: dict[str, object], band: float, sizes: Sizes) -> Solved:
     keys = {"bandwidth": band, "tolerance": 1e-3}
     values: dict[str, object] = {f"seat.greens.{key}": value for key, value in keys.items()}
     values |= {"seat.mesh.size": sizes.size, "seat.mesh.contact_size": sizes.contact_size}
-    return seat_of(replaced(scene, values), mesh_error=False)
+    return seat_of(scene, method=stated_method(scene).replaced(values).seat, mesh_error=False)
 
 
 def rows_of(name: str, seat: dict[str, object], band: float) -> list[tuple[str, ...]]:

@@ -15,7 +15,6 @@ from impact import measures
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.contact import run_contact, run_for_measures, striker_of
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.planning.filling import replaced
 from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)
@@ -42,7 +41,8 @@ def one(rings: int, folder: Path) -> dict[str, float]:
     """Peak of the 1-us mean and impulse of a run, static compliance, and processor times [s]."""
     path = folder / "scene.toml"
     path.write_text(SCENE, encoding="utf-8")
-    scene = replaced(load_scene(path), {"contact.rings": rings})
+    scene = load_scene(path)
+    scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"rings": rings})})
     striker = striker_of(scene)
     start = process_time()
     seat = seat_of(scene, mesh_error=False)

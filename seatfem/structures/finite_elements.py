@@ -28,9 +28,10 @@ from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.method import Method
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.greens import Reduction, reduce_model
+from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import rings_behind, with_fewer_rings
 from seatfem.structures.solved import Solved

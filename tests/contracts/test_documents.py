@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from impact.runs.budget import SAFETY, STRESS_SAFETY
+from impact.runs.variations import NARROWER
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.levels import COARSENING
-from seatfem.study.impacts.variations import FEWER, MANY, NARROWER
-from seatfem.study.planning.deciding import AIM, FREE, SPARE
-from seatfem.study.scene.models import ROD_SHARE
+from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -105,7 +104,7 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
         f"(down to {NARROWER:g} below the last)",
         f"reed's modes by {FEWER:g} and 2",
         f"what {MANY} would change",
-        f"1/{ROD_SHARE} of the accuracy target",
+        f"1/{LEVEL_SHARE} of the accuracy target",
     ],
 )
 def test_the_numbers_of_the_methods_page_are_those_of_the_code(words: str) -> None:

@@ -20,7 +20,7 @@ from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import store
 from seatfem.structures.cache import Cache, CacheWarning
 from seatfem.structures.store import Store, StoreError, content_key
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.seat import seat_key, seat_of
 from seatfem.study.scene import load_scene
 
 ROOT = Path(__file__).parents[2]
@@ -245,7 +245,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     first = seat_of(scene, Cache(path, store))
     assert not first.reused
     assert seat_of(scene, Cache(path, store)).reused
-    for file in (path, store.path(scene.seat_key())):
+    for file in (path, store.path(seat_key(scene))):
         change(file)
     why = "carries no seal" if change is unsealed else "valid_for is 'long'"
     with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
@@ -273,11 +273,11 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
         with pytest.raises(KeyboardInterrupt):
             seat_of(scene, Cache(tmp_path / "seat.h5", store))
     (coarser,) = kept
-    assert coarser != scene.seat_key()
-    assert store.get(scene.seat_key()) is None  # nothing is taken for complete
+    assert coarser != seat_key(scene)
+    assert store.get(seat_key(scene)) is None  # nothing is taken for complete
     found = seat_of(scene, Cache(tmp_path / "seat.h5", store))
     assert (found.reused, found.coarser is None) == (False, False)
-    store.path(coarser).write_bytes(store.path(scene.seat_key()).read_bytes())  # the fine one in its place
+    store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
     again = seat_of(scene, Cache(tmp_path / "other.h5", store))
     assert again.coarser is None or not again.reused
 
@@ -285,9 +285,9 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
     scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
-    before = scene.seat_key()
+    before = seat_key(scene)
     monkeypatch.setattr(store, "numerics_version", lambda: "mended")
-    assert scene.seat_key() != before
+    assert seat_key(scene) != before
     package = tmp_path / "seatfem"
     for name in ("roads/krylov.py", "views/plots.py", "new/room.py", "cli.py"):
         (package / name).parent.mkdir(parents=True, exist_ok=True)

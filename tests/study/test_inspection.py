@@ -18,7 +18,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
 from seatfem.structures.store import Store
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.rounds_ahead import rounds_ahead
+from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.files import check_files
 

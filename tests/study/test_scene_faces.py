@@ -16,6 +16,7 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
+from seatfem.study.impacts.seat import seat_key
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -150,11 +151,11 @@ def test_a_key_counts_what_a_deck_includes(tmp_path):
     path = tmp_path / "scene.toml"
     text = SCENE.format(file="seat.inp", seat="").replace('"cad"', '"mesh"')
     path.write_text(text + "")
-    keys = [load_scene(path).seat_key()]
+    keys = [seat_key(load_scene(path))]
     more.write_text("** something\n")
-    keys.append(load_scene(path).seat_key())
+    keys.append(seat_key(load_scene(path)))
     nodes.write_text("*NODE\n1, 0, 0, 1e-3\n")
-    keys.append(load_scene(path).seat_key())
+    keys.append(seat_key(load_scene(path)))
     assert len(set(keys)) == 3
 
 

@@ -10,8 +10,7 @@ from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
 from seatfem.structures.method import Method
-from seatfem.structures.reduction.forgetting import memory as forgotten_after
-from seatfem.structures.reduction.methods import CONVOLVED
+from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
 class Reduced(Moving):
@@ -45,8 +44,9 @@ class Reduced(Moving):
 
     @property
     def is_convolved(self) -> bool:
-        method = self.greens.method
-        return method in CONVOLVED or (method == "auto" and self.couples)
+        from seatfem.structures.reduction.registry import AUTO, named  # for load time
+
+        return self.couples if self.greens.method == AUTO else not named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """The run, or the time in which uniform damping forgets the band's tail [s]."""

@@ -22,7 +22,7 @@ from seatfem.structures.build import build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import ring_shares, rings_of
-from seatfem.study.impacts.budget import values_of
+from seatfem.study.impacts.measures import values_of
 from seatfem.study.scene import Scene
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -37,7 +37,7 @@ class RunError(ValueError):
 
 
 def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
-    """The scene's striker; ``n_modes``: beam modes in place of the scene's own number."""
+    """The scene's striker; ``n_modes``: of a body known by its own modes, in place of the number that it states."""
     reed = scene.reed
     greens = _solved(_Asked(key_of(reed, reed.stated()), reed, scene.run.duration)) if reed.is_solved else None
     return reed.body(greens, n_modes, scene.contact.at)

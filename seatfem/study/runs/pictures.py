@@ -19,28 +19,35 @@ from seatfem.pictures.fit_plot import plot_fit
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes
 from seatfem.pictures.revolved_grid import revolve
 from seatfem.pictures.section_plot import plot_section
+from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
-from seatfem.study.scene import Scene, method_of
+from seatfem.study.method import RunMethod
+from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
 BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
 
 
 def draw_run(
-    scene: Scene, seat: Solved, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
+    scene: Scene,
+    method: RunMethod,
+    seat: Solved,
+    result: ImpactResult,
+    baseline: ImpactResult,
+    folder: Path,
+    progress: Progress,
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
 
     Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
-    elastic = scene.seat.is_meshed
-    band = (method_of(scene).bandwidth if elastic else None) or 1 / width
-    memory = min(scene.run.duration, (40 if elastic else 200) / band)
+    band, periods = (1 / width, 200) if method.seat.bandwidth is None else (method.seat.bandwidth, 40)
+    memory = min(scene.run.duration, periods / band)
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
@@ -49,11 +56,11 @@ def draw_run(
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
-    if not elastic:
+    if not scene.seat.is_meshed:
         return files, gaps
-    names = [name for name, _ in of_seat]
+    names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
-        more = _through_store(scene.seat_key(), [file for file in files if file.name in names], names, folder)
+        more = _through_store(key, [file for file in files if file.name in names], names, folder)
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *more), gaps

@@ -12,7 +12,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.budget import KEYS, Source
+from seatfem.study.impacts.measures import KEYS, Source
 from seatfem.study.planning.plan import Plan
 
 REMEDIES: Final[Mapping[Source, str]] = {
@@ -30,7 +30,7 @@ class Round:
 
     Attributes:
         plan: its scene was run.
-        seat: computed, or there before.
+        seat: its answer, and whether it was there before (``reused``).
         striker: of the run.
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.

@@ -1,7 +1,7 @@
 """Scene files: TOML with units in strings, checked with all errors at once."""
 
 from seatfem.study.scene.load import load_scene, located
-from seatfem.study.scene.models import Accuracy, Contact, Run, Scene, method_of
+from seatfem.study.scene.models import Accuracy, Contact, Run, Scene
 from seatfem.study.scene.problems import Problem, SceneError
 
 __all__ = [
@@ -13,5 +13,4 @@ __all__ = [
     "SceneError",
     "load_scene",
     "located",
-    "method_of",
 ]

@@ -8,13 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, Union
 from pydantic import Field, model_validator
 
 from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default
-from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.method import Method
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.scene.laws import AnyLaw
-
-ROD_SHARE: Final = 4  # the part of the accuracy target that a level may use up by itself
 
 
 def any_kind(kinds: tuple[type[Structure], ...]) -> Any:
@@ -135,17 +131,3 @@ class Scene(Table):
             bends = "has no stress that is known" if self.reed.reach else "does not bend, it has no stress"
             raise KeyProblem("accuracy.measures", f"a {name} {bends}: remove it, or use a cantilever")
         return self
-
-    def seat_key(self) -> str:
-        """A hash of everything the seat's Green's function depends on, the code included."""
-        return key_of(self.seat, method_of(self))
-
-
-def method_of(scene: Scene) -> Method:
-    """How the seat of a scene is computed, as far as its tables say it.
-
-    Raises:
-        LevelError: a level that does not describe the seat is asked for.
-    """
-    rings = scene.contact.rings if scene.seat.is_meshed or "rings" in scene.contact.model_fields_set else None
-    return scene.seat.stated(scene.accuracy.target / ROD_SHARE, rings)

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.march.engines import Engine
+from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.levels import PER_WAVELENGTH
-from seatfem.structures.method import AnyLevel
-from seatfem.study.planning.filling import has_key, is_given, value_of
-from seatfem.study.scene import Scene, method_of
+from seatfem.structures.method import AnyLevel, Method
+from seatfem.study.method import BAND, is_given, stated_method
+from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point
 from seatfem.study.trade.settings import Settings, written
 
-BAND: Final = "seat.greens.bandwidth"
 BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
 RATIO: Final = 1.6  # between neighbouring rungs
 BAND_PER_FILTER: Final = 0.5  # band of the centre times the width of the filter, where the file gives none
@@ -68,25 +68,24 @@ class Centre:
 def centre_of(scene: Scene) -> Centre:
     """What the file states; what it leaves open follows the filter's band, the waves in it and the struck face."""
     seat, n_modes = scene.seat, scene.reed.beam_modes
+    stated = stated_method(scene).seat
     if not seat.is_reduced:
         return Centre(None, None, None, None, None, n_modes)
-    tolerance = value_of(scene, "seat.greens.tolerance")
-    given = value_of(scene, BAND) if is_given(scene, BAND) else None
+    given = stated.bandwidth if is_given(scene, BAND) else None
     bandwidth = given or BAND_PER_FILTER / scene.run.filter_width
     if not seat.is_drawn:
-        return Centre(None, None, None, bandwidth, tolerance, n_modes)
+        return Centre(None, None, None, bandwidth, stated.tolerance, n_modes)
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
-    size, contact = _sizes(scene, level, bandwidth)
+    tolerance, (size, contact) = stated.tolerance, _sizes(seat, stated, level, bandwidth)
     return Centre(level, size, contact, bandwidth, tolerance, n_modes)
 
 
-def _sizes(scene: Scene, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
+def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
     """Bulk and contact: `ACROSS` the column's height and the patch's width, and what the slowest wave needs."""
-    given, seat = method_of(scene), scene.seat
     wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ACROSS[level in SOLID]
-    size = given.size or (wave if column is None else min(wave, column.height / across))
-    contact = given.contact_size or (0.4 * size if column is None else min(size, column.width / across))
+    size = stated.size or (wave if column is None else min(wave, column.height / across))
+    contact = stated.contact_size or (0.4 * size if column is None else min(size, column.width / across))
     return size, min(contact, size)
 
 
@@ -202,7 +201,7 @@ def _roads(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
     seat = scene.seat
     for road in ("krylov", "modes", "second_order"):
         yield Point(f"road {road}", family, "road", {"seat.greens.method": road})
-    if seat.loss == 0 and has_key(scene, "seat.rayleigh") and value_of(scene, "seat.rayleigh") is not None:
+    if seat.loss == 0 and seat.loss_at(1.0) > 0:
         yield Point("road transient", family, "road", {"seat.greens.method": "transient"})
     hexes = {"seat.mesh.shape": "hex"}
     if solid_level(centre):
