@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -15,14 +15,11 @@ from seatfem.fields import Length
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.rod import damped_rod, fixed_rod
+from seatfem.structures.kinds.rod import fixed_rod
 from seatfem.structures.levels import NAMES, QUARTERS, Applicability
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.shapes import Bar
 from seatfem.structures.solved import Solved
-
-if TYPE_CHECKING:
-    from impact.exact.damped_rods import DampedFixedRod
 
 MODES: Final = 200  # of Love's rod; the last has a wavelength of a hundredth of the length
 
@@ -88,10 +85,6 @@ class BarSeat(Drawn):
             return None
         solid = self.material.mean
         return fixed_rod(solid.young, solid.density, self.width * self.height, self.length, self.damping_ratio)
-
-    def rod(self) -> DampedFixedRod | None:
-        solid = self.material.mean
-        return damped_rod(solid.young, solid.density, self.width * self.height, self.length, self.damping_ratio)
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         return self.love_rod() if level == "rod" else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -13,12 +13,9 @@ from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pres
 from seatfem.structures.estimates.column import Column
 from seatfem.structures.kinds.motion import Moving
 
-if TYPE_CHECKING:
-    from impact.exact.damped_rods import DampedFixedRod
-
 
 class Rod(Moving):
-    """The straight elastic rod in one dimension, clamped at its far end, in closed form."""
+    """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
 
     kind: Literal["rod"]
     young: Pressure = Field(description="Young's modulus")
@@ -28,6 +25,7 @@ class Rod(Moving):
     width: Length | None = Field(None, description="width of a rectangular cross-section")
     thickness: Length | None = Field(None, description="thickness of a rectangular cross-section")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    far_end: Literal["fixed", "free"] = Field("fixed", description="a free rod strikes with a velocity")
 
     @model_validator(mode="after")
     def _one_cross_section(self) -> Self:
@@ -43,6 +41,14 @@ class Rod(Moving):
         return self.area if self.area is not None else (self.width or 0.0) * (self.thickness or 0.0)
 
     @property
+    def loose(self) -> str:
+        return "" if self.far_end == "fixed" else "seat.far_end = 'free' holds nothing"
+
+    @property
+    def is_solved(self) -> bool:
+        return False
+
+    @property
     def plane(self) -> bool:
         return True
 
@@ -54,10 +60,8 @@ class Rod(Moving):
         return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
 
     def closed_form(self) -> GreensFunction | None:
-        return fixed_rod(self.young, self.density, self.cross_section, self.length, self.damping_ratio)
-
-    def rod(self) -> DampedFixedRod | None:
-        return damped_rod(self.young, self.density, self.cross_section, self.length, self.damping_ratio)
+        constants = (self.young, self.density, self.cross_section, self.length, self.damping_ratio)
+        return (fixed_rod if self.far_end == "fixed" else free_rod)(*constants)
 
 
 def fixed_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
@@ -65,11 +69,6 @@ def fixed_rod(young: float, density: float, area: float, length: float, damping_
     return impact.fixed_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
 
 
-def damped_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> DampedFixedRod | None:
-    """The same, where it is damped: its poles can be counted beforehand."""
-    from impact.exact.damped_rods import DampedFixedRod  # of plans only
-
-    if damping_ratio <= 0:
-        return None
-    speed = math.sqrt(young / density)
-    return DampedFixedRod(density * speed * area, length / speed, damping_ratio)
+def free_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
+    """The rod whose far end is free."""
+    return impact.free_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)

@@ -22,7 +22,6 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
-    from impact.exact.damped_rods import DampedFixedRod
     from impact.measured.frf import FrequencyResponse
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
@@ -174,10 +173,6 @@ class Structure(Table):
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         """What a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
-        return None
-
-    def rod(self) -> DampedFixedRod | None:
-        """The damped rod that it is, or is modelled as."""
         return None
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:

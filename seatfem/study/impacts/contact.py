@@ -115,10 +115,10 @@ def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.
     presses as a rigid body."""
     gap, rings = scene.contact.gap, rings_of(seat.greens)
     if rings == 1:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene))
+        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene), preload=scene.contact.preload)
     shares = ring_shares(rings)
     contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
-    return impact.ContactProblem(striker, contacts=contacts)
+    return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:

@@ -32,6 +32,9 @@ class Contact(Table):
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
+    preload: bool = Field(
+        False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
+    )
     rings: int = Field(
         1,
         strict=True,
