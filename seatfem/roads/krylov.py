@@ -52,7 +52,7 @@ def krylov_greens(
         omega, shapes, coefficients = basis.ritz()
         loss = None if damping.loss is None else damping.losses(basis.V @ coefficients)
         ritz = RitzPairs(model, damping, omega, shapes, error_times(duration, width), width, loss=loss)
-        error = 0.0 if basis.complete else history.add(ritz.response)
+        error = 0.0 if basis.complete else history.add(ritz.response, basis.size)
         if error <= tolerance / 2:
             greens, cut = ritz.cut(2 * np.pi * bandwidth, tolerance / 2)
             error += cut
