@@ -122,8 +122,8 @@ def test_solves_are_refined_only_where_the_first_one_is_rough(model, monkeypatch
             super().__init__(mtype=mtype)
             solvers.append(self)
 
-    monkeypatch.setattr("seatfem.roads.factorization._pardiso_class", lambda: Watched)
-    monkeypatch.setattr("seatfem.roads.factorization._ROUGH", rough)
+    monkeypatch.setattr("seatfem.structures.reduction.factorization._pardiso_class", lambda: Watched)
+    monkeypatch.setattr("seatfem.structures.reduction.factorization._ROUGH", rough)
     for definite, count in ((True, 0), (False, 0)):
         factor = factorize(model.K + 4.0 * model.M, definite=definite, backend="pardiso")
         assert factor.negative_pivots == count
