@@ -28,7 +28,6 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.choice import Method
 from seatfem.structures.reduction.greens import GreensFunction, reduce_model
 from seatfem.structures.shapes import AnnularSeat, Block
 
@@ -42,10 +41,10 @@ POINTS, PICTURE = RESULTS / "cost_vs_dof.jsonl", Path(__file__).parents[1] / "do
 
 @dataclass(frozen=True)
 class Curve:
-    """A road on a body, for sizes of the elements in a range [m]."""
+    """A reduction on a body, for sizes of the elements in a range [m]."""
 
     body: Literal["block", "seat"]
-    road: Method
+    method: str
     finest: float
     coarsest: float
     colour: str
@@ -53,7 +52,7 @@ class Curve:
     @property
     def label(self) -> str:
         """For the picture."""
-        return f"{self.road}, {'uniform block' if self.body == 'block' else 'graded annular seat'}"
+        return f"{self.method}, {'uniform block' if self.body == 'block' else 'graded annular seat'}"
 
 
 CURVES = (
@@ -65,10 +64,10 @@ CURVES = (
 
 @dataclass(frozen=True)
 class Point:
-    """One road on one mesh: times in s by the clock and of the processors, memory in GiB."""
+    """One reduction on one mesh: times in s by the clock and of the processors, memory in GiB."""
 
     body: str
-    road: str
+    method: str
     size: float
     bandwidth: float
     dof: int
@@ -95,24 +94,24 @@ def band(size: float) -> float:
     return STEEL.c_s / (PER_WAVE * size)
 
 
-def reduced(model: SecondOrderModel, road: Method, size: float) -> GreensFunction:
+def reduced(model: SecondOrderModel, method: str, size: float) -> GreensFunction:
     """The Green's function over the band."""
     return reduce_model(
-        model, bandwidth=band(size), duration=DURATION, tolerance=TOLERANCE, damping_ratio=DAMPING, method=road
+        model, bandwidth=band(size), duration=DURATION, tolerance=TOLERANCE, damping_ratio=DAMPING, method=method
     ).greens
 
 
-def measure(body: str, road: Method, size: float) -> Point:
+def measure(body: str, method: str, size: float) -> Point:
     """Mesh, assemble, reduce; the processor time is that of the reduction, all being loaded and compiled before."""
-    reduced(assembled(body, SIZES[0])[0], road, SIZES[0])
+    reduced(assembled(body, SIZES[0])[0], method, SIZES[0])
     model, assembly = assembled(body, size)
     start, begun = perf_counter(), process_time()
-    greens = reduced(model, road, size)
+    greens = reduced(model, method, size)
     seconds, processor = perf_counter() - start, process_time() - begun
     origin = greens.provenance
     effort = f"{origin['products']} products" if "products" in origin else f"{origin.get('vectors')} vectors"
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    return Point(body, road, size, band(size), model.size, assembly, seconds, processor, peak, effort)
+    return Point(body, method, size, band(size), model.size, assembly, seconds, processor, peak, effort)
 
 
 def known() -> list[Point]:
@@ -152,7 +151,7 @@ def picture(curves: dict[Curve, list[Point]]) -> None:
 
 def report(points: list[Point]) -> None:
     """Table and picture of the points so far."""
-    mine = {c: [p for p in points if (p.body, p.road) == (c.body, c.road)] for c in CURVES}
+    mine = {c: [p for p in points if (p.body, p.method) == (c.body, c.method)] for c in CURVES}
     curves = {c: sorted(some, key=lambda p: p.dof) for c, some in mine.items() if some}
     fits = "; ".join(
         f"{curve.label}: {', '.join(f'{quantity} {slope(some, v):.2f}' for quantity, v in columns_of(some).items())}"
@@ -165,10 +164,10 @@ def report(points: list[Point]) -> None:
         f"band of {PER_WAVE:.0f} elements (of the bulk) per shear wave. Peak memory: of the process, mesh and assembly "
         "included. Assembly: by the clock; reduction: processor seconds, which a busy machine spoils less.",
         "One thread, everything loaded and compiled before. The points of lanczos from 144060 unknowns on are older: "
-        "not warmed up, and two threads allowed, of which that road uses one.",
+        "not warmed up, and two threads allowed, of which that reduction uses one.",
         f"Exponents of the upper three points: {fits}.",
     )
-    columns = ("body", "road", "dof", "size (mm)", "band (MHz)", "assembly (s)", "reduction (s)")
+    columns = ("body", "method", "dof", "size (mm)", "band (MHz)", "assembly (s)", "reduction (s)")
     rows = tuple(line(p) for some in curves.values() for p in some)
     publish("cost_vs_dof", Table("Cost against unknowns", notes, (*columns, "peak (GiB)", "effort"), rows))
     picture(curves)
@@ -178,17 +177,17 @@ def line(p: Point) -> tuple[str, ...]:
     """One point in words."""
     sizes = (f"{p.dof}", f"{1e3 * p.size:.2f}", f"{1e-6 * p.bandwidth:.2f}")
     times = (f"{p.assembly:.1f}", f"{p.processor:.2f}")
-    return p.body, p.road, *sizes, *times, f"{p.memory:.2f}", p.effort
+    return p.body, p.method, *sizes, *times, f"{p.memory:.2f}", p.effort
 
 
 def main(limit: float) -> None:
     """All points that are not on file, coarsest first."""
     points, end = known(), perf_counter() + limit
-    have = {(p.body, p.road, p.size) for p in points}
+    have = {(p.body, p.method, p.size) for p in points}
     RESULTS.mkdir(exist_ok=True)
     for size in SIZES:
         for curve in (c for c in CURVES if c.finest <= size <= c.coarsest):
-            task = curve.body, curve.road, size
+            task = curve.body, curve.method, size
             if task in have or perf_counter() > end:
                 continue
             with multiprocessing.get_context("spawn").Pool(1) as pool:

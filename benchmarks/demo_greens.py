@@ -1,6 +1,6 @@
-"""The Green's function of the demo's seat by the plain road, by ours on the same mesh, and axisymmetric.
+"""The Green's function of the demo's seat by scikit-fem and SciPy alone, by ours on the same mesh, and axisymmetric.
 
-Every attempt of the plain road is a process of its own, in which ours are timed after it. It is appended to
+Every attempt of that plain way is a process of its own, in which ours are timed after it. It is appended to
 results/demo_greens.jsonl and not run again. 4000 modes and more take hours by ARPACK, all of them 6 GiB by LAPACK.
 
 Run: OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 python benchmarks/demo_greens.py [wall seconds after which none is begun]
@@ -17,7 +17,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from plain_road import assembled, dense_modes, fewer, modal, sparse_modes
+from plain_scikit import assembled, dense_modes, fewer, modal, sparse_modes
 from table import RESULTS, Table, publish
 
 from impact.greens.pulse import error_times
@@ -41,8 +41,8 @@ POINTS = RESULTS / "demo_greens.jsonl"
 
 
 @dataclass(frozen=True)
-class Road:
-    """One road: unknowns, seconds from the geometry on, and two relative errors of the filtered Green's function.
+class Way:
+    """One way: unknowns, seconds from the geometry on, and two relative errors of the filtered Green's function.
 
     ``reduction``: against ours to 1e-4 on the same mesh; ``whole``: against a fine axisymmetric model.
     """
@@ -57,13 +57,13 @@ class Road:
 
 @dataclass(frozen=True)
 class Attempt:
-    """The plain road with so many modes and ours beside it; ``enough``: modes that reach the tolerance, or 0."""
+    """The plain way with so many modes and ours beside it; ``enough``: modes that reach the tolerance, or 0."""
 
     modes: int
     enough: int
-    plain: Road
-    solid: Road
-    section: Road
+    plain: Way
+    solid: Way
+    section: Way
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def error(greens: Any, reference: Any) -> float:
 
 
 def attempt(modes: int) -> Attempt:
-    """One attempt of the plain road, and ours beside it."""
+    """One attempt of that plain way, and ours beside it."""
     section(FULL)  # compiles
     mesh, before = meshed(COARSE)
     solid(mesh, before)
@@ -135,14 +135,14 @@ def attempt(modes: int) -> Attempt:
     counts = range(100, len(square) + 1, 50)
     enough = next((n for n, g in fewer(square, shares, static, ZETA, counts) if error(g, same) <= TOLERANCE), 0)
 
-    def road(greens: Any, dof: int, spent: Clock, effort: str) -> Road:
-        return Road(dof, spent.processor, spent.wall, error(greens, same), error(greens, fine), effort)
+    def way(greens: Any, dof: int, spent: Clock, effort: str) -> Way:
+        return Way(dof, spent.processor, spent.wall, error(greens, same), error(greens, fine), effort)
 
     mine, half = solid(mesh, before), section(FULL)
     effort = f"to {np.sqrt(square[-1]) / (2e6 * np.pi):.2f} MHz"
     vectors = [f"{greens.provenance['vectors']} vectors" for greens in (mine[0], half[0])]
     return Attempt(
-        modes, enough, road(plain, K.shape[0], seconds, effort), road(*mine, vectors[0]), road(*half, vectors[1])
+        modes, enough, way(plain, K.shape[0], seconds, effort), way(*mine, vectors[0]), way(*half, vectors[1])
     )
 
 
@@ -151,13 +151,13 @@ def known() -> list[Attempt]:
     if not POINTS.exists():
         return []
     lines = (json.loads(line) for line in POINTS.read_text(encoding="utf-8").splitlines())
-    return [Attempt(f["modes"], f["enough"], *(Road(**f[key]) for key in ("plain", "solid", "section"))) for f in lines]
+    return [Attempt(f["modes"], f["enough"], *(Way(**f[key]) for key in ("plain", "solid", "section"))) for f in lines]
 
 
 def line(a: Attempt) -> tuple[str, ...]:
     """One attempt in words."""
     percent = (f"{100 * e:.2f}" for e in (a.plain.reduction, a.solid.reduction))
-    whole = (f"{100 * road.whole:.1f}" for road in (a.plain, a.solid, a.section))
+    whole = (f"{100 * way.whole:.1f}" for way in (a.plain, a.solid, a.section))
     seconds = (f"{r.processor:.2f} / {r.wall:.2f}" for r in (a.plain, a.solid, a.section))
     ratios = (f"{a.plain.processor / r.processor:.0f} / {a.plain.wall / r.wall:.0f}" for r in (a.solid, a.section))
     modes = f"all {a.plain.dof}, LAPACK" if a.modes == ALL else f"{a.modes}, {a.plain.effort}"
@@ -172,7 +172,7 @@ def report(attempts: list[Attempt]) -> None:
     notes = (
         f"Green's function of the demo seat, band {BANDWIDTH:.0e} Hz, damping ratio {ZETA}, to {TOLERANCE:.0%} over "
         f"{DURATION:.1e} s; seconds (processor / wall) from the geometry on, meshing included, one thread, numba "
-        "compiled before. Ours are timed after the plain road in the same process.",
+        "compiled before. Ours are timed after the plain way in the same process.",
         f"Plain: {last.plain.dof} unknowns, skfem.asm, splu of K, eigsh(sigma=0) or LAPACK's eigh, a spring for the "
         f"modes left out. 3-D: ours on the same mesh, {last.solid.effort}. Axisymmetric: at the demo's sizes, "
         f"{last.section.dof} unknowns, {last.section.effort}.",

@@ -33,7 +33,7 @@ from seatfem.structures.seats.needs import COARSENING, mesh_spec
 from seatfem.structures.seats.seat import build_seat
 from seatfem.structures.seats.store import VARIABLE
 from seatfem.study.impacts.contact import run_for_measures, striker_of
-from seatfem.study.planning.filling import replaced
+from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, carry_out
 from seatfem.study.scene import Cad, Cantilever, DrawnSeat, ElasticSeat, load_scene
@@ -222,7 +222,7 @@ def reference(done: Round) -> Values:
 
 
 def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto") -> Values:
-    scene = done.plan.scene
+    scene = as_stated(done.plan.scene, done.plan.method)
     changed: dict[str, object] = {}
     if isinstance(scene.seat, DrawnSeat):
         level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
@@ -238,7 +238,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
         changed["seat.greens.tolerance"] = greens.tolerance / stricter
     if isinstance(scene.reed, Cantilever):
         changed["reed.n_modes"] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
-    finer = replaced(scene, changed)
+    finer = as_stated(scene, done.plan.method.replaced(changed))
     seat = build_seat(finer, Stopwatch(), mesh_error=False)
     step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
     return run_for_measures(finer, striker_of(finer), seat.greens, step)

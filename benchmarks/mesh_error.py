@@ -10,7 +10,7 @@ from table import Table, publish
 
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.seats.seat import SeatAnswer, build_seat
-from seatfem.study.planning.filling import replaced
+from seatfem.study.method import as_stated, stated_method
 from seatfem.study.planning.mesh_size import Sizes, mesh_error
 from seatfem.study.planning.patch import patch_of
 from seatfem.study.scene import DrawnSeat, Scene
@@ -43,7 +43,7 @@ def solved(seat: dict[str, object], band: float, sizes: Sizes) -> SeatAnswer:
     keys = {"bandwidth": band, "tolerance": 1e-3}
     values: dict[str, object] = {f"seat.greens.{key}": value for key, value in keys.items()}
     values |= {"seat.mesh.size": sizes.size, "seat.mesh.contact_size": sizes.contact_size}
-    return build_seat(replaced(scene, values), Stopwatch(), mesh_error=False)
+    return build_seat(as_stated(scene, stated_method(scene).replaced(values)), Stopwatch(), mesh_error=False)
 
 
 def rows_of(name: str, seat: dict[str, object], band: float) -> list[tuple[str, ...]]:

@@ -18,6 +18,7 @@ from seatfem.faces.cli import demo_scene
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import run_contact, striker_of
+from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures
 from seatfem.study.scene import load_scene
@@ -25,7 +26,8 @@ from seatfem.study.scene import load_scene
 
 def main() -> None:
     start = time.perf_counter()
-    scene = plan_scene(load_scene(demo_scene())).scene
+    plan = plan_scene(load_scene(demo_scene()))
+    scene = as_stated(plan.scene, plan.method)
     seat = build_seat(scene, Stopwatch())
     dt = scene.run.time_step or 1e-8
     result = run_contact(scene, striker_of(scene), seat.greens, dt)
@@ -37,7 +39,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             begun = time.perf_counter()
             pictures.drawn_apart = apart if there else _here  # type: ignore[assignment]
-            _, gaps = pictures.draw_run(scene, seat, result, baseline, Path(folder), silent)
+            _, gaps = pictures.draw_run(scene, plan.method, seat, result, baseline, Path(folder), silent)
             assert gaps == (), gaps
             print(f"pictures, {words}: {time.perf_counter() - begun:.1f} s")  # noqa: T201
 

@@ -16,9 +16,10 @@ from impact.runs.budget import safety
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.seats.kept_seats import seat_of
 from seatfem.structures.seats.store import Store
-from seatfem.study.impacts.budget import KEYS, SOURCES
+from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
-from seatfem.study.impacts.variations import error_budget
+from seatfem.study.impacts.measures import KEYS, SOURCES
+from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
 
@@ -40,13 +41,13 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     with tempfile.TemporaryDirectory() as folder:
         store = Store(Path(folder) / "store")
         plan = plan_scene(scene, store=store)
-        planned = plan.scene
+        planned = as_stated(plan.scene, plan.method)
         seat, _ = seat_of(planned, Path(folder) / "seat.h5", Stopwatch(), lambda *_: None, store)
     striker = striker_of(planned)
     assert planned.run.time_step is not None
     result = run_contact(planned, striker, seat.greens, planned.run.time_step)
     stress = stress_of(planned, striker, result.force, result.dt)
-    left = error_budget(planned, seat, striker, result, stress)
+    left = error_budget(planned, plan.method, seat, striker, result, stress)
     found = []
     for measure in planned.accuracy.measures:
         value = abs(left.values[measure])

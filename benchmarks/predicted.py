@@ -23,6 +23,7 @@ from time import perf_counter
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.seats.store import VARIABLE
+from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
@@ -73,7 +74,7 @@ def carry_out(name: str, target: float) -> None:
         print(json.dumps({"skipped": plan.cost.seconds}))  # noqa: T201
         return
     with tempfile.TemporaryDirectory() as folder:
-        outcome = run_scene(plan.scene, Path(folder))
+        outcome = run_scene(as_stated(plan.scene, plan.method), Path(folder))
     row = Row(
         scene=name,
         target=target,

@@ -17,7 +17,6 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import face_compliance
 from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import run_contact, run_for_measures, striker_of
-from seatfem.study.planning.filling import replaced
 from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)
@@ -44,7 +43,8 @@ def one(rings: int, folder: Path) -> dict[str, float]:
     """Peak of the 1-us mean and impulse of a run, static compliance, and processor times [s]."""
     path = folder / "scene.toml"
     path.write_text(SCENE, encoding="utf-8")
-    scene = replaced(load_scene(path), {"contact.rings": rings})
+    scene = load_scene(path)
+    scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"rings": rings})})
     striker = striker_of(scene)
     start = process_time()
     seat = build_seat(scene, Stopwatch(), silent, mesh_error=False)

@@ -1,4 +1,4 @@
-"""All modes or a Krylov space for small seats: where `seatfem.structures.reduction.choice.ALL_MODES` comes from."""
+"""All modes or a Krylov space for small seats: where `seatfem.structures.reduction.modal.ALL_MODES` comes from."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from impact.progress import silent
 from seatfem.structures.kinds.seats import DrawnSeat
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.choice import ALL_MODES, Method
 from seatfem.structures.reduction.greens import reduce_model
+from seatfem.structures.reduction.modal import ALL_MODES
 from seatfem.structures.seats.discretise import draw, matrices
 from seatfem.study.scene import load_scene
 
 BAND, DURATION, TOLERANCE = 4e5, 1.5e-3, 0.01  # Hz, s
-METHODS: tuple[Method, ...] = ("modes", "krylov")
+METHODS: tuple[str, ...] = ("modes", "krylov")
 SIZES = (8e-3, 1.6e-3, 1.2e-3, 1e-3)  # of elements [m]
 
 
@@ -37,7 +37,7 @@ def main() -> None:
     publish("small_seats", Table("Small seats: all modes or a Krylov space", notes, columns, tuple(rows)))
 
 
-def _seconds(model: SecondOrderModel, damping_ratio: float, method: Method) -> float:
+def _seconds(model: SecondOrderModel, damping_ratio: float, method: str) -> float:
     def reduce() -> None:
         reduce_model(
             model,

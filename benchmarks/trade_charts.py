@@ -36,8 +36,8 @@ stated (the JSON table says which) and runs in a process of its own, on one thre
 
 - **The ladder.** The diagonal refines mesh and band together by {RATIO} from rung to rung, for every level of modelling
   that describes the seat; it goes on as far as the time limit lets it (`--limit`; here {LIMIT:g} processor seconds
-  for a point). Around its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, road to
-  the Green's function, reed modes, time step, history engine. The centre is what the file states; what it leaves open
+  for a point). Around its centre each choice is varied alone: mesh, order, band, tolerance of the reduction, its
+  method, reed modes, time step, history engine. The centre is what the file states; what it leaves open
   follows the filter's band, the waves in that band and the size of the struck face. The column of material under the
   contact, as a spring E A/h and as a rod, stands for what is used where there are no finite elements: a guess, without
   an error bar. Whether it is right is known only once the reference is there, so it is drawn (hollow squares) but does

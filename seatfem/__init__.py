@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
     from seatfem.structures.mesh.meshing import MeshSpec, SeatMesh, make_mesh
     from seatfem.structures.model import ModelError, Port, SecondOrderModel
-    from seatfem.structures.reduction.greens import Reduction, greens_function, reduce_model
+    from seatfem.structures.reduction.greens import greens_function, reduce_model
     from seatfem.structures.reduction.harmonics import ring_greens
     from seatfem.structures.reduction.modes import Modes, solve_modes
+    from seatfem.structures.reduction.reducer import Reduction
     from seatfem.structures.reduction.ring_patches import RingPatch
     from seatfem.structures.seats.store import Store, content_key
     from seatfem.study.runs.pipeline import run_scene
@@ -92,7 +93,7 @@ _HOME = {
     "ring_greens": "seatfem.structures.reduction.harmonics",
     "RingPatch": "seatfem.structures.reduction.ring_patches",
     "revolve": "seatfem.pictures.revolved_grid",
-    "Reduction": "seatfem.structures.reduction.greens",
+    "Reduction": "seatfem.structures.reduction.reducer",
     "greens_function": "seatfem.structures.reduction.greens",
     "reduce_model": "seatfem.structures.reduction.greens",
     "MeshSpec": "seatfem.structures.mesh.meshing",

@@ -6,8 +6,9 @@ import json
 from dataclasses import asdict
 
 from impact.files.table import without_nan
+from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.rounds_ahead import rounds_ahead
+from seatfem.study.planning.refining import rounds_ahead
 
 
 def plan_json(plan: Plan) -> str:
@@ -31,7 +32,7 @@ def plan_json(plan: Plan) -> str:
             {"what": other.what, **_cost(other.cost), "error": dict(other.error)} for other in plan.alternatives
         ],
         "notes": list(plan.notes),
-        "scene": scene.model_dump(mode="json"),
+        "scene": as_stated(scene, plan.method).model_dump(mode="json"),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is

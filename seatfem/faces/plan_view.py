@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from rich.table import Table
 
 from seatfem.study.planning.plan import Cost, Plan
-from seatfem.study.planning.rounds_ahead import rounds_ahead
+from seatfem.study.planning.refining import rounds_ahead
 
 
 def choices_table(plan: Plan) -> Table:

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
-from seatfem.study.impacts.budget import KEYS
+from seatfem.study.impacts.measures import KEYS
 
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),

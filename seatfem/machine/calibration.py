@@ -33,11 +33,11 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.krylov import krylov_greens
-from seatfem.structures.reduction.modes import Modes
+from seatfem.structures.reduction.krylov import Krylov
+from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.shapes import Block
 
 STEEL: Final = Material(young=2e11, poisson=0.3, density=7850.0)
@@ -127,12 +127,12 @@ def _reduction(models: tuple[SecondOrderModel, SecondOrderModel], default: Machi
     factored, load = factorize(many.K), np.ones(n)
     solve = _time(lambda: factored.solve(load), 5)
     band, ratio = 5e5, 0.02
-    damping = damping_of(many, ratio)
+    aims, damping = Aims(band, 1e-4, 0.01), many.damping.plus(ratio)
 
-    def reduced() -> tuple[ModalGreens, Modes]:
-        return krylov_greens(many, damping, bandwidth=band, duration=1e-4, tolerance=0.01)
+    def reduced() -> Reduction:
+        return Krylov().reduce(many, damping, aims)
 
-    greens, _ = reduced()  # the first loads compiled code
+    greens = reduced().greens  # the first loads compiled code
     whole = _time(reduced)
     vectors = int(str(greens.origin["vectors"]))
     rest = whole - start - factor - vectors * solve

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from impact.files.atomic import whole_file
-from seatfem.structures.seats.store import Store
+from seatfem.machine.cache_folder import cache_folder
 
 SCHEMA = 1  # of the file; raise it when a rate comes to mean something else
 FILE = "machine.json"
@@ -122,8 +122,8 @@ class Machine:
 
 
 def calibration_file() -> Path:
-    """In the store's folder."""
-    return Store.default().folder / FILE
+    """Beside the Green's functions that are kept."""
+    return cache_folder() / FILE
 
 
 def cores() -> int:

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+from seatfem.structures.errors import ModelError
+
+if TYPE_CHECKING:
+    from seatfem.structures.reduction.factorization import Backend
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Descriptions of a body by finite elements, or in their place."""
@@ -13,17 +19,42 @@ AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", 
 
 @dataclass(frozen=True)
 class Aims:
-    """What a reduction must reach.
+    """What a reduction must reach, and what it may take for it.
 
     Attributes:
         bandwidth: highest frequency that must be right [Hz].
         duration: how long g is needed [s].
-        tolerance: largest relative error of g inside the bandwidth.
+        tolerance: largest relative error of g after a Hann pulse of width 1/bandwidth.
+        max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
+        backend: of sparse factorizations.
+
+    Raises:
+        ModelError: a number that is not positive and finite.
     """
 
     bandwidth: float
     duration: float
     tolerance: float
+    max_vectors: int | None = None
+    backend: Backend = "auto"
+
+    def __post_init__(self) -> None:
+        for name in ("bandwidth", "duration", "tolerance"):
+            value = getattr(self, name)
+            if not (value > 0 and math.isfinite(value)):
+                raise ModelError(f"{name} = {value} must be positive and finite")
+        if self.max_vectors is not None and self.max_vectors < 1:
+            raise ModelError(f"max_vectors = {self.max_vectors} must be at least 1")
+
+    @property
+    def width(self) -> float:
+        """Width of the Hann pulse after which g is judged, 1/bandwidth [s]."""
+        return 1 / self.bandwidth
+
+    @property
+    def band(self) -> float:
+        """Edge of the band, 2 pi bandwidth [rad/s]."""
+        return 2 * math.pi * self.bandwidth
 
 
 @dataclass(frozen=True)

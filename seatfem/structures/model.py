@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.brief import brief
+from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Material, Orthotropic
 
@@ -94,6 +95,8 @@ class SecondOrderModel:
         ports: port vectors by name, as `Port` or bare (n,) array.
         dofs: where the unknowns live, if known.
         loss: H, structural (hysteretic) damping: K becomes K + i H in the frequency domain; ``None`` without.
+        damping: what C and loss are, in parts. Whoever makes the matrices states it, as ``known``; else it is found in
+            them, once.
 
     Raises:
         ModelError: wrong shape, values not finite, not symmetric, a mass or stiffness diagonal that is not positive.
@@ -105,6 +108,8 @@ class SecondOrderModel:
     ports: Mapping[str, Port]
     dofs: DofMap | None = field(default=None, repr=False)
     loss: sparse.csr_array | None = None
+    known: InitVar[Damping | None] = None
+    damping: Damping = field(init=False, repr=False, compare=False)
 
     __repr__ = brief
 
@@ -113,7 +118,7 @@ class SecondOrderModel:
         ports = ", ".join(self.ports) or "none"
         return f"SecondOrderModel, {self.size} unknowns, ports: {ports}; damping: {', '.join(damping) or 'none'}"
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, known: Damping | None) -> None:
         for name in ("M", "C", "K", "loss"):
             given = getattr(self, name)
             if given is not None:
@@ -133,6 +138,8 @@ class SecondOrderModel:
             if not np.all(np.isfinite(port.vector)) or not np.any(port.vector):
                 raise ModelError(f"port {name!r} must be finite and touch at least one unknown that is free to move")
         object.__setattr__(self, "ports", ports)
+        stated = Damping.found(self.M, self.C, self.K, self.loss) if known is None else known
+        object.__setattr__(self, "damping", stated)
 
     @property
     def size(self) -> int:
@@ -155,21 +162,21 @@ class SecondOrderModel:
         """(n, p) port vectors side by side."""
         return np.stack([port.vector for port in self.ports.values()], axis=1)
 
-    @cached_property
+    @property
     def rayleigh(self) -> tuple[float, float] | None:
-        """(alpha [1/s], beta [s]) if C = alpha M + beta K to 1e-9, else ``None``; (0, 0) without C."""
-        if self.C is None or self.C.nnz == 0:
-            return 0.0, 0.0
-        scale = [sparse.linalg.norm(a) for a in (self.M, self.K)]
-        basis = [self.M / scale[0], self.K / scale[1]]
-        gram = np.array([[a.multiply(b).sum() for b in basis] for a in basis])
-        x = np.linalg.solve(gram, [a.multiply(self.C).sum() for a in basis])
-        left = sparse.linalg.norm(self.C - x[0] * basis[0] - x[1] * basis[1])
-        if left > 1e-9 * sparse.linalg.norm(self.C):
-            return None
-        small = 1e-12 * np.abs(x).max()
-        alpha, beta = (0.0 if abs(v) < small else float(v / s) for v, s in zip(x, scale, strict=True))
-        return alpha, beta
+        """(alpha [1/s], beta [s]) of C = alpha M + beta K, ``None`` where C is no such sum; (0, 0) without C."""
+        return None if self.damping.coupling else (self.damping.alpha, self.damping.beta)
+
+    def with_ports(self, names: Sequence[str]) -> SecondOrderModel:
+        """The same body with the named ones of its ports.
+
+        Raises:
+            ModelError: a name that none of its ports has.
+        """
+        unknown = [name for name in names if name not in self.ports]
+        if unknown:
+            raise ModelError(f"no port {', '.join(unknown)}; the model has {', '.join(self.ports)}")
+        return replace(self, ports={name: self.ports[name] for name in names}, known=self.damping)
 
     def expand(self, vector: Array) -> Array:
         """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""

@@ -1,10 +1,41 @@
-"""How a scene is computed: what a plan chooses and a run carries out. The scene itself is what is asked."""
+"""How a scene is computed: what a plan chooses and a run carries out. The scene itself is what is asked.
+
+A method has a value for each of `FIELDS`, the keys of a scene that say how and not what. What the file states is never
+touched; what it leaves open stands in the method alone.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final, TypeVar, cast
 
-from seatfem.structures.method import Method
+from pydantic import BaseModel
+
+from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.seats.levels import choose_level
+from seatfem.study.safety import LEVEL_SHARE
+from seatfem.study.scene import Scene
+
+_Table = TypeVar("_Table", bound=BaseModel)
+
+MODEL, REDUCTION = "seat.model", "seat.greens.method"
+SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
+BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
+MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
+FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
+    MODEL: ("seat", "level"),
+    SIZE: ("seat", "size"),
+    CONTACT_SIZE: ("seat", "contact_size"),
+    ORDER: ("seat", "order"),
+    BAND: ("seat", "bandwidth"),
+    TOLERANCE: ("seat", "tolerance"),
+    REDUCTION: ("seat", "reduction"),
+    MODES: ("reed", "n_modes"),
+    STEP: ("time_step",),
+    RINGS: ("seat", "rings"),
+}
+"""Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
 
 
 @dataclass(frozen=True)
@@ -19,3 +50,85 @@ class RunMethod:
     seat: Method
     reed: Method
     time_step: float | None = None
+
+    def value(self, key: str) -> Any:
+        """What stands at a dotted ``key`` of `FIELDS`."""
+        value: Any = self
+        for name in FIELDS[key]:
+            value = getattr(value, name)
+        return value
+
+    def replaced(self, values: Mapping[str, object]) -> RunMethod:
+        """With other ``values`` at dotted keys of `FIELDS`."""
+        found = self
+        for key, value in values.items():
+            first, *rest = FIELDS[key]
+            change: dict[str, Any] = {rest[0]: value} if rest else {first: value}
+            found = replace(found, **({first: replace(getattr(found, first), **change)} if rest else change))
+        return found
+
+
+def stated_method(scene: Scene) -> RunMethod:
+    """What the file states, and the defaults of what it leaves open: for a run without a plan.
+
+    An open ``seat.model`` becomes the cheapest level that leaves out little beside the target of the accuracy.
+
+    Raises:
+        LevelError: a level that does not describe the seat is stated.
+    """
+    values = {key: value_of(scene, key) for key in FIELDS if key != MODEL and has_key(scene, key)}
+    limit = getattr(getattr(scene.seat, "greens", None), "max_vectors", None)
+    return RunMethod(Method(_level(scene), max_vectors=limit), Method(), None).replaced(values)
+
+
+def _level(scene: Scene) -> AnyLevel:
+    if not has_key(scene, MODEL):
+        return "3d" if has_key(scene, BAND) else "closed form"
+    seat = cast(Any, scene.seat)
+    found = choose_level(seat, scene.accuracy.target / LEVEL_SHARE)  # it raises where a stated one does not apply
+    return "spring" if seat.model == "spring" else found.level
+
+
+def value_of(scene: Scene, key: str) -> Any:
+    """What the file states at a dotted ``key``, or its default."""
+    value: Any = scene
+    for part in key.split("."):
+        value = getattr(value, part)
+    return value
+
+
+def is_given(scene: Scene, key: str) -> bool:
+    """Whether the file states the dotted ``key``; "auto" and an absent value are no statement."""
+    if not has_key(scene, key):
+        return False
+    tables, _, name = key.rpartition(".")
+    table = value_of(scene, tables)
+    return name in table.model_fields_set and getattr(table, name) not in (None, "auto")
+
+
+def has_key(scene: Scene, key: str) -> bool:
+    """Whether this kind of scene knows the dotted ``key`` at all."""
+    value: Any = scene
+    for part in key.split("."):
+        if not isinstance(value, BaseModel) or part not in type(value).model_fields:
+            return False
+        value = getattr(value, part)
+    return True
+
+
+def is_meshed(scene: Scene) -> bool:
+    """Whether the seat has finite elements that are made or read here."""
+    return has_key(scene, BAND) and has_key(scene, "seat.material")
+
+
+def as_stated(scene: Scene, method: RunMethod) -> Scene:
+    """``scene`` as if its file stated the ``method``: for what reads numerics from its tables still."""
+    for key in FIELDS:
+        if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
+            scene = _with(scene, key.split("."), value)
+    return scene
+
+
+def _with(table: _Table, path: list[str], value: object) -> _Table:
+    name, *rest = path
+    return table.model_copy(update={name: _with(getattr(table, name), rest, value) if rest else value})

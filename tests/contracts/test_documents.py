@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from impact.runs.budget import SAFETY, STRESS_SAFETY
+from impact.runs.variations import NARROWER
 from seatfem.structures.seats.needs import COARSENING
-from seatfem.structures.seats.seat import MESH_SAFETY, ROD_SHARE
-from seatfem.study.impacts.variations import FEWER, MANY, NARROWER
-from seatfem.study.planning.deciding import AIM, FREE, SPARE
+from seatfem.structures.seats.seat import MESH_SAFETY
+from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -63,7 +63,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     names = {name for name in re.findall(r"`([A-Za-z_][\w.]*?)(?:\(\))?`", text) if not name.endswith(SUFFIXES)}
     names -= {*FOLDERS, "docs/scene.md"}
-    assert "build_seat" in names
+    assert "GreensFunction" in names
     last = {name: name.rpartition(".")[2] for name in names}
     defined = re.compile(r"(?:def|class) (\w+)|^\s*(\w+)\s*(?::[^=\n]*)?=", re.MULTILINE)
     known = {a or b for source in SOURCES for a, b in defined.findall(source)}
@@ -72,7 +72,7 @@ def test_every_name_in_contributing_is_in_the_code() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build_seat` (`seatfem/structures/seats/seat.py`)."""
+    """As in: `law_force` (`impact/march/loop.py`)."""
     pairs = [
         (page.name, name, file)
         for page in PAGES
@@ -100,7 +100,7 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
         f"(down to {NARROWER:g} below the last)",
         f"reed's modes by {FEWER:g} and 2",
         f"what {MANY} would change",
-        f"1/{ROD_SHARE} of the accuracy target",
+        f"1/{LEVEL_SHARE} of the accuracy target",
     ],
 )
 def test_the_numbers_of_the_methods_page_are_those_of_the_code(words: str) -> None:

@@ -183,3 +183,53 @@ def test_the_verification_is_a_leaf() -> None:
     }
     verb = ("table.verification_table", "view.verification_table_view")
     assert known == {f"seatfem/faces/cli.py imports seatfem.verification.{name}" for name in verb}
+
+
+ROOMS = ("units", "fields", "machine", "jobs", "structures", "pictures", "study", "leaves", "faces")
+"""Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
+IN_STUDY = ("safety", "scene", "method", "impacts", "accuracy", "planning", "runs", "trade")
+"""The same of what a study is made of."""
+LEAVES = ("machine/calibration.py", "machine/doctor.py", "verification/")
+"""What nothing but a verb imports, and which may import everything below the faces."""
+NOT_YET = ("structures/seats/", "structures/inspection/")
+"""Still reads scenes where it should be told by its callers."""
+
+
+def test_no_room_imports_from_one_above_it() -> None:
+    above = [
+        f"{name}:{line} imports {imported}"
+        for name, line, imported in _arrows("seatfem")
+        if _level(imported.replace(".", "/"), ROOMS) > _level(name.removeprefix("seatfem/"), ROOMS)
+        and not name.removeprefix("seatfem/").startswith(NOT_YET)
+    ]
+    assert above == []
+
+
+def test_a_study_goes_from_the_scene_to_the_trade() -> None:
+    above = [
+        f"{name}:{line} imports {imported}"
+        for name, line, imported in _arrows("seatfem.study")
+        if IN_STUDY.index(imported.partition(".")[0]) > IN_STUDY.index(_first(name.removeprefix("seatfem/study/")))
+    ]
+    assert above == []
+
+
+def _arrows(package: str) -> Iterator[tuple[str, int, str]]:
+    """File, line and, after the name of the package, what it imports of the package."""
+    for path in FILES:
+        name = path.relative_to(ROOT).as_posix()
+        for line, imported in imports(path):
+            inside = imported.removeprefix(f"{package}.")
+            rest = name.removeprefix(f"{package.replace('.', '/')}/")
+            if inside != imported and rest != name and rest != "__init__.py":
+                yield name, line, inside
+
+
+def _level(name: str, rooms: tuple[str, ...]) -> int:
+    leaf = any(name.startswith(each.removesuffix(".py")) for each in LEAVES)
+    room = "leaves" if leaf else _first(name)
+    return rooms.index(room) if room in rooms else len(rooms)
+
+
+def _first(name: str) -> str:
+    return name.partition("/")[0].removesuffix(".py")

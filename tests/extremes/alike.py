@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
 from scipy import linalg
 
 from impact import Body, Signorini, measures, rigid_mass
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.materials import Material
+from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
-from seatfem.structures.reduction.krylov import krylov_greens
-from seatfem.structures.reduction.lanczos import lanczos_greens
+from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.reduction.second_order_krylov import second_order_greens
+from seatfem.structures.reduction.registry import named
 from seatfem.units import parse_quantity
 from tests.extremes import scenes
 from tests.extremes.blocks import box
 from tests.extremes.cell import Cell, Finding, chosen, swept, worst
 
-_ROADS: dict[str, Callable[..., GreensFunction]] = {
-    "krylov": lambda *given, **aims: krylov_greens(*given, **aims)[0],
-    "lanczos": lanczos_greens,
-    "second order": second_order_greens,
-}
+_REDUCTIONS = ("krylov", "lanczos", "second_order")
 STEEL = {
     "SI": ("200e9 Pa", "7850 kg/m^3"),
     "mm, t, s": ("200000 N/mm^2", "7.85e-9 t/mm^3"),
@@ -45,7 +39,7 @@ def alike_cells() -> tuple[Cell, ...]:
         *swept("mass of striker / free rod", [10.0**k for k in range(-8, 9)], struck_free_rod),
         *swept("mass of striker / free rod of elements", [10.0**k for k in range(0, 9, 2)], struck_free_elements),
         *swept("free block struck at a corner, time / transit", [10.0**k for k in range(1, 7)], free_block),
-        *chosen("repeated eigenvalues", symmetric_block, ("modes", "response", *_ROADS)),
+        *chosen("repeated eigenvalues", symmetric_block, ("modes", "response", *_REDUCTIONS)),
         *chosen("units of a finite element seat", unit_systems, ("SI", "mm, t, s", "m, kg, us")),
         *chosen("one steel, stated twice", twice_stated, tuple(STEEL)),
     )
@@ -58,7 +52,7 @@ def free_block(time: float) -> Finding:
     """
     mesh = _with_corner(box((1.0, 1.0, 3.0), (2, 2, 3), hexes=True))
     model = assemble(mesh, Material(1.0, 0.3, 1.0), fixed=(), ports={"contact": "corner"})
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=0.5, duration=10.0, tolerance=1e-2)
+    greens = Krylov().reduce(model, model.damping, Aims(0.5, 10.0, 1e-2)).greens
     mass, inertia, arm = 3.0, 3.0 * (9.0 + 1.0) / 12, 0.25
     exact = time**2 / 2 * (1 / mass + 2 * arm**2 / inertia)
     return Finding(scenes.relative(float(greens.step_response(time)), exact), 32 / time**2 + 1e-6, (), "S(t)")
@@ -80,7 +74,7 @@ def _steel(units: str) -> Material:
 
 def _block_step(mesh: Any, material: Any) -> Array:
     model: SecondOrderModel = assemble(mesh, material, fixed="fixed", ports={"contact": "contact"})
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1e5, duration=1e-4, tolerance=1e-2)
+    greens = Krylov().reduce(model, model.damping, Aims(1e5, 1e-4, 1e-2)).greens
     return np.asarray(greens.step_response(np.linspace(1e-5, 1e-4, 10)))
 
 
@@ -102,7 +96,7 @@ def symmetric_block(name: str) -> Finding:
         found = solve_modes(model, len(values))
         ours = np.sin(np.outer(t, found.omega)) / found.omega @ (found.shapes.T @ b) ** 2
         return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
-    greens = _ROADS[name](model, damping_of(model), bandwidth=1.0, duration=20.0, tolerance=1e-3)
+    greens = named(name).reduce(model, model.damping, Aims(1.0, 20.0, 1e-3)).greens
     static = float(strength @ (1 / values))
     rise = (1 - np.cos(np.outer(t, omega))) / values @ strength
     return Finding(
@@ -127,14 +121,14 @@ def _step_in(length: float, mass: float, time: float) -> Array:
     mesh = box((side, side, 2 * side), (2, 2, 3), hexes=True)
     young, density = 2e11 * mass / (length * time**2), 7800.0 * mass / length**3
     model = assemble(mesh, Material(young, 0.3, density), fixed="fixed", ports={"contact": "contact"})
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1e5 / time, duration=1e-4 * time, tolerance=1e-2)
+    greens = Krylov().reduce(model, model.damping, Aims(1e5 / time, 1e-4 * time, 1e-2)).greens
     return np.asarray(greens.step_response(np.linspace(1e-5, 1e-4, 10) * time))
 
 
 def free_rod(time: float) -> Finding:
     """A free rod by elements and Krylov vectors: S(t) of d'Alembert; late, the flight t^2/(2 m) of the whole."""
     model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=10.0, duration=4.0, tolerance=1e-3)
+    greens = Krylov().reduce(model, model.damping, Aims(10.0, 4.0, 1e-3)).greens
     ours = float(greens.step_response(time))
     exact = float(scenes.FREE_ROD.step_response(time))
     return Finding(scenes.relative(ours, exact), 2e-2 if time < 1 else 1e-3, (), "S(t)")
@@ -154,7 +148,7 @@ def struck_free_rod(ratio: float) -> Finding:
 def struck_free_elements(ratio: float) -> Finding:
     """The same on a rod of finite elements with its rigid mode, for masses that meet its low modes."""
     model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=10.0, duration=4.0, tolerance=1e-3)
+    greens = Krylov().reduce(model, model.damping, Aims(10.0, 4.0, 1e-3)).greens
     result = scenes.run(rigid_mass(mass=ratio, velocity=-1.0), Body(greens), Signorini(), 1e-3, 3000)
     exact = -ratio * math.expm1(-2 / ratio)
     return Finding(scenes.relative(measures.impulse(result), exact), 1e-2, scenes.said(result), "impulse")

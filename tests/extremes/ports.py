@@ -8,9 +8,9 @@ import numpy as np
 
 from impact import Body, Contact, ContactProblem, ModalGreens, Residual, Signorini, measures, rigid_mass, solve
 from seatfem.structures.elements.rod1d import rod_model
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Port, SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
-from seatfem.structures.reduction.krylov import krylov_greens
+from seatfem.structures.reduction.krylov import Krylov
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, swept, worst
 
@@ -70,7 +70,7 @@ def near_element_ports(distance: float) -> Finding:
     A mass on both: d'Alembert's impulse, to the band and to d/2.
     """
     model = _twice_held(distance)
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=5.0, duration=4.0, tolerance=1e-3)
+    greens = Krylov().reduce(model, model.damping, Aims(5.0, 4.0, 1e-3)).greens
     found = greens.static_compliance()
     exact = np.array([[1.0, 1 - distance / 2], [1 - distance / 2, 1 - distance + distance**2 / 2]])
     seat = Body(greens)

@@ -14,9 +14,9 @@ from skfem.helpers import ddot, div, sym_grad
 from impact import Cantilever, TimoshenkoCantilever, half_space_patch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
+from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
-from seatfem.structures.reduction.krylov import krylov_greens
+from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modes import solve_modes
 from tests.extremes import scenes
 from tests.extremes.blocks import box, compliance
@@ -87,7 +87,7 @@ def guided_column(nu: float) -> Finding:
     model = assemble(mesh, material, fixed="fixed", sliding=SIDES, ports={"contact": "contact"})
     static = scenes.relative(compliance(model), 2.0 / (lam + 2 * mu))
     t = np.linspace(0.0, 8.0, 9)
-    greens, _ = krylov_greens(model, damping_of(model), bandwidth=1.0, duration=8.0, tolerance=1e-3)
+    greens = Krylov().reduce(model, model.damping, Aims(1.0, 8.0, 1e-3)).greens
     bounded = float(np.abs(greens.step_response(t)).max()) * (lam + 2 * mu) / 2.0  # twice the static one at most
     return Finding(max(static, bounded - 2.0 if bounded > 2.1 else 0.0), 1e-9 / (0.5 - nu), (), "static compliance")
 

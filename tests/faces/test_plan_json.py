@@ -11,9 +11,9 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.plan_json import plan_json
+from seatfem.study.accuracy.prerun import Bench, first_look
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.prerun import Bench, first_look
 from seatfem.study.planning.surrogate import surrogate_of
 from seatfem.study.scene import Scene, load_scene
 
@@ -68,11 +68,11 @@ def test_every_part_of_the_plan_is_there(plan: Plan) -> None:
 def test_the_scene_is_filled_and_in_si_units(plan: Plan) -> None:
     scene = json.loads(plan_json(plan))["scene"]
     assert scene["run"]["duration"] == 3e-3
-    assert scene["run"]["time_step"] == plan.scene.run.time_step
+    assert scene["run"]["time_step"] == plan.method.time_step
     assert scene["run"]["time_step"] > 0
     assert scene["reed"]["n_modes"] == int(plan.choice("reed.n_modes").value)
     assert scene["seat"]["model"] == plan.level
-    assert scene["seat"]["mesh"]["size"] == plan.scene.seat.model_dump()["mesh"]["size"]
+    assert scene["seat"]["mesh"]["size"] == plan.method.seat.size
     assert scene["seat"]["kind"] == "annular"
 
 

@@ -1,4 +1,4 @@
-"""Closed forms beyond the tables, each derived here by another road than the verification case's."""
+"""Closed forms beyond the tables, each derived here by another way than the verification case's."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Closed forms behind the finite element cases, each by another road than the literature's table or the case itself."""
+"""Closed forms behind the finite element cases, each by another way than the literature's table or the case itself."""
 
 import itertools
 import json

@@ -19,10 +19,11 @@ from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction import choice
+from seatfem.structures.reduction import modal
 from seatfem.structures.seats.levels import sectors
 from seatfem.structures.seats.needs import mesh_spec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
+from seatfem.study.method import MODEL, stated_method
 from seatfem.study.planning import seat_costs
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.scene import load_scene
@@ -142,9 +143,14 @@ def demo(size=None, bandwidth=None, steps=None, model="axisymmetric"):
     return scene.model_copy(update={"seat": seat, "run": run})
 
 
+def cost_at(scene, level, machine):
+    """As stated, but for the level."""
+    return predict_cost(scene, stated_method(scene).replaced({MODEL: level}), machine)
+
+
 @pytest.mark.parametrize("level", ["axisymmetric", "sector", "3d"])
 def test_finer_meshes_cost_more_time_and_memory(level):
-    costs = [predict_cost(demo(size, steps=1e5), level, Machine()) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
+    costs = [cost_at(demo(size, steps=1e5), level, Machine()) for size in (1.5e-3, 1e-3, 0.5e-3, 0.3e-3)]
     for one, other in pairwise(costs):
         assert one.seconds < other.seconds
         assert one.memory <= other.memory
@@ -152,16 +158,16 @@ def test_finer_meshes_cost_more_time_and_memory(level):
 
 
 def test_more_steps_and_wider_bands_cost_more():
-    few, many = (predict_cost(demo(steps=n), "axisymmetric", Machine()) for n in (1e5, 1e6))
+    few, many = (cost_at(demo(steps=n), "axisymmetric", Machine()) for n in (1e5, 1e6))
     for stage in ("contact", "spring baseline", "reed stress", "error budget", "files"):
         assert few.parts[stage] < many.parts[stage]
     assert many.memory - few.memory == pytest.approx(8 * 44 * 9e5)  # histories
-    narrow, wide = (predict_cost(demo(1e-3, band, 1e5), "sector", Machine()) for band in (2e5, 1e6))
+    narrow, wide = (cost_at(demo(1e-3, band, 1e5), "sector", Machine()) for band in (2e5, 1e6))
     assert narrow.parts["reduction"] < wide.parts["reduction"]
 
 
 def test_parts_add_up_and_carry_the_stopwatch_s_names():
-    cost = predict_cost(demo(), "axisymmetric", Machine())
+    cost = cost_at(demo(), "axisymmetric", Machine())
     assert cost.seconds == pytest.approx(sum(cost.parts.values()))
     named = {"mesh", "assembly", "reduction", "mesh error", "contact", "spring baseline", "error budget", "pictures"}
     assert named <= set(cost.parts)
@@ -173,21 +179,21 @@ def test_every_example_has_a_cost(name):
     level = {"annular": "axisymmetric", "plate": "3d", "stopper": "axisymmetric", "bar": "sector"}.get(scene.seat.kind)
     if getattr(scene.seat, "arc", None) is not None:
         level = "harmonics"
-    cost = predict_cost(scene, level or "closed form", Machine())
+    cost = cost_at(scene, level or "closed form", Machine())
     assert 1.0 < cost.seconds < 1000.0
     assert 1e8 < cost.memory < 5e9
 
 
 def test_a_spring_and_a_rod_need_no_reduction_of_the_seat():
-    spring, waves = (predict_cost(demo(0.3e-3), level, Machine()) for level in ("spring", "axisymmetric"))
+    spring, waves = (cost_at(demo(0.3e-3), level, Machine()) for level in ("spring", "axisymmetric"))
     assert spring.parts["reduction"] < waves.parts["reduction"]
-    assert "mesh" not in predict_cost(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod", Machine()).parts
+    assert "mesh" not in cost_at(load_scene(EXAMPLES / "mass_on_bar.toml"), "rod", Machine()).parts
 
 
 def test_costs_scale_with_the_machine():
     scene, fast = demo(), Machine()
     slow = replace(fast, **{name: 3 * rate for name, rate in fast.rates().items()})
-    ratio = predict_cost(scene, "axisymmetric", slow).seconds / predict_cost(scene, "axisymmetric", fast).seconds
+    ratio = cost_at(scene, "axisymmetric", slow).seconds / cost_at(scene, "axisymmetric", fast).seconds
     assert ratio == pytest.approx(3)
 
 
@@ -195,11 +201,11 @@ def test_predicting_is_quick():
     """Once the shape is known; the first time also stays far below a second."""
     scene = load_scene(EXAMPLES / "flapper_on_valve_plate.toml")
     machine = Machine()
-    predict_cost(scene, "3d", machine)
+    cost_at(scene, "3d", machine)
     times = []
     for _ in range(5):
         start = process_time()
-        predict_cost(scene, "3d", machine)
+        cost_at(scene, "3d", machine)
         times.append(process_time() - start)
     assert min(times) < 0.05
 
@@ -207,7 +213,7 @@ def test_predicting_is_quick():
 def test_memory_of_the_demo_s_mesh_follows_the_law():
     scene = demo(1e-3, model="3d")
     sizes = predicted_sizes(scene.seat.geometry(), mesh_spec(scene.seat, "3d"), "3d", sectors(scene.seat))
-    assert predict_cost(scene, "3d", Machine()).memory > memory_need(sizes.counts).factorized
+    assert cost_at(scene, "3d", Machine()).memory > memory_need(sizes.counts).factorized
 
 
 def test_sections_with_small_arcs_are_finer_beside_them():
@@ -270,4 +276,4 @@ def test_doctor_calibrate_writes_the_file(monkeypatch, capsys):
 
 
 def test_plan_and_run_agree_on_which_seats_are_small() -> None:
-    assert seat_costs.ALL_MODES == choice.ALL_MODES
+    assert seat_costs.ALL_MODES == modal.ALL_MODES

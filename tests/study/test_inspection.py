@@ -18,7 +18,7 @@ from seatfem.structures.seats.store import Store
 from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
 from seatfem.study.planning.patch import patch_of
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.rounds_ahead import rounds_ahead
+from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.planning.seat_costs import seat_model
 from seatfem.study.scene import Cad, MeshFile, Plate, SceneError, load_scene
 

@@ -130,7 +130,7 @@ def test_the_whole_ring_is_the_limit_of_a_wide_arc(build: Build) -> None:
 
 
 def test_hexes_stand_for_tetrahedra(build: Build) -> None:
-    """Curved hexes with a diagonal mass, and the Lanczos road where it is cheaper."""
+    """Curved hexes with a diagonal mass, and Lanczos where it is cheaper."""
     tets, hexes = build(RING, "3d"), build(RING.replace("mesh = {", 'mesh = { shape = "hex",'), "3d")
     assert hexes.model is not None
     assert hexes.model.mass_is_diagonal

@@ -16,8 +16,8 @@ import impact
 from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures.seats.kept_seats import KeptSeatWarning
-from seatfem.study.impacts.budget import SOURCES
 from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.scene import load_scene
@@ -289,7 +289,7 @@ def test_a_mesh_file_is_a_seat(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("plain")
-def test_the_transient_road_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
+def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
     """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker

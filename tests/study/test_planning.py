@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,19 +19,21 @@ from seatfem.machine.rates import Machine
 from seatfem.structures.seats.levels import LevelError
 from seatfem.structures.seats.needs import memory
 from seatfem.structures.seats.store import Store
-from seatfem.study.impacts.budget import SOURCES
+from seatfem.study.accuracy.prerun import Bench, advanced, first_look
+from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, run_for_measures, striker_of
-from seatfem.study.planning.deciding import AIM, FREE, Choices, Decision
-from seatfem.study.planning.filling import filled, is_given, replaced
+from seatfem.study.impacts.measures import SOURCES
+from seatfem.study.method import BAND, STEP, as_stated, is_given, stated_method
+from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.study.planning.options import BAND, BANDS, STEP, Seen
 from seatfem.study.planning.patch import patch_of
 from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import plan_scene, refine
-from seatfem.study.planning.prerun import Bench, advanced, first_look
-from seatfem.study.planning.sensitivity import Rung, Sensitivity, no_better_than_finer
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.refining import refine
+from seatfem.study.planning.seen import BANDS, Seen
 from seatfem.study.planning.surrogate import surrogate_of
-from seatfem.study.scene import Annular, DrawnSeat, MeshFile, Scene
+from seatfem.study.safety import AIM, FREE
+from seatfem.study.scene import Annular, Scene
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -105,9 +108,13 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
 
 
-def drawn(plan: Plan) -> DrawnSeat:
-    assert isinstance(plan.scene.seat, DrawnSeat)
-    return plan.scene.seat
+def key_of(plan: Plan) -> str:
+    return as_stated(plan.scene, plan.method).seat_key()
+
+
+def with_stated(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """As if the file stated them."""
+    return as_stated(scene, stated_method(scene).replaced(values))
 
 
 class TestKeys:
@@ -122,31 +129,33 @@ class TestKeys:
         scene = scene_of(ANNULAR, REED, **given)
         plan = plan_scene(scene)
         assert plan.scene == scene
+        assert plan.method == stated_method(scene)
         assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
 
     def test_what_it_leaves_open_is_filled_with_a_reason(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, run__time_step="7 ns"))
-        seat = drawn(plan)
-        assert seat.model != "auto"
-        assert seat.mesh.size is not None
-        assert seat.mesh.contact_size is not None
-        assert plan.scene.run.time_step == pytest.approx(7e-9)
+        seat = plan.method.seat
+        assert seat.level == plan.level
+        assert seat.size is not None
+        assert seat.contact_size is not None
+        assert plan.method.time_step == pytest.approx(7e-9)
         for key in ("seat.mesh.size", "seat.greens.bandwidth", "reed.n_modes"):
             choice = plan.choice(key)
             assert not choice.given
             assert any(character.isdigit() for character in choice.reason)
         assert plan.choice("run.time_step").given
 
-    def test_a_filled_scene_is_a_plan_of_itself(self) -> None:
-        filled_once = plan_scene(scene_of(ANNULAR, REED)).scene
-        assert plan_scene(filled_once).scene == filled_once
+    def test_what_a_plan_chooses_can_be_stated(self) -> None:
+        plan = plan_scene(scene_of(ANNULAR, REED))
+        assert plan_scene(as_stated(plan.scene, plan.method)).method == plan.method
 
     def test_auto_and_absent_values_are_open(self) -> None:
         scene = scene_of(ANNULAR, REED, seat__model="auto")
         assert not is_given(scene, "seat.model")
         assert not is_given(scene, "run.time_step")
-        assert filled(scene, {"seat.model": "3d", "reed.n_modes": 7}).reed.n_modes == 7  # type: ignore[union-attr]
-        assert is_given(replaced(scene, {"seat.model": "3d"}), "seat.model")
+        assert stated_method(scene).seat.level == "axisymmetric"
+        assert stated_method(with_stated(scene, {"seat.model": "3d", "reed.n_modes": 7})).reed.n_modes == 7
+        assert is_given(with_stated(scene, {"seat.model": "3d"}), "seat.model")
 
 
 class TestTargets:
@@ -154,11 +163,11 @@ class TestTargets:
     def test_a_tighter_target_is_never_coarser(self, parts: tuple[str, ...]) -> None:
         plans = [plan_scene(scene_of(*parts, accuracy__target=target)) for target in ("5 %", "1 %", "0.3 %")]
         for loose, tight in itertools.pairwise(plans):
-            one, other = loose.scene, tight.scene
-            assert one.run.time_step is not None
-            assert other.run.time_step is not None
-            assert other.run.time_step <= one.run.time_step
-            assert getattr(other.reed, "n_modes", 0) >= getattr(one.reed, "n_modes", 0)
+            one, other = loose.method, tight.method
+            assert one.time_step is not None
+            assert other.time_step is not None
+            assert other.time_step <= one.time_step
+            assert (other.reed.n_modes or 0) >= (one.reed.n_modes or 0)
             assert max(tight.error.values()) <= max(loose.error.values())
 
     def test_the_prediction_meets_the_target(self) -> None:
@@ -175,9 +184,9 @@ class TestTargets:
         )
         assert impulse.level == "spring"
         assert peak.level == displacement.level == "axisymmetric"
-        assert drawn(impulse).mesh.size >= drawn(peak).mesh.size  # type: ignore[operator]
-        assert drawn(displacement).greens.bandwidth > drawn(impulse).greens.bandwidth
-        assert drawn(displacement).greens.tolerance < drawn(peak).greens.tolerance
+        assert impulse.method.seat.size >= peak.method.seat.size  # type: ignore[operator]
+        assert displacement.method.seat.bandwidth > impulse.method.seat.bandwidth  # type: ignore[operator]
+        assert displacement.method.seat.tolerance < peak.method.seat.tolerance
         assert impulse.cost.seconds <= peak.cost.seconds
 
     def test_a_long_bar_is_a_rod_for_slow_measures_and_a_solid_for_fast_ones(self) -> None:
@@ -207,7 +216,7 @@ class TestTargets:
         width = steps * transits * transit
         rod = '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "8000 kg/m^3"\nlength = "50 mm"\narea = "1 mm^2"\n'
         scene = scene_of(rod, MASS.replace("5 g", "50 g"), run={"duration": "8 ms", "filter_width": f"{width} s"})
-        coarse, fine = replaced(scene, {STEP: transits * transit}), replaced(scene, {STEP: transit / 50})
+        coarse, fine = with_stated(scene, {STEP: transits * transit}), with_stated(scene, {STEP: transit / 50})
         plan = plan_scene(coarse)
         seat = surrogate_of(scene).greens
         rough, exact = (run_for_measures(s, striker_of(s), seat, s.run.time_step or 0.0) for s in (coarse, fine))
@@ -224,12 +233,12 @@ class TestTargets:
         """A soft spring under a short filter: no pre-run can march all of it; errors go on as the order says."""
         soft = SPRING.replace("27.8 N/um", "15 N/m")
         plan = plan_scene(scene_of(soft, MASS, run={"duration": "90 us", "filter_width": "10 ns"}))
-        assert plan.scene.run.time_step is not None
-        assert plan.scene.run.time_step <= 10e-9 / 4
+        assert plan.method.time_step is not None
+        assert plan.method.time_step <= 10e-9 / 4
 
     def test_chosen_steps_end_with_the_run(self) -> None:
         """Also those of the error bars, twice and four times as long: what is known of g may end there."""
-        dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).scene.run.time_step
+        dt = plan_scene(scene_of(SPRING, REED, run__duration="0.7713 ms")).method.time_step
         assert dt is not None
         assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
@@ -246,8 +255,8 @@ class TestTargets:
         file = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
         seat = {"kind": "mesh", "file": str(file), "damping_ratio": 0.05, "material": tomllib.loads(STEEL)["material"]}
         plan = plan_scene(scene_of(REED, seat=seat))
-        assert isinstance(plan.scene.seat, MeshFile)
-        assert plan.scene.seat.greens.bandwidth <= 1e6
+        assert plan.method.seat.size is None
+        assert plan.method.seat.bandwidth <= 1e6  # type: ignore[operator]
 
     def test_no_contact_is_said(self) -> None:
         """And nothing else: no bar of what does not move, no word of how little the seat counts."""
@@ -308,16 +317,16 @@ class TestRefining:
     def test_each_source_has_a_key_that_is_made_finer(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED))
         finer = {source: refine(plan, source, 2.0) for source in SOURCES}
-        old = plan.scene
+        old = plan.method
         for source, new in finer.items():
             assert new is not None
             assert max(new.error.values()) < max(plan.error.values()), source
-        mesh, reduction, step, model, patch = (found.scene for found in finer.values() if found is not None)
-        assert mesh.seat.mesh.size == pytest.approx(old.seat.mesh.size / 2, rel=0.06)  # type: ignore[union-attr]
-        assert reduction.seat.greens.bandwidth > 1.5 * old.seat.greens.bandwidth  # type: ignore[union-attr]
-        assert step.run.time_step == pytest.approx(old.run.time_step / 2)  # type: ignore[operator]
-        assert model.reed.n_modes >= 1.4 * old.reed.n_modes  # type: ignore[union-attr]
-        assert (old.contact.rings, patch.contact.rings) == (1, 4)
+        mesh, reduction, step, model, patch = (found.method for found in finer.values() if found is not None)
+        assert mesh.seat.size == pytest.approx(old.seat.size / 2, rel=0.06)  # type: ignore[operator]
+        assert reduction.seat.bandwidth > 1.5 * old.seat.bandwidth  # type: ignore[operator]
+        assert step.time_step == pytest.approx(old.time_step / 2)  # type: ignore[operator]
+        assert model.reed.n_modes >= 1.4 * old.reed.n_modes  # type: ignore[operator]
+        assert (old.seat.rings, patch.seat.rings) == (1, 4)
 
     def test_a_spring_that_leaves_too_much_out_gives_way_to_waves(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, accuracy={"target": "1 %", "measures": ["impulse"]}))
@@ -328,14 +337,14 @@ class TestRefining:
         again = refine(finer, "model")
         assert again is not None
         assert again.level == "axisymmetric"
-        assert again.scene.reed.n_modes > finer.scene.reed.n_modes  # type: ignore[union-attr]
+        assert again.method.reed.n_modes > finer.method.reed.n_modes  # type: ignore[operator]
 
     def test_elements_stay_no_smaller_than_those_stated_at_the_contact(self) -> None:
         plan = plan_scene(scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"}))
-        once = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3}))
+        once = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3}))
         finer = refine(once, "mesh", 4.0)
         assert finer is not None
-        assert drawn(finer).mesh.size == 2e-3
+        assert finer.method.seat.size == 2e-3
         assert refine(finer, "mesh") is None
 
     def test_a_round_that_keeps_its_seat_costs_no_seat(self) -> None:
@@ -358,11 +367,10 @@ class TestSeatsAtHand:
         store = Store(tmp_path / "kept")
         softer = {"reed__release": {"tip_deflection": "0.83 mm"}, "reed__damping_ratio": 0.025}
         plans = [plan_scene(scene_of(ANNULAR, REED, **more), store=store) for more in ({}, softer)]
-        fine, coarse = sorted(plans, key=lambda plan: drawn(plan).greens.tolerance)
+        fine, coarse = sorted(plans, key=lambda plan: plan.method.seat.tolerance)
         self.keep(fine, store)
-        assert coarse.asked is not None
-        assert plan_scene(coarse.asked, store=store).scene.seat_key() == fine.scene.seat_key()
-        assert fine.scene != coarse.scene
+        assert key_of(plan_scene(coarse.scene, store=store)) == key_of(fine)
+        assert fine.method != coarse.method
 
     @pytest.mark.parametrize("target", ["1 %", "5 %"])
     def test_a_seat_at_least_as_fine_is_used(self, target: str, tmp_path: Path) -> None:
@@ -372,7 +380,7 @@ class TestSeatsAtHand:
         self.keep(fine, store)
         again = plan_scene(scene_of(ANNULAR, REED, accuracy__target=target), store=store)
         assert again.kept
-        assert again.scene.seat_key() == fine.scene.seat_key()
+        assert key_of(again) == key_of(fine)
         assert again.cost.seconds < fine.cost.seconds
         assert "store" in again.choice("seat").reason
 
@@ -391,15 +399,16 @@ class TestSeatsAtHand:
         mesh = {"size": "2 mm", "contact_size": "0.4 mm"}
         long = {"run__duration": "20 ms", "accuracy__target": "5 %", "seat__mesh": mesh}
         wanted = plan_scene(scene_of(ANNULAR, REED, **long), store=store)
-        wider = replaced(wanted.scene, {BAND: next(band for band in BANDS if band > drawn(wanted).greens.bandwidth)})
-        assert memory(wider) < memory(wanted.scene)
-        self.keep(replace(wanted, scene=wider), store)
+        narrow: float = wanted.method.value(BAND)
+        wider = wanted.method.replaced({BAND: next(band for band in BANDS if band > narrow)})
+        assert memory(as_stated(wanted.scene, wider)) < memory(as_stated(wanted.scene, wanted.method))
+        self.keep(replace(wanted, method=wider), store)
         assert plan_scene(scene_of(ANNULAR, REED, **long), store=store).kept
 
     @staticmethod
     def keep(plan: Plan, store: Store) -> None:
-        key = plan.scene.seat_key()
-        scene, none = plan.scene, np.zeros(0)
+        key = key_of(plan)
+        scene, none = as_stated(plan.scene, plan.method), np.zeros(0)
         forgotten = memory(scene) < scene.run.duration
         spring = ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin={"seat_key": key})
         store.put(key, spring if forgotten else spring.known_for(scene.run.duration))
@@ -451,7 +460,7 @@ class TestChoosing:
         surrogate = surrogate_of(scene)
         bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
         sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
-        return Choices(Seen(scene, surrogate, sensitivity, Machine.known()))
+        return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
 
     def test_a_small_change_may_be_an_accident(self) -> None:
         changes = (1e-9, 0.1, 0.01)

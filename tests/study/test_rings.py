@@ -34,8 +34,9 @@ from seatfem.structures.rings import (
 )
 from seatfem.structures.seats.seat import SeatAnswer
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
+from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, solve_contact, striker_of
-from seatfem.study.impacts.variations import error_budget
+from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
@@ -256,14 +257,14 @@ def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
     result = run_contact(scene, striker, one, 2e-8)
     coarse = run_contact(scene, striker, four, 4e-8), run_contact(scene, striker, one, 4e-8)
     expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
-    found = error_budget(scene, SeatAnswer(one, in_rings=four), striker, result)
+    found = error_budget(scene, stated_method(scene), SeatAnswer(one, in_rings=four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
     assert expected > 0
-    assert "patch" in error_budget(scene, SeatAnswer(one), striker, result).unknown
+    assert "patch" in error_budget(scene, stated_method(scene), SeatAnswer(one), striker, result).unknown
     spring = SeatAnswer(impact.spring(stiffness=1e9), plane=True)
-    assert set(error_budget(scene, spring, striker, result).parts["patch"].values()) == {0.0}
+    assert set(error_budget(scene, stated_method(scene), spring, striker, result).parts["patch"].values()) == {0.0}
     result = run_contact(scene, striker, four, 2e-8)
-    found = error_budget(scene, SeatAnswer(four), striker, result)
+    found = error_budget(scene, stated_method(scene), SeatAnswer(four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
 
 
@@ -324,7 +325,7 @@ def test_a_plan_takes_rings_where_the_target_asks_for_them(tmp_path: Path) -> No
         plan = plan_scene(load_scene(file))
         choice = plan.choice("contact.rings")
         assert not choice.given
-        numbers.append(plan.scene.contact.rings)
+        numbers.append(plan.method.seat.rings)
         assert plan.shares["patch"]["filtered_peak"] <= float(target)
     assert numbers[0] == 1 < numbers[1] < numbers[2]
     file.write_text((text % "rings = 1").replace("target = 0.3", "target = 0.01"), encoding="utf-8")

@@ -19,13 +19,13 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.planning.filling import replaced
+from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import carry_out, missed
-from seatfem.study.scene import Cantilever, load_scene
+from seatfem.study.scene import load_scene
 
 SCENE = """
 [seat]
@@ -49,9 +49,13 @@ def plan_of(text: str, folder: Path) -> Plan:
     return plan_scene(load_scene(path))
 
 
+def key_of(plan: Plan) -> str:
+    return as_stated(plan.scene, plan.method).seat_key()
+
+
 def with_step(plan: Plan, dt: float) -> Plan:
     """The same plan with a step it would not have chosen; the key stays open."""
-    return replace(plan, scene=replaced(plan.scene, {"run.time_step": dt}))
+    return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
 
 
 def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
@@ -71,8 +75,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
     assert not done.met
     assert done.number == 1
-    assert isinstance(done.plan.scene.reed, Cantilever)
-    assert (done.result.dt, done.plan.scene.reed.n_modes) == (2e-6, 3)
+    assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
     told = missed(done)
     assert any("above accuracy.target = 0.001" in words for words in told)
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
@@ -138,7 +141,7 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
     plan, solve_contact, written = plan_of(text, tmp_path), rounds.solve_contact, []
-    finer = replace(plan, scene=replaced(plan.scene, {"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
+    finer = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
 
     def failing(*given):
         written.append(load_greens(tmp_path / "seat.h5").provenance["seat_key"])
@@ -151,15 +154,15 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert done.stopped == "a finer round is not possible: out of memory"
-    assert written == [plan.scene.seat_key(), finer.scene.seat_key()]
-    assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == plan.scene.seat_key()
+    assert written == [key_of(plan), key_of(finer)]
+    assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == key_of(plan)
 
 
 def test_waves_that_a_spring_leaves_out_count_as_an_error_of_the_model(tmp_path: Path) -> None:
     """As the plan saw them: 3 % of the peak."""
-    plan = replace(
-        plan_of(SCENE + 'target = "4 %"\n', tmp_path), level="spring", shares={"model": {"filtered_peak": 0.03}}
-    )
+    plan = plan_of(SCENE + 'target = "4 %"\n', tmp_path)
+    method = plan.method.replaced({"seat.model": "spring"})
+    plan = replace(plan, method=method, shares={"model": {"filtered_peak": 0.03}})
     done = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(1))
     peak = done.left.values["filtered_peak"]
     assert done.left.parts["model"]["filtered_peak"] == pytest.approx(0.03 * peak)

@@ -1,6 +1,6 @@
 """The demo's seat from parameters and from a STEP file; a meshed bar as the seat of a reed against the analytic rod.
 
-The seat's modes by an independent path, and the three roads to its Green's function: test_seat_roads.
+The seat's modes by an independent path, and three reductions to its Green's function: test_seat_reductions.
 """
 
 from functools import cache

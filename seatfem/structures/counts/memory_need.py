@@ -72,7 +72,7 @@ class Counts:
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Predicted peaks [bytes], beyond what the program itself takes: of roads that factorize, and of Lanczos."""
+    """Predicted peaks [bytes], beyond what the program itself takes: of reductions that factorize, and of Lanczos."""
 
     factorized: float
     lanczos: float

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
 from seatfem.structures.elements.constraints import Freedom, freedom
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
 from seatfem.structures.elements.patch_rings import places_across
@@ -33,7 +34,7 @@ from seatfem.structures.elements.shape_functions import (
     nodal_rule,
     stiffness_rule,
 )
-from seatfem.structures.elements.supports import Support, support_matrices
+from seatfem.structures.elements.supports import Support, acts, support_matrices, total
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
@@ -104,12 +105,12 @@ def assemble(
     unknowns = freedom(made, *held.values())
     body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
     K, M = body.matrices(np.ones((len(solids), 2)), progress)
-    C, H = _damping(body, K, M, rayleigh)
+    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
+    losses = np.array([solid.loss_factor for solid in solids])
+    C, H = _damping(body, K, M, pairs, losses)
     added = support_matrices(made, supports, solids, region)
-    K = K + unknowns.restricted(added["K"]) if "K" in added else K
-    if "C" in added:
-        dashpots = unknowns.restricted(added["C"])
-        C = dashpots if C is None else C + dashpots
+    springs, dashpots = (unknowns.restricted(added[key]) if key in added else None for key in ("K", "C"))
+    K, C = K if springs is None else K + springs, total(C, dashpots)
     of_ports: dict[str, Port] = {}
     for port, name in patches.items():
         of_ports |= dict(zip(ring_names(port, rings), _ports(body, name, copies, rings), strict=True))
@@ -117,7 +118,8 @@ def assemble(
     dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
     M, K = (M, K) if copies == 1 else (M * copies, K * copies)
     C, H = (None if a is None else a * copies for a in (C, H))
-    return SecondOrderModel(M, C, K, of_ports, dofs, H)
+    known = Damping.of_regions(pairs, losses, H, springs=acts(springs), dashpots=acts(dashpots))
+    return SecondOrderModel(M, C, K, of_ports, dofs, H, known)
 
 
 @dataclass(frozen=True)
@@ -162,16 +164,14 @@ class _Body:
 
 
 def _damping(
-    body: _Body, K: sparse.csr_array, M: sparse.csr_array, rayleigh: tuple[float, float] | None
+    body: _Body, K: sparse.csr_array, M: sparse.csr_array, pairs: Array, losses: Array
 ) -> tuple[sparse.csr_array | None, sparse.csr_array | None]:
     """C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r; ``None`` where all are zero."""
-    pairs = np.array([solid.rayleigh for solid in body.solids]) + np.array(rayleigh or (0.0, 0.0))
-    losses = np.array([solid.loss_factor for solid in body.solids])
     C = H = None
     if np.ptp(pairs, axis=0).any():
         of_stiffness, of_mass = body.matrices(pairs[:, ::-1], silent)
         C = of_mass + of_stiffness
-    elif rayleigh is not None or pairs.any():
+    elif pairs.any():
         C = pairs[0, 0] * M + pairs[0, 1] * K
     if np.ptp(losses):
         H = body.matrices(np.stack([losses, np.zeros_like(losses)], axis=1), silent)[0]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import check_ports, solids_by_region
 from seatfem.structures.elements.node_constraints import Constraint, free_directions
 from seatfem.structures.elements.revolved_elements import (
@@ -25,7 +26,7 @@ from seatfem.structures.elements.revolved_elements import (
     stiffness_blocks,
 )
 from seatfem.structures.elements.revolved_materials import check_revolved
-from seatfem.structures.elements.supports import Support, spread_supports
+from seatfem.structures.elements.supports import Support, acts, spread_supports, total
 from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
@@ -105,13 +106,18 @@ def assemble_axisymmetric(
     K, M, C, loss = _matrices(section, solids, region, harmonic, torsion, mass, T)
     progress("assembly", 0.8)
     if rayleigh is not None:
-        C = _sum(C, rayleigh[0] * M + rayleigh[1] * K)
+        C = total(C, rayleigh[0] * M + rayleigh[1] * K)
     bodies = [ring_surface(section, s.boundary, type(s).__name__, angle_integral(harmonic)) for s in supports]
     added = spread_supports(supports, bodies, solids, region, section.n_nodes)
-    if "K" in added:
-        K = K + sparse.csr_array(T.T @ added["K"] @ T)
-    if "C" in added:
-        C = _sum(C, sparse.csr_array(T.T @ added["C"] @ T))
+    springs, dashpots = (sparse.csr_array(T.T @ added[key] @ T) if key in added else None for key in ("K", "C"))
+    K, C = K if springs is None else sparse.csr_array(K + springs), total(C, dashpots)
+    known = Damping.of_regions(
+        np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0)),
+        np.array([solid.loss_factor for solid in solids]),
+        loss,
+        springs=acts(springs),
+        dashpots=acts(dashpots),
+    )
     whole: dict[str, Port] = {}
     for port, name in patches.items():
         parts = _ports(section, name, solids, region, harmonic, rings)
@@ -119,11 +125,7 @@ def assemble_axisymmetric(
     made = {name: replace(port, vector=T.T @ port.vector) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     progress("assembly", 1.0)
-    return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss)
-
-
-def _sum(one: sparse.csr_array | None, other: sparse.csr_array) -> sparse.csr_array:
-    return other if one is None else sparse.csr_array(one + other)
+    return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss, known)
 
 
 def _matrices(

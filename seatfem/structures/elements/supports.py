@@ -108,6 +108,16 @@ def spread_supports(
     return sums
 
 
+def total(one: sparse.csr_array | None, other: sparse.csr_array | None) -> sparse.csr_array | None:
+    """The sum of what there is."""
+    return other if one is None else one if other is None else sparse.csr_array(one + other)
+
+
+def acts(matrix: sparse.csr_array | None) -> bool:
+    """Whether it is there, and not of zeros alone."""
+    return matrix is not None and bool(matrix.count_nonzero())
+
+
 def _densities(
     support: Support, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]
 ) -> list[tuple[str, Array, Array]]:

@@ -8,7 +8,8 @@ from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Le
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import PydanticCustomError
 
 from seatfem.fields import (
     AreaDamping,
@@ -226,11 +227,25 @@ class Mesh(Table):
         return self
 
 
+def _registered(method: str) -> str:
+    """The name of a reduction, or "auto"; else the error of any key that takes one of several words."""
+    if method == "auto":
+        return method
+    from seatfem.structures.reduction.registry import reducers  # for load time: most scenes name none
+
+    if method not in (known := reducers()):
+        *first, last = map(repr, ("auto", *known))
+        raise PydanticCustomError("literal_error", "unknown", {"expected": f"{', '.join(first)} or {last}"})
+    return method
+
+
 class GreensSettings(Table):
     """How the seat's Green's function is computed."""
 
-    method: Literal["auto", "krylov", "modes", "transient", "lanczos", "second_order"] = Field(
-        "auto", description="the road; auto chooses"
+    method: Annotated[str, AfterValidator(_registered)] = Field(
+        "auto",
+        description="the reduction: auto chooses among krylov, modes, transient, lanczos, second_order and others "
+        "that are registered",
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")

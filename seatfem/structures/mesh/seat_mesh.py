@@ -1,4 +1,4 @@
-"""The mesh of a seat: what every road to it ends with."""
+"""The mesh of a seat: what every way to it ends with."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From matrices to a Green's function: the roads, each with its error estimate."""
+"""From matrices to a Green's function: the reductions, each with its error estimate."""

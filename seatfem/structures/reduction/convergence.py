@@ -1,4 +1,4 @@
-"""How the roads know that they have arrived: what the last checks say of the vectors still to come."""
+"""How a growing space knows that it has arrived: what the last checks say of the vectors still to come."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def _pardiso(matrix: sparse.csr_array, definite: bool, solver_class: Any) -> tup
 def _pardiso_message(error: Exception, definite: bool) -> str:
     code = int(getattr(error, "value", 0))
     meanings = {
-        -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or a road without factorization "
+        -2: "not enough memory for the factors: use a coarser mesh, fewer dimensions, or no factorization at all "
         "(mass='nodal' and method='lanczos')",
         -4: "not positive definite or singular"
         if definite

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.damping import Damping
 from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.ring_patches import RingPatch, pair_weights
 
@@ -65,7 +65,7 @@ class Tail:
 def relaxation(compliance: Array, start: Array, damping: Damping) -> Residual:
     """The relaxation of integral ``compliance`` and initial value ``start``, slowed by stiffness-proportional damping.
 
-    As `seatfem.structures.reduction.damping.residual`, with a full matrix of initial values.
+    As `seatfem.structures.reduction.residual.residual`, with a full matrix of initial values.
     """
     scale, vectors = np.linalg.eigh(start)
     root = vectors * np.sqrt(np.maximum(scale, 1e-9 * scale[-1])) @ vectors.T

@@ -23,12 +23,13 @@ from impact.progress import Progress, silent
 from seatfem.structures.elements.axisymmetric import Mass, assemble_axisymmetric
 from seatfem.structures.elements.supports import Support
 from seatfem.structures.materials import Solid
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
 from seatfem.structures.reduction.factorization import Backend
-from seatfem.structures.reduction.greens import Method, reduce_model
+from seatfem.structures.reduction.greens import reduced
 from seatfem.structures.reduction.harmonic_tail import Tail, relaxation, static_lag
 from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.registry import AUTO
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
 from seatfem.structures.rings import ring_names
 
@@ -50,7 +51,7 @@ def ring_greens(
     mass: Mass = "consistent",
     rayleigh: tuple[float, float] | None = None,
     supports: Sequence[Support] = (),
-    method: Method = "auto",
+    method: str = AUTO,
     max_vectors: int | None = None,
     backend: Backend = "auto",
     rings: int = 1,
@@ -84,32 +85,17 @@ def ring_greens(
             rings=rings,
         )
 
-    return combine_harmonics(
-        build,
-        patches,
-        bandwidth=bandwidth,
-        duration=duration,
-        tolerance=tolerance,
-        damping_ratio=damping_ratio,
-        method=method,
-        max_vectors=max_vectors,
-        backend=backend,
-        max_harmonic=max_harmonic,
-        progress=progress,
-    )
+    aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
+    return combine_harmonics(build, patches, aims, damping_ratio, method, max_harmonic=max_harmonic, progress=progress)
 
 
 def combine_harmonics(
     build: Callable[[int], SecondOrderModel],
     patches: Mapping[str, RingPatch],
-    *,
-    bandwidth: float,
-    duration: float,
-    tolerance: float,
+    aims: Aims,
     damping_ratio: float = 0.0,
-    method: Method = "auto",
-    max_vectors: int | None = None,
-    backend: Backend = "auto",
+    method: str = AUTO,
+    *,
     max_harmonic: int = 1000,
     progress: Progress = silent,
 ) -> ModalGreens:
@@ -123,51 +109,42 @@ def combine_harmonics(
         ConvergenceError: ``max_harmonic`` is reached before the tolerance.
     """
     check_patches(patches)
-    t = error_times(duration, 1 / bandwidth)
-    total = _Sum(patches, list(dict.fromkeys(patch.boundary for patch in patches.values())), t, 1 / bandwidth)
+    rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
+    total = _Sum(patches, rings, error_times(aims.duration, aims.width), aims.width)
     harmonic, lags, limit = 0, [math.inf], math.inf
     while total.touches_from(harmonic):
         if harmonic > max_harmonic:
             raise ConvergenceError(f"{max_harmonic} harmonics still have waves in the band: raise max_harmonic")
         model = build(harmonic)
-        greens = reduce_model(
-            model,
-            bandwidth=bandwidth,
-            duration=duration,
-            tolerance=tolerance / 3,
-            damping_ratio=damping_ratio,
-            method=method,
-            max_vectors=max_vectors,
-            backend=backend,
-        ).greens.modal
+        greens = reduced(model, replace(aims, tolerance=aims.tolerance / 3), damping_ratio, method).greens.modal
         if greens is None:
             raise ModelError("harmonics combine modes: use damping that does not couple them (ratio, Rayleigh, loss)")
-        damping = damping_of(model, damping_ratio)
+        damping = model.damping.plus(damping_ratio)
         start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()], dtype=float)
         total.add(harmonic, greens)
         limit = min(limit, greens.valid_for)
         lags.append(total.beyond(harmonic, static_lag(greens, np.diag(start), damping, total.t, total.width)))
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 12))
-        if harmonic > _FEWEST and max(lags[-2:]) <= tolerance / 6:
+        if harmonic > _FEWEST and max(lags[-2:]) <= aims.tolerance / 6:
             break
-    reduced = last = harmonic - 1
+    done = last = harmonic - 1
     if total.touches_from(harmonic):
-        tail, doubt = _static_tail(build, total, reduced, bandwidth, tolerance, max_harmonic, backend)
-        rings = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
-        lacking = damping.first_velocity() * first_velocities_beyond(patches, rings, reduced)
+        tail, doubt = _static_tail(build, total, done, aims, max_harmonic)
+        impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
+        lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, done)
         total.close(relaxation(tail.compliance(), lacking, damping), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(
         {
             "method": "harmonics",
-            "reason": f"{reduced + 1} harmonics with waves in the band, static compliances up to n = {last}",
-            "harmonics": reduced,
+            "reason": f"{done + 1} harmonics with waves in the band, static compliances up to n = {last}",
+            "harmonics": done,
             "static_harmonics": last,
-            "bandwidth_Hz": bandwidth,
-            "duration_s": duration,
-            "tolerance": tolerance,
+            "bandwidth_Hz": aims.bandwidth,
+            "duration_s": aims.duration,
+            "tolerance": aims.tolerance,
             "damping_ratio": damping_ratio,
             "patches": {k: {"angle": v.angle, "width": v.width, "boundary": v.boundary} for k, v in patches.items()},
             "dof": model.size,
@@ -179,21 +156,19 @@ def combine_harmonics(
 def _static_tail(
     build: Callable[[int], SecondOrderModel],
     total: _Sum,
-    reduced: int,
-    bandwidth: float,
-    tolerance: float,
+    done: int,
+    aims: Aims,
     max_harmonic: int,
-    backend: Backend,
 ) -> tuple[Tail, float]:
-    """The harmonics above ``reduced``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
-    tail = Tail(total.patches, total.rings, reduced)
-    while (doubt := total.relative(tail.doubt() * 2 * bandwidth)) > tolerance / 6:
+    """The harmonics above ``done``, and their uncertainty relative to the response: a pulse's peak is 2/width."""
+    tail = Tail(total.patches, total.rings, done)
+    while (doubt := total.relative(tail.doubt() * 2 * aims.bandwidth)) > aims.tolerance / 6:
         if tail.last >= max_harmonic:
             raise ConvergenceError(
-                f"{tail.last} harmonics leave an estimated error of {doubt:.1e} (tolerance {tolerance:.1e}): "
+                f"{tail.last} harmonics leave an estimated error of {doubt:.1e} (tolerance {aims.tolerance:.1e}): "
                 "make the patches wider or raise max_harmonic"
             )
-        tail.add(build(tail.next), backend)
+        tail.add(build(tail.next), aims.backend)
     return tail, doubt
 
 

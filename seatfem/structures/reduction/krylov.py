@@ -1,18 +1,24 @@
+"""A Krylov space of (K + s^2 M)^-1 M: one factorization, and far fewer vectors than modes in the band."""
+
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens
-from impact.greens.pulse import error_times
 from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.checks import passivity
 from seatfem.structures.reduction.convergence import History
-from seatfem.structures.reduction.damping import Damping
 from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.growth import Space
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
+from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.structures.reduction.ritz import RitzPairs
 
@@ -21,61 +27,83 @@ _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a hi
 _HIGHER = 2.5  # that shift, over the band's; what a tight tolerance lacks lies at two to four times the band
 
 
-def krylov_greens(
-    model: SecondOrderModel,
-    damping: Damping,
-    *,
-    bandwidth: float,
-    duration: float,
-    tolerance: float,
-    backend: Backend = "auto",
-    max_vectors: int = 800,
-    progress: Progress = silent,
-) -> tuple[ModalGreens, Modes]:
-    """Grow V until the estimated error of g after the Hann pulse of ``bandwidth`` over ``duration`` is in tolerance.
+@dataclass(frozen=True)
+class Krylov(Reducer):
+    """V grows until the estimated error of g after the Hann pulse of the band over the duration is in tolerance.
 
-    The estimate is what the last checks say of the vectors still to come, see `History`, plus what the pairs above
-    the cutoff do that the residual does not; both measured on g after the pulse.
+    The modes handed back are those Ritz pairs in the band that are converged modes of the body, the ones that the ports
+    excite: for pictures.
 
-    Returns the Green's function and those Ritz pairs in the band that are converged modes of the body (the ones the
-    ports excite), for pictures.
-
-    Raises:
-        ConvergenceError: the error after ``max_vectors`` vectors, or the loss of orthogonality, is too large.
+    Attributes:
+        most: vectors, unless the aims say otherwise.
     """
-    band, width = 2 * np.pi * bandwidth, 1 / bandwidth
-    basis, history = _start(model, band, max_vectors, backend, progress), History(tolerance)
-    while True:
-        if basis.shift == band and basis.size >= _CRAWLS * len(model.ports) and not basis.complete:
-            basis, history = _start(model, _HIGHER * band, max_vectors, backend, progress), History(tolerance)
+
+    most: int = 800
+
+    name = "krylov"
+
+    def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+        """Far fewer vectors than there are modes in the band."""
+        vectors = USUAL * len(model.ports)
+        return Cost(factorized(model, vectors), f"one factorization and about {vectors} vectors")
+
+    def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
+        """As `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
+        space = _Pairs(model, damping, aims, aims.max_vectors or self.most, progress)
+        greens, error = space.converge(progress)
+        basis = space.basis
+        if (lost := basis.orthogonality_error()) > 1e-8:
+            raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")
+        origin = {
+            "vectors": basis.size,
+            "rigid_modes": basis.rigid,
+            "shift_rad_per_s": basis.shift,
+            "factorization": basis.factor.backend,
+            "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
+        }
+        modes = _converged(basis, space.pairs.omega, space.coefficients, aims.band)
+        return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
+
+
+class _Pairs(Space[ModalGreens]):
+    """The basis so far, and its Ritz pairs."""
+
+    def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
+        super().__init__(aims)
+        self.model, self.damping, self.most, self.progress = model, damping, most, progress
+        self.basis = _start(model, aims.band, most, aims.backend, progress)
+
+    @property
+    def complete(self) -> bool:
+        return self.basis.complete
+
+    @property
+    def full(self) -> bool:
+        return self.basis.size == self.basis.limit
+
+    def grow(self) -> Array:
+        model, band, loss = self.model, self.aims.band, None
+        crawls = self.basis.shift == band and self.basis.size >= _CRAWLS * len(model.ports)
+        if crawls and not self.complete:
+            self.basis = _start(model, _HIGHER * band, self.most, self.aims.backend, self.progress)
+            self.history = History(self.aims.tolerance)
+        basis = self.basis
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
-        omega, shapes, coefficients = basis.ritz()
-        loss = None if damping.loss is None else damping.losses(basis.V @ coefficients)
-        ritz = RitzPairs(model, damping, omega, shapes, error_times(duration, width), width, loss=loss)
-        error = 0.0 if basis.complete else history.add(ritz.response)
-        if error <= tolerance / 2:
-            greens, cut = ritz.cut(2 * np.pi * bandwidth, tolerance / 2)
-            error += cut
-            if error <= tolerance or basis.complete:
-                break
-        progress("reduction", history.fraction(error))
-        if basis.size == basis.limit:
-            raise ConvergenceError(
-                f"{basis.size} Krylov vectors leave an estimated error of {error:.1e}, which must be below half the "
-                f"tolerance, {tolerance / 2:.1e}: lower the bandwidth or the duration, or raise max_vectors "
-                "(seat.greens.max_vectors in a scene)"
-            )
-    if (lost := basis.orthogonality_error()) > 1e-8:
-        raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")
-    origin = {
-        "vectors": basis.size,
-        "rigid_modes": basis.rigid,
-        "shift_rad_per_s": basis.shift,
-        "factorization": basis.factor.backend,
-        "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
-    }
-    progress("reduction", 1.0)
-    return greens.with_error(ErrorEstimate(reduction=error), origin), _converged(basis, omega, coefficients, band)
+        omega, shapes, self.coefficients = basis.ritz()
+        if self.damping.loss is not None:
+            loss = self.damping.losses(basis.V @ self.coefficients)
+        self.pairs = RitzPairs(model, self.damping, omega, shapes, self.t, self.aims.width, loss=loss)
+        return self.pairs.response
+
+    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
+        return self.pairs.cut(self.aims.band, allowed)
+
+    def shortfall(self, error: float) -> str:
+        return (
+            f"{self.basis.size} Krylov vectors leave an estimated error of {error:.1e}, which must be below half the "
+            f"tolerance, {self.aims.tolerance / 2:.1e}: lower the bandwidth or the duration, or raise max_vectors "
+            "(seat.greens.max_vectors in a scene)"
+        )
 
 
 def _start(model: SecondOrderModel, shift: float, most: int, backend: Backend, progress: Progress) -> KrylovBasis:

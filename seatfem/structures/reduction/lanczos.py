@@ -1,4 +1,4 @@
-"""The road without a factorization, for a diagonal mass: Gauss quadrature of g by Lanczos' recursion.
+"""Lanczos, without a factorization, for a diagonal mass: Gauss quadrature of g by Lanczos' recursion.
 
 With A = M^-1/2 K M^-1/2 and q = M^-1/2 B,
 
@@ -17,84 +17,119 @@ Linear Algebra Appl. 2 (1995) 205 (without orthogonalisation); Zimmerling, Drusk
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.linalg
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens
-from impact.greens.pulse import error_times
 from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.convergence import History
-from seatfem.structures.reduction.damping import Damping
+from seatfem.structures.reduction.growth import Space
 from seatfem.structures.reduction.lanczos_recursion import Recursion
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.ritz import RitzPairs
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
+_PRODUCT = 1.2e-9  # s for each entry of K in a product (benchmarks/cost_vs_dof.py)
+_ROW = 3e-8  # s for each unknown in a step, beside the product
 
 
-def lanczos_greens(
-    model: SecondOrderModel,
-    damping: Damping,
-    *,
-    bandwidth: float,
-    duration: float,
-    tolerance: float,
-    max_steps: int = 20_000,
-    progress: Progress = silent,
-) -> ModalGreens:
-    """Lanczos steps until the estimated error of g after the Hann pulse over ``duration`` is in tolerance.
+@dataclass(frozen=True)
+class Lanczos(Reducer):
+    """Lanczos steps until the estimated error of g after the Hann pulse over the duration is in tolerance.
 
-    The steps grow by an eighth from check to check; the estimate is that of `convergence.History`,
-    plus what the nodes left out of the band do that the residual does not. ``origin["brackets"]`` holds Gauss (lower)
-    and Gauss-Radau (upper) bounds of the trace of B'(K + s^2 M)^-1 B at s = 1/duration and s = 2 pi bandwidth.
+    The steps grow by an eighth from check to check. ``origin["brackets"]`` holds Gauss (lower) and Gauss-Radau (upper)
+    bounds of the trace of B'(K + s^2 M)^-1 B at s = 1/duration and s = 2 pi bandwidth.
 
-    Raises:
-        ModelError: the mass is not diagonal, the loss matrix is not eta K, K is indefinite.
-        ConvergenceError: the error after ``max_steps`` steps is too large.
+    Attributes:
+        most: steps, unless the aims say otherwise.
     """
-    if damping.loss is not None:
-        raise ModelError(
-            "loss factors that differ by region need shapes of modes, which Lanczos does not keep: use method='krylov'"
-        )
-    width, ceiling = 1 / bandwidth, 2 * np.pi * bandwidth * _CEILING
-    t = error_times(duration, width)
-    recursion = Recursion(model)
-    recursion.extend(min(30, max_steps))
-    highest = recursion.highest()
-    valid = int(np.ceil(duration * np.sqrt(highest) / 4))
-    wanted = min(max(30, valid // 2), max_steps)
-    history = History(tolerance)
-    while True:
-        recursion.extend(wanted, lambda done: progress("reduction", min(0.99, done / max(valid, 1))))
-        omega, shapes, beyond = nodes(recursion, ceiling)
-        pairs = RitzPairs(model, damping, omega, shapes, t, width, beyond=beyond)
-        error = 0.0 if recursion.complete else history.add(pairs.response)
-        if error <= tolerance / 2:
-            greens, cut = pairs.cut(2 * np.pi * bandwidth, tolerance / 2)
-            error += cut
-            if error <= tolerance or recursion.complete:
-                break
-        if recursion.steps >= max_steps:
-            raise ConvergenceError(
-                f"{recursion.steps} Lanczos steps leave an estimated error of {error:.1e} (tolerance {tolerance:.1e}); "
-                f"about {valid} would do: shorten the duration, raise max_vectors (seat.greens.max_vectors in a "
-                "scene), or use method='krylov', whose cost does not grow with the duration"
+
+    most: int = 20_000
+
+    name = "lanczos"
+
+    def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
+        """It needs a diagonal mass, and damping that the frequency of a mode tells."""
+        if damping.loss is not None:
+            return (
+                "loss factors that differ by region need shapes of modes, which Lanczos does not keep: use "
+                "method='krylov'"
             )
-        wanted = min(max_steps, recursion.steps + max(10, recursion.steps // 8))
-    progress("reduction", 1.0)
-    origin = {
-        "steps": recursion.steps,
-        "products": recursion.steps * recursion.width,
-        "highest_frequency_Hz": float(np.sqrt(recursion.highest()) / (2 * np.pi)),
-        "valid_s": 4 * recursion.steps / float(np.sqrt(recursion.highest())),
-        "rigid_modes": recursion.rigid.shape[0],
-        "brackets": [recursion.bracket(s) for s in (1 / duration, 2 * np.pi * bandwidth)],
-        "checks": {"reciprocity": 0.0, **passivity(greens)},
-    }
-    return greens.with_error(ErrorEstimate(reduction=error), origin)
+        if not model.mass_is_diagonal:
+            return (
+                "Lanczos needs a diagonal mass: assemble with mass='nodal' (accurate on hexahedra), or use "
+                "method='krylov' for this one"
+            )
+        return damping.refusal
+
+    def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+        """1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a port."""
+        recursion = Recursion(model)
+        recursion.extend(20)
+        products = (int(1.2 * aims.duration * np.sqrt(recursion.highest()) / 4) + 30) * len(model.ports)
+        return Cost(products * (_PRODUCT * model.K.nnz + _ROW * model.size), f"{products} products with K")
+
+    def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
+        """As `Reducer.reduce`; raises `ModelError` too, of an indefinite K."""
+        space = _Nodes(model, damping, aims, aims.max_vectors or self.most, progress)
+        greens, error = space.converge(silent)
+        progress("reduction", 1.0)
+        recursion = space.recursion
+        highest = float(np.sqrt(recursion.highest()))
+        origin = {
+            "steps": recursion.steps,
+            "products": recursion.steps * recursion.width,
+            "highest_frequency_Hz": highest / (2 * np.pi),
+            "valid_s": 4 * recursion.steps / highest,
+            "rigid_modes": recursion.rigid.shape[0],
+            "brackets": [recursion.bracket(s) for s in (1 / aims.duration, aims.band)],
+            "checks": {"reciprocity": 0.0, **passivity(greens)},
+        }
+        return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin))
+
+
+class _Nodes(Space[ModalGreens]):
+    """The recursion so far, and the Gauss nodes of its T."""
+
+    def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
+        super().__init__(aims)
+        self.model, self.damping, self.most, self.progress = model, damping, most, progress
+        self.recursion = Recursion(model)
+        self.recursion.extend(min(30, most))
+        self.valid = int(np.ceil(aims.duration * np.sqrt(self.recursion.highest()) / 4))
+        self.wanted = min(max(30, self.valid // 2), most)
+
+    @property
+    def complete(self) -> bool:
+        return self.recursion.complete
+
+    @property
+    def full(self) -> bool:
+        return self.recursion.steps >= self.most
+
+    def grow(self) -> Array:
+        valid = max(self.valid, 1)
+        self.recursion.extend(self.wanted, lambda done: self.progress("reduction", min(0.99, done / valid)))
+        omega, shapes, beyond = nodes(self.recursion, _CEILING * self.aims.band)
+        self.pairs = RitzPairs(self.model, self.damping, omega, shapes, self.t, self.aims.width, beyond=beyond)
+        self.wanted = min(self.most, self.recursion.steps + max(10, self.recursion.steps // 8))
+        return self.pairs.response
+
+    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
+        return self.pairs.cut(self.aims.band, allowed)
+
+    def shortfall(self, error: float) -> str:
+        return (
+            f"{self.recursion.steps} Lanczos steps leave an estimated error of {error:.1e} (tolerance "
+            f"{self.aims.tolerance:.1e}); about {self.valid} would do: shorten the duration, raise max_vectors "
+            "(seat.greens.max_vectors in a scene), or use method='krylov', whose cost does not grow with the duration"
+        )
 
 
 def nodes(recursion: Recursion, ceiling: float) -> tuple[Array, Array, Array]:

@@ -15,7 +15,7 @@ from seatfem.structures.reduction.rigid import rigid_shapes
 
 
 class Recursion:
-    """T = tridiag(B_j, A_j, B_j+1') with p x p blocks, grown step by step from q = M^-1/2 B = Q_1 R.
+    """T = tridiag(B_j, A_j, B_j+1') with p x p blocks, grown step by step from q = M^-1/2 B = Q_1 R, M diagonal.
 
     Known rigid-body motions are taken out of q and kept apart.
 
@@ -24,17 +24,9 @@ class Recursion:
         rigid: (r, p) port components of the M-orthonormal rigid-body shapes.
         steps: blocks in T.
         complete: whether q spans an invariant subspace of that size: nothing more can be found.
-
-    Raises:
-        ModelError: the mass is not diagonal.
     """
 
     def __init__(self, model: SecondOrderModel) -> None:
-        if not model.mass_is_diagonal:
-            raise ModelError(
-                "Lanczos needs a diagonal mass: assemble with mass='nodal' (accurate on hexahedra), or use "
-                "method='krylov' for this one"
-            )
         self._K, self._root = model.K, 1 / np.sqrt(model.M.diagonal())
         shapes = rigid_shapes(model)
         self.rigid = shapes.T @ model.port_matrix

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.greens.poles import PoleGreens
+from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.damping import Damping, residual
+from seatfem.structures.reduction.residual import residual
 
 Complex = NDArray[np.complex128]
 _COUPLED = 1e-8  # off-diagonal of X'EX relative to its diagonal, above which vectors share a repeated pole

@@ -1,4 +1,4 @@
-"""Ritz pairs, whichever road found them: what each does after the pulse, and which of them stay."""
+"""Ritz pairs, whichever reduction found them: what each does after the pulse, and which of them stay."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from impact.greens.modal import ModalGreens
 from impact.greens.pulse import combine, hann, mode_responses
+from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
-from seatfem.structures.reduction.damping import Damping, truncate
+from seatfem.structures.reduction.residual import truncate
 
 
 class RitzPairs:

@@ -1,4 +1,4 @@
-"""The road for damping that couples the modes: dashpots, absorbing boundaries, Rayleigh damping that differs by region.
+"""Krylov vectors for damping that couples the modes: dashpots, absorbing boundaries, Rayleigh damping by region.
 
 A second-order Krylov space at one real s0, with P = s0^2 M + s0 C + K (symmetric positive definite, factorized once),
 
@@ -15,82 +15,101 @@ Source: Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195 (TOAR); Bai and
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.poles import PoleGreens
-from impact.greens.pulse import error_times
 from impact.progress import Progress, silent
-from seatfem.structures.model import ModelError, SecondOrderModel, as_csr
-from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.convergence import History
-from seatfem.structures.reduction.damping import Damping
-from seatfem.structures.reduction.factorization import Backend, factorize
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import Aims
+from seatfem.structures.model import Array, SecondOrderModel, as_csr
+from seatfem.structures.reduction.checks import feeding, passivity_of_poles
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.growth import Space
 from seatfem.structures.reduction.quadratic_pencil import coupled, cut, poles
+from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.structures.reduction.toar import SecondOrderBasis
 
 _BLOCK = 10  # fewest vectors between two checks
 
 
-def second_order_greens(
-    model: SecondOrderModel,
-    damping: Damping,
-    *,
-    bandwidth: float,
-    duration: float,
-    tolerance: float,
-    backend: Backend = "auto",
-    max_vectors: int = 500,
-    progress: Progress = silent,
-) -> PoleGreens:
-    """Grow Q until the estimated error of g after the Hann pulse of ``bandwidth`` over ``duration`` is in tolerance.
+@dataclass(frozen=True)
+class SecondOrderKrylov(Reducer):
+    """Q grows until the estimated error of g after the Hann pulse of the band over the duration is in tolerance.
 
     The shift is s0 = 2 pi bandwidth. What the undamped pairs of the small model above a cutoff leave is a passive
-    exponential, as on the other roads: a congruence, not a choice among the poles, so nothing gains energy.
+    exponential, as of the other reductions: a congruence, not a choice among the poles, so nothing gains energy.
+    Modal damping is taken beside the model's C: the uniform ratio, and the loss matrix by modal strain energy.
 
-    Args:
-        damping: modal damping beside the model's C: uniform ratio, and the loss matrix by modal strain energy; its
-            alpha and beta are not used.
-
-    Raises:
-        ModelError: C feeds energy.
-        ConvergenceError: the error after ``max_vectors`` vectors is too large.
+    Attributes:
+        most: vectors, unless the aims say otherwise.
     """
-    C = as_csr((model.size, model.size)) if model.C is None else model.C
-    if C.diagonal().min(initial=0.0) < 0:
-        raise ModelError(f"C has a diagonal value {C.diagonal().min():g}: it would feed energy")
-    shift, width = 2 * np.pi * bandwidth, 1 / bandwidth
-    progress("factorization", 0.0)
-    factor = factorize(model.K + shift * C + shift**2 * model.M, backend=backend, name="K + s C + s^2 M")
-    progress("factorization", 1.0)
-    progress("reduction", 0.0)
-    basis = SecondOrderBasis(model, C, factor, shift, min(max_vectors, model.size), rigid_shapes(model))
-    history, t = History(tolerance), error_times(duration, width)
-    while True:
+
+    most: int = 500
+
+    name = "second_order"
+    oscillators = False
+
+    def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
+        """Any C will do that feeds no energy."""
+        return feeding(model, damping)
+
+    def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+        """Twice the vectors of a Krylov space without C."""
+        vectors = 2 * USUAL * len(model.ports)
+        return Cost(factorized(model, vectors), f"one factorization with C and about {vectors} vectors")
+
+    def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
+        """As `Reducer.reduce`."""
+        progress("factorization", 0.0)
+        space = _Coupled(model, damping, aims, aims.max_vectors or self.most)
+        progress("factorization", 1.0)
+        progress("reduction", 0.0)
+        greens, error = space.converge(progress)
+        origin = {
+            "vectors": space.basis.size,
+            "shift_rad_per_s": aims.band,
+            "factorization": space.basis.factor.backend,
+            "checks": {"reciprocity": space.basis.reciprocity, **passivity_of_poles(greens)},
+        }
+        return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin))
+
+
+class _Coupled(Space[PoleGreens]):
+    """The basis so far, and the small model whose pairs damping couples."""
+
+    def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
+        super().__init__(aims)
+        self.model, self.damping, s = model, damping, aims.band
+        C = as_csr((model.size, model.size)) if model.C is None else model.C
+        factor = factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
+        self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
+
+    @property
+    def complete(self) -> bool:
+        return self.basis.complete
+
+    @property
+    def full(self) -> bool:
+        return bool(self.basis.size == self.basis.limit)
+
+    def grow(self) -> Array:
+        basis, loss = self.basis, self.damping.loss
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
-        loss = None if damping.loss is None else basis.Q.T @ (damping.loss @ basis.Q)
-        whole = coupled(basis.damping(), basis.stiffness(), basis.ports(), basis.rigid, shift, damping, loss)
-        response = poles(whole, model.port_names).filtered_matrix(t, width)
-        error = 0.0 if basis.complete else history.add(response)
-        if error <= tolerance / 2:
-            greens, lost = cut(whole, response, t, width, tolerance / 2, model, damping)
-            error += lost
-            if error <= tolerance or basis.complete:
-                break
-        progress("reduction", history.fraction(error))
-        if basis.size == basis.limit:
-            raise ConvergenceError(
-                f"{basis.size} second-order Krylov vectors leave an estimated error of {error:.1e} (tolerance "
-                f"{tolerance:.1e}): lower the bandwidth or the duration, raise max_vectors (seat.greens.max_vectors in "
-                "a scene), or use method='transient'"
-            )
-    origin = {
-        "vectors": basis.size,
-        "shift_rad_per_s": shift,
-        "factorization": factor.backend,
-        "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
-    }
-    progress("reduction", 1.0)
-    return greens.with_error(ErrorEstimate(reduction=error), origin)
+        lost = None if loss is None else basis.Q.T @ (loss @ basis.Q)
+        self.whole = coupled(
+            basis.damping(), basis.stiffness(), basis.ports(), basis.rigid, basis.shift, self.damping, lost
+        )
+        self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
+        return self.response
+
+    def cut(self, allowed: float) -> tuple[PoleGreens, float]:
+        return cut(self.whole, self.response, self.t, self.aims.width, allowed, self.model, self.damping)
+
+    def shortfall(self, error: float) -> str:
+        return (
+            f"{self.basis.size} second-order Krylov vectors leave an estimated error of {error:.1e} (tolerance "
+            f"{self.aims.tolerance:.1e}): lower the bandwidth or the duration, raise max_vectors "
+            "(seat.greens.max_vectors in a scene), or use method='transient'"
+        )

@@ -1,4 +1,4 @@
-"""The third road to a Green's function: a time integrator that knows nothing of modes.
+"""Time stepping: an integrator that knows nothing of modes.
 
 A unit force is switched on at the port at t = 0 and held; the port's displacement is the step response S, its
 velocity is g. Newmark's average acceleration with step h needs one factorization,
@@ -13,16 +13,22 @@ Numer. Math. 43 (1984).
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.pulse import error_times
 from impact.greens.sampled import SampledGreens
 from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel, as_csr
-from seatfem.structures.reduction.checks import reciprocity
+from seatfem.structures.reduction.checks import feeding, reciprocity
 from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
 from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
 from seatfem.structures.reduction.rigid import default_shift
 
 
@@ -50,57 +56,69 @@ def march(
     return g
 
 
-def transient_greens(
-    model: SecondOrderModel,
-    *,
-    bandwidth: float,
-    duration: float,
-    tolerance: float,
-    backend: Backend = "auto",
-    max_steps: int = 100_000,
-    progress: Progress = silent,
-) -> SampledGreens:
-    """Samples of g by time stepping, accurate to the tolerance after the Hann pulse of ``bandwidth``.
+@dataclass(frozen=True)
+class Transient(Reducer):
+    """Samples of g by time stepping, accurate to the tolerance after the Hann pulse of the bandwidth.
 
     The runs with h and 2 h differ by three times the error of h (second order). Half of the difference is stated, as
     2 h is coarse; h is halved until that is within the tolerance. The first h is the one whose phase error
     w T (w h)^2/12 at the bandwidth is the tolerance.
-    Damping is the model's C, of any kind; uniform modal damping has no sparse C and cannot be stepped.
 
-    Raises:
-        ModelError: C feeds energy.
-        ConvergenceError: more than ``max_steps`` steps would be needed.
+    Attributes:
+        most: steps; where more would be needed, `reduce` raises `ConvergenceError`.
     """
-    if model.C is not None and model.C.diagonal().min() < 0:
-        raise ModelError(f"C has a diagonal value {model.C.diagonal().min():g}: it would feed energy")
-    w, width = 2 * np.pi * bandwidth, 1 / bandwidth
-    h = min(np.sqrt(12 * tolerance / (w**3 * duration)), width / 20)
-    n = 2 * int(np.ceil(duration / h / 2))
-    t = error_times(duration, width)
-    if n > max_steps:
-        raise ConvergenceError(
-            f"{n} steps would be needed (limit {max_steps}): lower the bandwidth or duration, or use method='krylov'"
-        )
-    coarse = _run(model, duration, n // 2, backend, silent)
-    while True:
-        fine = _run(model, duration, n, backend, progress)
-        pairs = np.ndindex(*fine.values.shape[:2])
-        after = [(fine.filtered(t, width, i, j), coarse.filtered(t, width, i, j)) for i, j in pairs]
-        scale = max(float(np.abs(a).max()) for a, _ in after)
-        error = max(float(np.abs(a - b).max()) for a, b in after) / 2 / scale
-        if error <= tolerance:
-            progress("stepping", 1.0)
-            origin = {"steps": n, "step_s": duration / n, **fine.origin}
-            known = ErrorEstimate(reduction=error)
-            return SampledGreens(
-                fine.values, fine.dt, "forbid", model.port_names, _static(model, backend), known, origin
+
+    most: int = 100_000
+
+    name = "transient"
+    oscillators = False
+
+    def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
+        """What is defined by the frequency has no sparse C; a C may be of any kind that feeds no energy."""
+        if model.loss is not None and model.loss.nnz:
+            return (
+                "loss factors (structural damping) are defined by the frequency and cannot be stepped in time; use "
+                "method='krylov', or 'second_order' if there are dashpots too"
             )
-        n, coarse = 2 * n, fine
-        if n > max_steps:
+        if damping.ratio > 0:
+            return (
+                f"damping_ratio = {damping.ratio:g} cannot be stepped in time: uniform modal damping is a function of "
+                "M^-1 K and has no sparse C; use method='krylov', 'lanczos' or 'modes', or give the model a C"
+            )
+        return feeding(model, damping)
+
+    def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+        """Never chosen while another serves: samples end with the duration, and cost the contact solver more."""
+        return Cost(math.inf, "time steps")
+
+    def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
+        """As `Reducer.reduce`; the damping is the model's C."""
+        duration, width, tolerance = aims.duration, aims.width, aims.tolerance
+        h = min(np.sqrt(12 * tolerance / (aims.band**3 * duration)), width / 20)
+        n = 2 * int(np.ceil(duration / h / 2))
+        t = error_times(duration, width)
+        if n > self.most:
             raise ConvergenceError(
-                f"{n // 2} steps leave an error of {error:.1e} (tolerance {tolerance:.1e}), over {max_steps} would "
-                "be needed: lower the bandwidth or the duration, or use method='krylov'"
+                f"{n} steps would be needed (limit {self.most}): lower the bandwidth or duration, or use "
+                "method='krylov'"
             )
+        coarse = _run(model, duration, n // 2, aims.backend, silent)
+        while True:
+            fine = _run(model, duration, n, aims.backend, progress)
+            after, before = fine.filtered_matrix(t, width), coarse.filtered_matrix(t, width)
+            error = float(np.abs(after - before).max()) / 2 / float(np.abs(after).max())
+            if error <= tolerance:
+                break
+            n, coarse = 2 * n, fine
+            if n > self.most:
+                raise ConvergenceError(
+                    f"{n // 2} steps leave an error of {error:.1e} (tolerance {tolerance:.1e}), over {self.most} "
+                    "would be needed: lower the bandwidth or the duration, or use method='krylov'"
+                )
+        progress("stepping", 1.0)
+        static, known = _static(model, aims.backend), ErrorEstimate(reduction=error)
+        origin = {"steps": n, "step_s": duration / n, **fine.origin}
+        return Reduction(SampledGreens(fine.values, fine.dt, "forbid", model.port_names, static, known, origin))
 
 
 def _run(model: SecondOrderModel, duration: float, n: int, backend: Backend, progress: Progress) -> SampledGreens:

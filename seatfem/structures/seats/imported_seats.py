@@ -11,7 +11,8 @@ from impact.progress import Progress, silent
 from seatfem.structures.inspection.imported import model_of, response_of
 from seatfem.structures.kinds.imported import FrequencyResponseFile, Matrices
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction.greens import Reduction, reduce_model
+from seatfem.structures.reduction.greens import reduce_model
+from seatfem.structures.reduction.reducer import Reduction
 
 
 def from_matrices(seat: Matrices, duration: float, progress: Progress = silent) -> tuple[SecondOrderModel, Reduction]:

@@ -8,8 +8,8 @@ from typing import Final
 from impact.greens.base import GreensFunction
 from seatfem.structures.kinds.seats import DrawnSeat
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.forgetting import memory as forgotten_after
-from seatfem.structures.reduction.methods import CONVOLVED
+from seatfem.structures.reduction.memory import memory as forgotten_after
+from seatfem.structures.reduction.registry import AUTO, named
 from seatfem.structures.seats.levels import Level
 from seatfem.structures.seats.solids import solid
 from seatfem.study.scene import ElasticSeat, Matrices, Scene
@@ -48,5 +48,6 @@ def is_convolved(scene: Scene) -> bool:
     seat = scene.seat
     if not isinstance(seat, ElasticSeat | Matrices):
         return False
-    couples = seat.damping is not None if isinstance(seat, Matrices) else any(part.damps for part in seat.supports)
-    return seat.greens.method in CONVOLVED or (seat.greens.method == "auto" and couples)
+    if seat.greens.method != AUTO:
+        return not named(seat.greens.method).oscillators
+    return seat.damping is not None if isinstance(seat, Matrices) else any(part.damps for part in seat.supports)

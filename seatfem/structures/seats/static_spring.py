@@ -6,7 +6,6 @@ import numpy as np
 
 from impact.greens.modal import ModalGreens
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.damping import damping_of
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.seats.statics import spring_of
 
@@ -19,5 +18,5 @@ def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
     """
     compliance = model.port_matrix.T @ factorize(model.K, name="K").solve(model.port_matrix)
     impedance = sum(port.impedance or np.inf for port in model.ports.values())
-    start = damping_of(model, damping_ratio).first_velocity() / impedance
+    start = model.damping.plus(damping_ratio).first_velocity() / impedance
     return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

@@ -16,9 +16,9 @@ import numpy as np
 import impact
 from impact.files.atomic import FULL, write_whole
 from impact.greens.base import GreensFunction
+from seatfem.machine.cache_folder import VARIABLE, cache_folder
 from seatfem.machine.code import numerics_version
 
-VARIABLE = "SEATFEM_STORE"
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]
 
@@ -72,14 +72,7 @@ class Store:
     @staticmethod
     def default(tell: Tell | None = None) -> Store:
         """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
-        if given := os.environ.get(VARIABLE):
-            return Store(Path(given), tell)
-        if cache := os.environ.get("XDG_CACHE_HOME"):
-            return Store(Path(cache) / "seatfem" / "greens", tell)
-        try:
-            return Store(Path.home() / ".cache" / "seatfem" / "greens", tell)
-        except RuntimeError:  # a user without a home, as in containers: nothing is kept, and `put` tells why
-            return Store(Path(os.devnull) / "seatfem", tell)
+        return Store(cache_folder(), tell)
 
     def path(self, key: str) -> Path:
         """The file of a key; raises `StoreError` for what is no content hash."""

@@ -16,7 +16,7 @@ from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
 from seatfem.structures.rings import ring_shares, rings_of
-from seatfem.study.impacts.budget import values_of
+from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.validity import thick_reed
 from seatfem.study.scene import Cantilever, ElasticSeat, Scene
 
@@ -32,7 +32,7 @@ class RunError(ValueError):
 
 
 def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
-    """The scene's striker; ``n_modes``: beam modes in place of the scene's own number."""
+    """The scene's striker; ``n_modes``: of a body known by its own modes, in place of the number that it states."""
     reed = scene.reed
     if isinstance(reed, Cantilever):
         return impact.cantilever_reed(

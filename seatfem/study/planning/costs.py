@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Final
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, cast
 
+from impact.greens.base import GreensFunction
 from seatfem.machine.rates import Machine
-from seatfem.structures.kinds.seats import DrawnSeat
-from seatfem.study.planning.contact_costs import contact_model, contact_seconds
-from seatfem.study.planning.plan import Cost, PlannedLevel
+from seatfem.structures.seats.rods import rod_of
+from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.method import SIZE, RunMethod, as_stated, has_key, is_meshed
+from seatfem.study.planning.plan import Cost
 from seatfem.study.planning.seat_costs import (
     SeatModel,
     coarse_of,
     discrete_level,
+    highest_pole,
     seat_memory,
     seat_model,
     seat_seconds,
 )
-from seatfem.study.scene import Cad, MeshFile, Scene
+from seatfem.study.planning.surrogate import surrogate_of
+from seatfem.study.scene import Scene
 
 __all__ = ["Cost", "predict_cost"]
+OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
+"""Stages that a seat computed before does without."""
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
 CURVES: Final = 320e6  # the same when it has drawn curves
 ELEMENTS: Final = 80e6  # more, with the libraries of finite elements
@@ -28,60 +37,150 @@ SHEETS: Final = 4  # pictures of curves
 FRAMES: Final = 19  # pictures of modes and of their motion
 MESH_VIEWS: Final = 3
 SLICES: Final = 64  # of a revolved section in pictures; half of them are drawn
+BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
+CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
+COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
+ARRAYS: Final = 44  # histories that live at once
+SAVED: Final = 22  # histories written to the file
+WEIGHTS: Final = 30  # poles that take as long as exact step weights
 
 
-def predict_cost(scene: Scene, level: PlannedLevel, machine: Machine | None = None) -> Cost:
+def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None, *, kept: bool = False) -> Cost:
     """Wall time by stage, as the run's own stopwatch names them, and peak memory.
 
     Args:
-        scene: filled; a time step that it leaves open is estimated.
-        level: of the seat.
+        scene, method: what is asked, and how it is computed; a time step that is left open is estimated.
         machine: rates of this computer; default: those known.
+        kept: whether the seat is there already, and costs nothing.
 
     Raises:
         MachineError: a damaged calibration.
         GeometryError: a CAD file whose size cannot be read.
     """
-    rates = machine or Machine.known()
-    seat = _seat(scene, level)
+    rates, static = machine or Machine.known(), method.seat.level == "spring"
+    seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
     parts = {"program start": rates.start, "plan": PLAN * rates.start}
-    if isinstance(scene.seat, Cad):  # its inspection, by a gmsh process of its own
+    if has_key(scene, SIZE) and has_key(scene, "seat.file"):  # its inspection, by a gmsh process of its own
         parts["plan"] += rates.meshing_start
-    if seat is not None:
-        parts |= seat_seconds(seat, rates, static=level == "spring")
-    if seat is not None and isinstance(scene.seat, DrawnSeat):
-        coarser = coarse_of(scene, discrete_level(scene, level))
-        parts["mesh error"] = sum(seat_seconds(coarser, rates, static=level == "spring").values())
-    contact = contact_model(scene, None if level == "spring" else seat)
+    if seat is not None and not kept:
+        parts |= seat_seconds(seat, rates, static=static)
+    if coarser is not None and not kept:
+        parts["mesh error"] = sum(seat_seconds(coarser, rates, static=static).values())
+    contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
-    parts["pictures"] = _pictures(seat, level, rates)
-    return Cost(sum(parts.values()), _memory(seat, level, contact.memory), parts)
+    has_views = seat is not None and seat.runs == 1.0 and not static
+    parts["pictures"] = SHEETS * rates.sheet + (_views(seat, rates) if seat is not None and has_views else 0.0)
+    return Cost(sum(parts.values()), _memory(seat, has_views, contact.memory), parts)
 
 
-def _seat(scene: Scene, level: PlannedLevel) -> SeatModel | None:
-    if not isinstance(scene.seat, DrawnSeat | MeshFile) or level in ("rod", "closed form"):
+def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
+    """The seat's in numbers; ``None`` of a closed form, and of matrices, whose size is not known yet."""
+    if not is_meshed(scene) or method.seat.level in ("rod", "closed form"):
         return None
-    return seat_model(scene, discrete_level(scene, level))
+    stated = as_stated(scene, method)
+    return seat_model(stated, discrete_level(stated, method.seat.level))
 
 
-def _has_views(seat: SeatModel | None, level: PlannedLevel) -> bool:
-    return seat is not None and seat.runs == 1.0 and level != "spring"
+def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
+    """The coarser ones behind the mesh error; ``None`` where no mesh is made for the run."""
+    if not has_key(scene, SIZE) or method.seat.level in ("rod", "closed form"):
+        return None
+    stated = as_stated(scene, method)
+    return coarse_of(stated, discrete_level(stated, method.seat.level))
 
 
-def _pictures(seat: SeatModel | None, level: PlannedLevel, rates: Machine) -> float:
-    curves = SHEETS * rates.sheet
-    if seat is None or not _has_views(seat, level):
-        return curves
+def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
+    """The seat's Green's function where that costs nothing to have; ``None`` of others, and of files."""
+    if method.seat.level == "rod":
+        return rod_of(cast(Any, scene.seat))
+    if method.seat.level != "closed form" or has_key(scene, "seat.file"):
+        return None
+    return surrogate_of(scene).greens
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """A march in numbers.
+
+    Attributes:
+        steps: of the run.
+        poles, reed: of seat and reed.
+        coarse_poles: of the seat at a step twice as long.
+        runs: behind the error bars.
+    """
+
+    steps: float
+    poles: float
+    reed: float
+    coarse_poles: float
+    runs: float
+
+    @property
+    def memory(self) -> float:
+        """Bytes of the histories."""
+        return 8 * ARRAYS * self.steps
+
+
+def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
+    """``seat``: its finite elements, as far as they have waves."""
+    closed = closed_form(scene, method)
+    dt = method.time_step or _step(scene, method, seat, closed)
+    steps, modes = max(1.0, scene.run.duration / dt), float(method.reed.n_modes or 1)
+    if seat is not None:
+        return ContactModel(steps, seat.poles, modes, seat.poles, BUDGET_RUNS)
+    return contact_model(steps, modes, dt, closed)
+
+
+def contact_model(steps: float, modes: float, dt: float, closed: GreensFunction | None) -> ContactModel:
+    """With a closed form in place of finite elements, as far as it is known."""
+    if closed is None:
+        return ContactModel(steps, 0.0, modes, 0.0, CLOSED_RUNS)
+    poles, coarse = _poles(closed, dt, steps), _poles(closed.forces_only(), 2 * dt, steps / 2)
+    return ContactModel(steps, poles, modes, coarse, CLOSED_RUNS)
+
+
+def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
+    """Poles that are marched, or as many as take the time of exact step weights."""
+    marched = greens.marched_poles(dt, steps)
+    return WEIGHTS * math.log2(steps + 2) if marched is None else marched
+
+
+def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
+    reed = striker_of(scene, method.reed.n_modes).greens
+    dt = time_step(scene, reed, reed if closed is None else closed)
+    if seat is None or method.seat.bandwidth is None:
+        return dt
+    return min(dt, 1 / (4 * 2 * math.pi * highest_pole(seat, method.seat.tolerance) * method.seat.bandwidth))
+
+
+def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
+    """[s] by stage."""
+    stress = rates.stress * model.reed if model.reed > 1 else 0.0
+
+    def run(poles: float) -> float:
+        return rates.step + rates.pole * (poles + model.reed)
+
+    n = model.steps
+    return {
+        "contact": rates.compiled + n * run(model.poles),
+        "spring baseline": n * run(0.0),
+        "reed stress": (2 * rates.compiled if stress else 0.0) + 2 * n * stress,
+        "error budget": model.runs / 2 * n * (run(model.coarse_poles) + COARSE_STRESS * stress),
+        "files": SAVED * n * rates.value,
+    }
+
+
+def _views(seat: SeatModel, rates: Machine) -> float:
+    """Pictures of mesh and modes [s]."""
     faces = seat.sizes.surface * (2 if seat.hexahedra else 1)
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
-        return curves + rates.sheet + FRAMES * (rates.view + faces * rates.face)
-    return curves + (FRAMES + MESH_VIEWS) * (rates.view + faces * rates.face)
+        return rates.sheet + FRAMES * (rates.view + faces * rates.face)
+    return (FRAMES + MESH_VIEWS) * (rates.view + faces * rates.face)
 
 
-def _memory(seat: SeatModel | None, level: PlannedLevel, histories: float) -> float:
+def _memory(seat: SeatModel | None, has_views: bool, histories: float) -> float:
     if seat is None:
         return CURVES + histories
-    peak, kept = seat_memory(seat)
-    views = VIEWS if _has_views(seat, level) else 0.0
-    return max(PROGRAM + peak, CURVES + ELEMENTS + views + kept + histories)
+    peak, stays = seat_memory(seat)
+    return max(PROGRAM + peak, CURVES + ELEMENTS + (VIEWS if has_views else 0.0) + stays + histories)

@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 
 from impact.greens.base import Array
 from impact.runs.budget import safety
-from seatfem.study.impacts.budget import Source
-from seatfem.study.planning.contact_options import ContactOption, contact_options
-from seatfem.study.planning.filling import filled
-from seatfem.study.planning.kept import Fineness
-from seatfem.study.planning.options import BEHIND, MODEL, MODES, RINGS, STEP, Seen, fill_seat
-from seatfem.study.planning.plan import PlannedLevel
+from seatfem.machine.memory import available_memory
+from seatfem.structures.method import AnyLevel, Method
+from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.impacts.measures import Source
+from seatfem.study.method import RunMethod
 from seatfem.study.planning.seat_options import SeatOption, seat_options
-from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import DrawnSeat, Scene
-
-AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
-SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
-ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
-FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
+from seatfem.study.planning.seen import BEHIND, Seen
+from seatfem.study.planning.steps import ContactOption, contact_options
+from seatfem.study.safety import AIM, ENDLESS, FREE, LONGEST, MEMORY, SPARE
 
 
 @dataclass(frozen=True)
@@ -41,9 +35,9 @@ class Decision:
     contact: ContactOption
 
     @property
-    def level(self) -> PlannedLevel:
+    def level(self) -> AnyLevel:
         """Of the seat."""
-        return self.seat.level
+        return self.seat.method.level
 
     @property
     def changes(self) -> Mapping[str, Changes]:
@@ -61,23 +55,19 @@ class Decision:
 
     @property
     def error(self) -> Mapping[str, float]:
-        """Predicted bar of each measure, relative, as `seatfem.study.impacts.variations` will state it."""
+        """Predicted bar of each measure, relative, as `seatfem.study.accuracy.error_budget` will state it."""
         parts, asked = self.shares.values(), self.seen.scene.accuracy.measures
         return {name: safety(name) * sum(part[name] for part in parts) for name in asked}
 
-    def scene(self, fineness: Fineness | None = None) -> Scene:
-        """Every open key filled; ``fineness``: of another seat than the one chosen."""
-        scene, fine = self.seen.scene, fineness or self.seat.fineness
-        if fine is not None:
-            scene = fill_seat(self.seen, fine.band, fine.tolerance, fine.mesh)
-        values: dict[str, object] = {STEP: self.contact.dt}
-        if isinstance(scene.seat, DrawnSeat):
-            values[MODEL] = self.level
-        if self.seat.rings is not None:
-            values[RINGS] = self.seat.rings
-        if self.contact.n_modes is not None:
-            values[MODES] = self.contact.n_modes
-        return filled(scene, values)
+    @property
+    def method(self) -> RunMethod:
+        """How the scene is computed."""
+        return self.with_seat(self.seat.method)
+
+    def with_seat(self, seat: Method) -> RunMethod:
+        """With another model of the seat than the one chosen."""
+        stated = self.seen.stated
+        return RunMethod(seat, replace(stated.reed, n_modes=self.contact.n_modes), self.contact.dt)
 
 
 @dataclass(frozen=True)
@@ -90,7 +80,7 @@ class Choices:
     """
 
     seen: Seen
-    without: tuple[PlannedLevel, ...] = ()
+    without: tuple[AnyLevel, ...] = ()
 
     @cached_property
     def seats(self) -> tuple[SeatOption, ...]:
@@ -100,7 +90,7 @@ class Choices:
     @cached_property
     def contacts(self) -> tuple[ContactOption, ...]:
         """Steps and reed modes."""
-        return contact_options(self.seen, closed=self.seats[0].level == "closed form")
+        return contact_options(self.seen, closed=self.seats[0].method.level == "closed form")
 
     @cached_property
     def _bars(self) -> Array:
@@ -132,6 +122,13 @@ class Choices:
         score = np.where(used <= max(1.0, used.min()), self._cost[within] * (1 + FREE * used), np.inf)
         seat, contact = np.unravel_index(int(np.argmin(score)), score.shape)
         return Decision(self.seen, self.seats[np.flatnonzero(within)[seat]], self.contacts[contact])
+
+    def within_means(self, wanted: Decision, target: float) -> Decision:
+        """``wanted`` if memory and time allow it; else the cheapest for ``target``, or close to it, that they do."""
+        memory = MEMORY * available_memory()
+        if wanted.seat.seconds <= LONGEST and wanted.seat.memory <= memory:
+            return wanted
+        return self.cheapest(target, LONGEST, memory)
 
 
 def _left(changes: Sequence[Mapping[str, Changes]], measures: Sequence[str]) -> Array:

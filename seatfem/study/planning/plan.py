@@ -1,16 +1,14 @@
-"""A plan: a scene with every open key filled, and why."""
+"""A plan: how a scene is going to be computed, and why."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
-from seatfem.structures.seats.levels import Level
-from seatfem.study.impacts.budget import Source
+from seatfem.structures.method import AnyLevel
+from seatfem.study.impacts.measures import Source
+from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
-
-PlannedLevel = Level | Literal["spring", "closed form"]
 
 
 @dataclass(frozen=True)
@@ -65,8 +63,8 @@ class Plan:
     """What is going to be computed.
 
     Attributes:
-        scene: every open key filled; it runs through the pipeline as it is.
-        level: the model of the seat; "closed form" where nothing is discretised.
+        scene: what is asked, as in the file.
+        method: how it is computed: what the file states, and what was chosen for the rest.
         choices: every key that matters for cost and error.
         cost: predicted.
         error: predicted relative error of each measure asked for.
@@ -74,12 +72,11 @@ class Plan:
         shares: by source, then measure, the predicted relative error that it leaves.
         kept: whether the seat's Green's function is there already.
         notes: what is worth telling, such as a target out of reach.
-        asked: the scene as in the file.
         without: levels that were found too coarse before.
     """
 
     scene: Scene
-    level: PlannedLevel
+    method: RunMethod
     choices: tuple[Choice, ...]
     cost: Cost
     error: Mapping[str, float]
@@ -87,8 +84,12 @@ class Plan:
     shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
     notes: tuple[str, ...] = ()
-    asked: Scene | None = None
-    without: tuple[PlannedLevel, ...] = ()
+    without: tuple[AnyLevel, ...] = ()
+
+    @property
+    def level(self) -> AnyLevel:
+        """The model of the seat; "closed form" where nothing is discretised."""
+        return self.method.seat.level
 
     @property
     def meets_target(self) -> bool:
@@ -105,3 +106,7 @@ class Plan:
     def is_given(self, key: str) -> bool:
         """Whether the file states the key."""
         return any(choice.key == key and choice.given for choice in self.choices)
+
+    def is_open(self, key: str) -> bool:
+        """Whether the plan has chosen the key."""
+        return any(choice.key == key and not choice.given for choice in self.choices)

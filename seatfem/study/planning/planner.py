@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
-from impact.runs.budget import SAFETY
+from impact.runs.budget import safety
 from seatfem.machine.rates import Machine
 from seatfem.structures.inspection.checks import check_files
+from seatfem.structures.method import AnyLevel
+from seatfem.structures.seats.kept_files import kept_at, key_at
 from seatfem.structures.seats.store import Store
-from seatfem.study.impacts.budget import Source
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.validity import validity_advice
-from seatfem.study.planning.choices import choices_of
+from seatfem.study.method import BAND, SIZE, TOLERANCE, RunMethod, as_stated, has_key, is_given
+from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
-from seatfem.study.planning.filling import is_given
-from seatfem.study.planning.kept import Fineness, finer, kept_seat
-from seatfem.study.planning.means import cost_of, notes_on, within_means
 from seatfem.study.planning.mesh_size import ERRORS
-from seatfem.study.planning.options import BAND, BANDS, MODEL, TOLERANCE, TOLERANCES, Seen
-from seatfem.study.planning.plan import Alternative, Plan, PlannedLevel
-from seatfem.study.planning.prerun import Bench, first_look
-from seatfem.study.planning.refining import finer_keys
-from seatfem.study.planning.sensitivity import Sensitivity
+from seatfem.study.planning.plan import Alternative, Plan
+from seatfem.study.planning.reasons import choices_of
+from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
 from seatfem.study.planning.surrogate import surrogate_of
-from seatfem.study.scene import ElasticSeat, Scene
+from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
+from seatfem.study.scene import Scene
 
-__all__ = ["plan_scene", "refine"]
+__all__ = ["plan_scene"]
 
-STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
-FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs must reach
+RUNGS: Final = 10  # seats that much finer than needed are not looked for: each is a key to form
 
 
 def plan_scene(
@@ -42,7 +39,7 @@ def plan_scene(
     *,
     folder: Path | None = None,
     store: Store | None = None,
-    without: tuple[PlannedLevel, ...] = (),
+    without: tuple[AnyLevel, ...] = (),
 ) -> Plan:
     """Every open key of ``scene`` chosen, with reason and number; predicted cost and error.
 
@@ -60,89 +57,125 @@ def plan_scene(
     """
     check_step(scene)
     check_files(scene)
-    choices = Choices(_look(scene, machine or Machine.known(), progress), without)
-    wanted = choices.cheapest(scene.accuracy.target)
-    found = _kept(wanted, folder, Store.default() if store is None else store)
-    if found is not None:
-        decision, complete = wanted, found[1]
-    else:
-        decision = within_means(choices, wanted, scene.accuracy.target)
-        complete = decision.scene()
-    check_length(complete, complete.run.time_step or complete.run.filter_width)
-    progress("planning", 0.9)
-    plan = Plan(
-        scene=complete,
-        level=decision.level,
-        choices=choices_of(decision, complete, "" if found is None else found[2]),
-        cost=cost_of(complete, decision.level, machine, kept=found is not None),
-        error=decision.error,
-        alternatives=_alternatives(choices, decision, machine),
-        shares=decision.shares,
-        kept=found is not None,
-        asked=scene,
-        without=without,
-    )
-    limits = map(str, validity_advice(scene))
-    return replace(plan, notes=(*notes_on(plan, wanted, decision, machine), *limits))
-
-
-def _look(scene: Scene, machine: Machine, progress: Progress) -> Seen:
+    machine, target = machine or Machine.known(), scene.accuracy.target
     surrogate = surrogate_of(scene)
     progress("planning", 0.1)
-    window = first_look(scene, surrogate.greens)
-    finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
-    sensitivity = Sensitivity(
-        Bench(scene, surrogate.greens, window), scene.accuracy.measures, finest, exact=surrogate.exact
+    choices = Choices(Seen.of(scene, surrogate, machine), without)
+    wanted = decision = choices.cheapest(target)
+    method, at_hand = _at_hand(wanted, folder, Store.default() if store is None else store)
+    if not at_hand:
+        decision = choices.within_means(wanted, target)
+        method = decision.method
+    check_length(scene, decision.contact.dt)
+    progress("planning", 0.9)
+    plan = Plan(
+        scene=scene,
+        method=method,
+        choices=choices_of(decision, method, at_hand),
+        cost=predict_cost(scene, method, machine, kept=bool(at_hand)),
+        error=decision.error,
+        alternatives=_alternatives(choices, decision),
+        shares=decision.shares,
+        kept=bool(at_hand),
+        without=without,
     )
-    return Seen(scene, surrogate, sensitivity, machine)
+    return replace(plan, notes=(*_notes(plan, wanted, decision), *map(str, validity_advice(scene))))
 
 
-def _kept(decision: Decision, folder: Path | None, store: Store) -> tuple[Fineness, Scene, str] | None:
-    seen, fineness = decision.seen, decision.seat.fineness
-    if fineness is None or not isinstance(seen.scene.seat, ElasticSeat):
-        return None
-
-    def candidates() -> Iterator[tuple[Fineness, Scene]]:
-        for finer_one in finer(
-            fineness,
-            () if is_given(seen.scene, BAND) else BANDS,
-            () if is_given(seen.scene, TOLERANCE) else TOLERANCES,
-            ERRORS if fineness.mesh else (),
-        ):
-            yield finer_one, decision.scene(finer_one)
-
-    return kept_seat(candidates(), None if folder is None else folder / "seat.h5", store)
-
-
-def _alternatives(choices: Choices, decision: Decision, machine: Machine | None) -> tuple[Alternative, ...]:
+def _alternatives(choices: Choices, decision: Decision) -> tuple[Alternative, ...]:
     """The plans for a target looser and tighter by `STEP_UP`."""
-    target = decision.seen.scene.accuracy.target
-    found = []
-    for other in (STEP_UP * target, target / STEP_UP):
-        if other < 1:
-            plan = choices.cheapest(other)
-            if plan.scene() == decision.scene():
-                continue
-            found.append(
-                Alternative(f"target = {100 * other:.2g} %", cost_of(plan.scene(), plan.level, machine), plan.error)
-            )
+    seen, found = choices.seen, []
+    for target in (STEP_UP * seen.scene.accuracy.target, seen.scene.accuracy.target / STEP_UP):
+        if target < 1:
+            other = choices.cheapest(target)
+            if other.method != decision.method:
+                cost = predict_cost(seen.scene, other.method, seen.machine)
+                found.append(Alternative(f"target = {100 * target:.2g} %", cost, other.error))
     return tuple(found)
 
 
-def refine(plan: Plan, source: Source, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
-    """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[RunMethod, str]:
+    """The method with the nearest seat computed before that is at least as fine, and where it is; "" if nowhere."""
+    seen = decision.seen
+    if decision.seat.mesh is None or seen.patch is None:
+        return decision.method, ""
+    file = None if folder is None else folder / "seat.h5"
+    here = key_at(file) if file is not None and file.is_file() else ""
+    if not (here or _holds_any(store.folder)):
+        return decision.method, ""  # with nothing there, no key need be formed
+    for method in _as_fine(decision):
+        scene = as_stated(seen.scene, method)
+        key = scene.seat_key()
+        if file is not None and here == key and kept_at(file, key, scene) is not None:
+            return method, f"in {file.name}"
+        if kept_at(store.path(key), key, scene) is not None:
+            return method, "in the store"
+    return decision.method, ""
 
-    A level of modelling that leaves something out gives way to the next; else keys are made finer.
 
-    Args:
-        plan: whose run missed the target.
-        source: of the error that dominates: mesh, reduction, time_step or model.
-        factor: by which its share is too large; taken between 1.6 and 4.
+def _as_fine(decision: Decision) -> Iterator[RunMethod]:
+    """The seat wanted and those at least as fine in band, mesh and tolerance, the nearest of each first."""
+    seen, seat = decision.seen, decision.seat.method
+    band, mesh, tolerance = seat.bandwidth or 0.0, decision.seat.mesh or 0.0, seat.tolerance
+    bands = () if is_given(seen.scene, BAND) else BANDS
+    tolerances = () if is_given(seen.scene, TOLERANCE) else TOLERANCES
+    for wider in _nearest(band, [b for b in bands if b > band]):
+        for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if has_key(seen.scene, SIZE) else []):
+            for stricter in _nearest(tolerance, [t for t in tolerances if t < tolerance]):
+                elements = seen.elements(wider, stricter, denser)
+                yield decision.with_seat(replace(elements, level=seat.level, rings=seat.rings))
 
-    Returns:
-        ``None`` where the file states what is behind the source, or nothing is.
-    """
-    cheap = plan.level in ("spring", "rod") and not plan.is_given(MODEL)
-    if source == "model" and cheap and plan.asked is not None:
-        return plan_scene(plan.asked, machine, without=(*plan.without, plan.level))
-    return finer_keys(plan, source, factor, machine)
+
+def _nearest(wanted: float, finer: Sequence[float]) -> list[float]:
+    return sorted({wanted, *finer}, key=lambda value: abs(value - wanted))[:RUNGS]
+
+
+def _holds_any(folder: Path) -> bool:
+    try:
+        return any(folder.glob("*.h5"))
+    except OSError:  # it may not be looked into
+        return False
+
+
+def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
+    """Targets that are out of reach, and why; seats that nothing is known of; impacts that do not happen."""
+    found, seen = [], decision.seen
+    target, surrogate = plan.scene.accuracy.target, seen.surrogate
+    if wanted.seat != decision.seat:
+        cost = predict_cost(plan.scene, wanted.method, seen.machine)
+        meets = all(error <= target for error in wanted.error.values())
+        aim = "accuracy.target" if meets else "to come as close as can be to accuracy.target"
+        found.append(
+            f"{aim} = {target:g} would take {cost.seconds:.2g} s and {cost.memory / 1e9:.2g} GB; this is what "
+            f"{LONGEST:g} s and {MEMORY:.0%} of the available memory allow. State seat.mesh.size to insist"
+        )
+    missed = {name: error for name, error in plan.error.items() if error > target}
+    if missed:
+        words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in missed.items())
+        found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
+    if surrogate.patch is None and not surrogate.exact:
+        found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
+    if surrogate.patch is not None and not seen.drawn:
+        file = getattr(plan.scene.seat, "file", Path())
+        found.append(
+            f"what the mesh in {file.name} is off by is not known, and in no error bar: a finer mesh "
+            "of the same seat tells"
+        )
+    if not seen.sensitivity.bench.window.touches:
+        found.append("no contact at a first look: the measures are zero unless run.duration is longer")
+    elif surrogate.patch is not None:
+        found.extend(_hardly_counts(decision, target))
+    return tuple(found)
+
+
+def _hardly_counts(decision: Decision, target: float) -> tuple[str, ...]:
+    """Where a seat need not be computed at all."""
+    seen = decision.seen
+    guessed = {name: safety(name) * seen.sensitivity.guessed[name] for name in seen.scene.accuracy.measures}
+    if max(guessed.values(), default=0.0) > target:
+        return ()
+    name = max(guessed, key=lambda measure: guessed[measure])
+    return (
+        f"a spring (seat.kind = 'spring') with a stiffness guessed within a factor of two has an error bar of "
+        f"{100 * guessed[name]:.2g} % in {name}: for this target the seat hardly counts",
+    )

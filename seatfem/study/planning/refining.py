@@ -1,37 +1,23 @@
-"""A plan made finer where its run missed the target."""
+"""A plan made finer where its run missed the target, and how many rounds of that a plan expects."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.impacts.budget import Source
-from seatfem.study.impacts.variations import FEWER
-from seatfem.study.planning.choices import described
-from seatfem.study.planning.filling import replaced, value_of
-from seatfem.study.planning.means import cost_of
-from seatfem.study.planning.options import (
-    BAND,
-    BANDS,
-    CONTACT_SIZE,
-    MODES,
-    RING_NUMBERS,
-    RINGS,
-    SIZE,
-    STEP,
-    TOLERANCE,
-    fitted,
-)
+from seatfem.study.impacts.measures import Source
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SIZE, STEP, TOLERANCE
+from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
-from seatfem.study.scene import Scene
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.reasons import described
+from seatfem.study.planning.seen import BANDS, RING_NUMBERS, fitted
+from seatfem.study.safety import FEWER, LEAST_FINER, LONGEST, MESH_ORDER, MOST_FINER, MOST_ROUNDS
 
-LEAST: Final = 1.6  # factor by which a source is made smaller at least ...
-MOST: Final = 4.0  # ... and at most, in one go
-MESH_ORDER: Final = 1.0  # of convergence that is counted on
 KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
     "mesh": (SIZE, CONTACT_SIZE),
     "reduction": (BAND, TOLERANCE),
@@ -39,16 +25,38 @@ KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
     "model": (MODES,),
     "patch": (RINGS,),
 }
+"""What is made finer for the sake of a source of error."""
+MOST_MODES: Final = 1000
+AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
+"""Stages of every round; the others are the run's."""
 
 
-def finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | None) -> Plan | None:
+def refine(plan: Plan, source: Source, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
+    """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
+
+    A level of modelling that leaves something out gives way to the next; else keys are made finer.
+
+    Args:
+        plan: whose run missed the target.
+        source: of the error that dominates: mesh, reduction, time_step or model.
+        factor: by which its share is too large; taken between `LEAST_FINER` and `MOST_FINER`.
+
+    Returns:
+        ``None`` where the file states what is behind the source, or nothing is.
+    """
+    if source == "model" and plan.level in ("spring", "rod") and not plan.is_given(MODEL):
+        return plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
+    return _finer_keys(plan, source, factor, machine)
+
+
+def _finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | None) -> Plan | None:
     """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
-    factor = min(max(factor, LEAST), MOST)
-    values = {key: _finer(plan.scene, key, factor) for key in KEYS[source] if _is_open(plan, key)}
+    factor = min(max(factor, LEAST_FINER), MOST_FINER)
+    values = {key: _finer(plan, key, factor) for key in KEYS[source] if plan.is_open(key) and plan.method.value(key)}
     if CONTACT_SIZE not in values and SIZE in values:
-        values[SIZE] = max(values[SIZE], value_of(plan.scene, CONTACT_SIZE) or 0.0)
-    scene = replaced(plan.scene, values)
-    if scene == plan.scene:
+        values[SIZE] = max(values[SIZE], plan.method.seat.contact_size or 0.0)
+    method = plan.method.replaced(values)
+    if method == plan.method:
         return None
     reason = f"made finer: the {source.replace('_', ' ')}'s share of the error was {factor:.2g} times too large"
     choices = tuple(
@@ -65,28 +73,60 @@ def finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | Non
     left = {name: sum(share.get(name, 0.0) for share in shares.values()) for name in plan.error}
     error = {name: bar * left[name] / whole[name] if whole[name] else bar for name, bar in plan.error.items()}
     kept = source in ("time_step", "model")  # the seat is there from the round before
-    cost = cost_of(scene, plan.level, machine, kept=kept)
-    return replace(plan, scene=scene, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
+    cost = predict_cost(plan.scene, method, machine, kept=kept)
+    return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
 
 
-def _is_open(plan: Plan, key: str) -> bool:
-    return any(choice.key == key and not choice.given for choice in plan.choices) and bool(value_of(plan.scene, key))
+def _finer(plan: Plan, key: str, factor: float) -> float | int:
+    value = plan.method.value(key)
+    if key == MODES:
+        more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
+        return min(MOST_MODES, more)
+    if key == BAND:
+        wider = [band for band in BANDS if band > value * (1 + 1e-9)]
+        return wider[0] if wider else float(LEAST_FINER * value)
+    if key in (SIZE, CONTACT_SIZE):
+        return float(f"{value / factor ** (1 / MESH_ORDER):.2g}")
+    if key == RINGS:
+        return next((rings for rings in RING_NUMBERS if rings > value), MOST_RINGS)
+    if key == STEP:
+        return fitted(value / factor, plan.scene.run.duration)
+    return float(value / factor)
 
 
-def _finer(scene: Scene, key: str, factor: float) -> float | int:
-    value = value_of(scene, key)
-    match key:
-        case "reed.n_modes":
-            more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
-            return min(1000, more)
-        case "seat.greens.bandwidth":
-            wider = [band for band in BANDS if band > value * (1 + 1e-9)]
-            return wider[0] if wider else float(LEAST * value)
-        case "seat.mesh.size" | "seat.mesh.contact_size":
-            return float(f"{value / factor ** (1 / MESH_ORDER):.2g}")
-        case "contact.rings":
-            return next((rings for rings in RING_NUMBERS if rings > value), MOST_RINGS)
-        case "run.time_step":
-            return fitted(value / factor, scene.run.duration)
-        case _:
-            return float(value / factor)
+@dataclass(frozen=True)
+class RoundsAhead:
+    """Attributes:
+    number: rounds expected.
+    seconds: predicted wall time of the run with all of them [s].
+    further: of one more round, should the measured error ask for it [s]; ``None`` where nothing can be made finer.
+    """
+
+    number: int
+    seconds: float
+    further: float | None
+
+
+def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
+    """One where the predicted error meets the target; else as many as make it finer until it does, or time is up."""
+    number, seconds, further = 1, plan.cost.seconds, _next(plan, machine)
+    while not plan.meets_target and further is not None and number < MOST_ROUNDS and _again(further) <= LONGEST:
+        plan, number, seconds = further, number + 1, seconds + _again(further)
+        further = _next(plan, machine)
+    return RoundsAhead(number, seconds, None if further is None else _again(further))
+
+
+def _next(plan: Plan, machine: Machine | None) -> Plan | None:
+    """With the largest source of the largest error made smaller, or the next one that can be."""
+    worst = max(plan.error, key=lambda name: plan.error[name], default=None)
+    if worst is None:
+        return None
+    for source in sorted(plan.shares, key=lambda source: -plan.shares[source].get(worst, 0.0)):
+        finer = _finer_keys(plan, source, LEAST_FINER, machine)
+        if finer is not None:
+            return finer
+    return None
+
+
+def _again(plan: Plan) -> float:
+    return sum(seconds for stage, seconds in plan.cost.parts.items() if stage in AGAIN)

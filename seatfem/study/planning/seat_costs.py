@@ -13,11 +13,11 @@ from seatfem.structures.counts.bodies import section_of
 from seatfem.structures.counts.element_counts import Sizes, body_in_numbers, predicted_sizes
 from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.structures.kinds.seats import DrawnSeat, RevolvedSeat
+from seatfem.structures.method import AnyLevel as PlannedLevel
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.seats.levels import Level, applicable, sectors
 from seatfem.structures.seats.needs import COARSENING, memory, mesh_spec
 from seatfem.structures.seats.solids import solid
-from seatfem.study.planning.plan import PlannedLevel
 from seatfem.study.scene import ElasticSeat, MeshFile, Scene
 
 if TYPE_CHECKING:

@@ -1,50 +1,30 @@
-"""Models of a seat that can be chosen: level, band, tolerance, mesh; the error that each leaves, and its cost."""
+"""The ladder of a seat: every model of it that can be chosen, the error that each leaves, and its cost."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final, cast
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.kinds.imported import Matrices
+from seatfem.structures.method import Method
 from seatfem.structures.seats.levels import applicable, choose_level, clamp_error
 from seatfem.structures.seats.rods import love_rod, rod_of
-from seatfem.study.planning.filling import is_given
-from seatfem.study.planning.kept import Fineness
+from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.method import BAND, MODEL, RINGS, SIZE, TOLERANCE, is_given
+from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.mesh_size import ERRORS, mesh_error
-from seatfem.study.planning.options import (
-    BAND,
-    BANDS,
-    MODEL,
-    RING_NUMBERS,
-    RINGS,
-    SIZE,
-    TOLERANCE,
-    TOLERANCES,
-    Seen,
-    fill_seat,
-    lowest_band,
-    mesh_sizes,
-)
-from seatfem.study.planning.plan import PlannedLevel
 from seatfem.study.planning.seat_costs import (
     PORTS_POWER,
     TOLERANCE_POWER,
     SeatModel,
-    coarse_of,
-    discrete_level,
     highest_pole,
     seat_memory,
-    seat_model,
     seat_seconds,
 )
-from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import BarSeat, DrawnSeat, ElasticSeat, MeshFile
+from seatfem.study.planning.seen import RING_NUMBERS, Seen
+from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
 
-DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
-MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
-FEWER_POLES: Final = 0.7  # highest pole of a reduction that is counted on, over the usual one
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
 
@@ -53,172 +33,146 @@ class SeatOption:
     """One model of the seat.
 
     Attributes:
-        level: of modelling; why: it.
-        fineness: of its finite elements; ``None`` for a closed form.
+        method: how it is computed; why: its level.
         changes: by key, the relative error left in each measure.
         seconds, memory: predicted [s, bytes].
         poles: of its Green's function, for each ring.
-        rings: of the patch; ``None`` where it has no finite elements.
+        mesh: error of g that its mesh is made for, 0 for a mesh that is there; ``None`` without finite elements.
     """
 
-    level: PlannedLevel
+    method: Method
     why: str
-    fineness: Fineness | None
     changes: Mapping[str, Changes]
     seconds: float = 0.0
     memory: float = 0.0
     poles: float = 0.0
-    rings: int | None = None
+    mesh: float | None = None
 
 
-def seat_options(seen: Seen, without: tuple[PlannedLevel, ...] = ()) -> tuple[SeatOption, ...]:
+def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption, ...]:
     """Every level that describes the seat and is not among ``without``; each with every band, tolerance and mesh.
 
     Of finite elements, each also with every number of rings.
     """
-    seat = seen.scene.seat
-    if not isinstance(seat, ElasticSeat | Matrices):
-        why = f"seat.kind = {seat.kind!r}: nothing to discretise"
-        return (SeatOption("closed form", why, None, {}),)
-    waves = _drawn(seen, seat, without) if isinstance(seat, DrawnSeat) else _waves(seen, "3d", "as the file has it")
-    left = _left_by_rings(seen) if isinstance(seat, ElasticSeat) else {}
+    if not seen.reduced:
+        return (SeatOption(seen.stated.seat, f"seat.kind = {seen.scene.seat.kind!r}: nothing to discretise", {}),)
+    waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, "as the file has it")
+    left = _left_by_rings(seen) if seen.patch is not None else {}
     return tuple(divided for option in waves for divided in _divided(option, left))
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
     """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
-    given = (seen.scene.contact.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
+    given = (seen.stated.seat.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
     chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
     return {rings: seen.of_rings(rings) for rings in chosen}
 
 
 def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOption]:
     """With the patch in every number of rings; the end of a rod stays plane, and files of matrices know no patch."""
-    if option.fineness is None or not left:
+    if option.mesh is None or not left:
         yield option
         return
     for rings, changes in left.items():
         more = rings**PORTS_POWER
         yield replace(
             option,
+            method=replace(option.method, rings=rings),
             changes={**option.changes, RINGS: changes},
             seconds=option.seconds * more,
             poles=option.poles * rings * more,
-            rings=rings,
         )
 
 
-def _drawn(seen: Seen, seat: DrawnSeat, without: tuple[PlannedLevel, ...]) -> Iterator[SeatOption]:
-    if seat.model in ("auto", "spring") and "spring" not in without:
-        yield from _spring(seen)
-    if seat.model in ("auto", "rod") and "rod" not in without and isinstance(seat, BarSeat):
-        yield from _rod(seen, seat)
-    if seat.model not in ("spring", "rod"):
-        chosen = choose_level(seat, 0.0)
-        yield from _waves(seen, chosen.level, chosen.reason)
-    elif seat.model == "rod":
-        choose_level(seat, 0.0)  # whether it applies
+def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
+    """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
+    seat, stated = cast(Any, seen.scene.seat), seen.stated.seat
+    asked = stated.level if is_given(seen.scene, MODEL) else None
+    waves, is_rod = choose_level(seat, 0.0), any(found.level == "rod" and found.applies for found in applicable(seat))
+    if asked in (None, "spring") and "spring" not in without:
+        yield from _spring(seen, replace(stated, level="spring"))
+    if asked in (None, "rod") and "rod" not in without and is_rod:
+        yield _rod(seen, replace(stated, level="rod"))
+    if asked not in ("spring", "rod"):
+        yield from _waves(seen, replace(stated, level=waves.level), waves.reason)
 
 
-def _spring(seen: Seen) -> Iterator[SeatOption]:
+def _spring(seen: Seen, seat: Method) -> Iterator[SeatOption]:
     """The static compliance, by finite elements; waves are left out."""
     left = {name: DOUBT * value for name, value in seen.sensitivity.spring.items()}
     why = f"a spring in place of waves changes the measures by {seen.sensitivity.worst(left):.1g} at most"
-    band = lowest_band(seen)
-    for error, mesh in _meshes(seen, band):
-        fineness = Fineness(band, _tolerances(seen)[0], error)
-        yield _effort(seen, "spring", fineness).option("spring", why, fineness, {MODEL: left, **mesh})
+    for error, mesh in _meshes(seen, seen.lowest_band):
+        elements = _elements(seen, seat, seen.lowest_band, error)
+        yield elements.option(why, seen.tolerances[0], {MODEL: left, **mesh})
 
 
-def _rod(seen: Seen, seat: BarSeat) -> Iterator[SeatOption]:
+def _rod(seen: Seen, method: Method) -> SeatOption:
     """A bar as a rod: lateral inertia and the clamped end are left out."""
-    if not any(found.level == "rod" and found.applies for found in applicable(seat)):
-        return
+    seat = cast(Any, seen.scene.seat)
     inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
     why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
-    yield SeatOption("rod", why, None, {MODEL: left})
+    return SeatOption(method, why, {MODEL: left})
 
 
-def _waves(seen: Seen, level: PlannedLevel, why: str) -> Iterator[SeatOption]:
+def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
     """Finite elements, reduced; no band is tried beyond one above which nothing counts."""
-    for band in _bands(seen):
+    for band in seen.bands:
         for error, mesh in _meshes(seen, band):
-            effort = _effort(seen, level, Fineness(band, _tolerances(seen)[0], error))
-            for tolerance in _tolerances(seen):
-                reach = band * max(1.0, FEWER_POLES * effort.reach(tolerance))
+            elements = _elements(seen, seat, band, error)
+            for tolerance in seen.tolerances:
+                reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
                 left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
-                yield effort.option(level, why, Fineness(band, tolerance, error), left)
+                yield elements.option(why, tolerance, left)
         if seen.sensitivity.worst(seen.sensitivity.above(band)) <= seen.sensitivity.finest:
             return
 
 
-@dataclass(frozen=True)
-class _Effort:
-    """Models of a seat and of its coarser one, for one tolerance; ``None`` of matrices whose size is not known yet."""
-
-    rates: Machine
-    fineness: Fineness
-    model: SeatModel | None
-    coarser: SeatModel | None
-    static: bool
-
-    def reach(self, tolerance: float) -> float:
-        """Highest pole over the band edge."""
-        return highest_pole(self.model, tolerance)
-
-    def option(self, level: PlannedLevel, why: str, fineness: Fineness, changes: Mapping[str, Changes]) -> SeatOption:
-        """With the cost for the tolerance of ``fineness``."""
-        if self.model is None:
-            seconds = REDUCTION * fineness.band * fineness.tolerance**TOLERANCE_POWER
-            return SeatOption(level, why, fineness, changes, seconds)
-        ratio = fineness.tolerance / self.fineness.tolerance
-        model = self.model.stricter(ratio)
-        parts = [seat_seconds(model, self.rates, static=self.static)]
-        if self.coarser is not None:
-            parts.append(seat_seconds(self.coarser.stricter(ratio), self.rates, static=self.static))
-        seconds = sum(sum(part.values()) for part in parts)
-        if not self.model.drawn:
-            seconds += REDUCTION * fineness.band
-        poles = 0.0 if self.static else model.poles
-        return SeatOption(level, why, fineness, changes, seconds, seat_memory(model)[0], poles)
-
-
-def _effort(seen: Seen, level: PlannedLevel, fineness: Fineness) -> _Effort:
-    scene = fill_seat(seen, fineness.band, fineness.tolerance, fineness.mesh)
-    if not isinstance(scene.seat, DrawnSeat | MeshFile):
-        return _Effort(seen.machine, fineness, None, None, False)
-    discrete = discrete_level(scene, level)
-    coarser = coarse_of(scene, discrete) if isinstance(scene.seat, DrawnSeat) else None
-    return _Effort(seen.machine, fineness, seat_model(scene, discrete), coarser, level == "spring")
-
-
-def _bands(seen: Seen) -> tuple[float, ...]:
-    seat = seen.scene.seat
-    assert isinstance(seat, ElasticSeat | Matrices)
-    if is_given(seen.scene, BAND):
-        return (seat.greens.bandwidth,)
-    return tuple(band for band in BANDS if band >= lowest_band(seen)) or BANDS[-1:]
-
-
-def _tolerances(seen: Seen) -> tuple[float, ...]:
-    seat = seen.scene.seat
-    assert isinstance(seat, ElasticSeat | Matrices)
-    return (seat.greens.tolerance,) if is_given(seen.scene, TOLERANCE) else TOLERANCES
-
-
 def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Changes]]]:
     """Errors of g that meshes are made for, and what they leave in the measures where that is known beforehand."""
-    seat = seen.scene.seat
-    if not isinstance(seat, DrawnSeat):
+    if not seen.drawn:
         yield 0.0, {}
         return
     before = None
     for error in ERRORS:
-        sizes = mesh_sizes(seen, band, error)
+        sizes = seen.sizes(band, error)
         if sizes != before:
             assert seen.patch is not None
-            left = mesh_error(seen.patch, band, sizes, seat.mesh.order)
+            left = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
             yield error, {SIZE: seen.per_g(MESH_BAR * left)}
         before = sizes
+
+
+@dataclass(frozen=True)
+class _Elements:
+    """Models of a seat and of its coarser one, for the tolerance of ``method``; ``None`` of matrices whose size is not
+    known yet."""
+
+    rates: Machine
+    method: Method
+    error: float
+    model: SeatModel | None
+    coarser: SeatModel | None
+
+    def option(self, why: str, tolerance: float, changes: Mapping[str, Changes]) -> SeatOption:
+        """With the cost for a tolerance."""
+        method, band = replace(self.method, tolerance=tolerance), self.method.bandwidth or 0.0
+        if self.model is None:
+            seconds = REDUCTION * band * tolerance**TOLERANCE_POWER
+            return SeatOption(method, why, changes, seconds, mesh=self.error)
+        ratio, static = tolerance / self.method.tolerance, method.level == "spring"
+        model = self.model.stricter(ratio)
+        models = [model] if self.coarser is None else [model, self.coarser.stricter(ratio)]
+        seconds = sum(sum(seat_seconds(each, self.rates, static=static).values()) for each in models)
+        if not model.drawn:
+            seconds += REDUCTION * band
+        poles = 0.0 if static else model.poles
+        return SeatOption(method, why, changes, seconds, seat_memory(model)[0], poles, self.error)
+
+
+def _elements(seen: Seen, seat: Method, band: float, error: float) -> _Elements:
+    method = replace(seen.elements(band, seen.tolerances[0], error), level=seat.level)
+    run = replace(seen.stated, seat=method)
+    models = finite_elements(seen.scene, run), coarser_elements(seen.scene, run)
+    return _Elements(seen.machine, method, error, *models)

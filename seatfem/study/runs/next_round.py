@@ -9,22 +9,20 @@ from typing import Final
 
 from impact.runs.budget import Budget, safety
 from seatfem.machine.memory import available_memory
-from seatfem.study.impacts.budget import KEYS, SOURCES, Source
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.planning.means import LONGEST, MEMORY, OF_THE_SEAT
+from seatfem.study.impacts.measures import KEYS, SOURCES, Source
+from seatfem.study.planning.costs import OF_THE_SEAT
 from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.planner import refine
+from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
+from seatfem.study.safety import LONGEST, MEMORY, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
 
-MOST_ROUNDS: Final = 4
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": OF_THE_SEAT,
     "contact": ("contact", "reed stress", "error budget"),
 }
 """Stages of a round whose predicted times are off alike."""
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
-MOST_OFF: Final = 30.0  # by which a prediction is corrected at most
-LEAST: Final = 1.0  # s; what was predicted to take less tells of one-off costs, such as compiling
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ def paces(spent: Mapping[str, float], plan: Plan, before: Mapping[str, float]) -
     for kind, stages in STAGES.items():
         predicted = sum(plan.cost.parts.get(stage, 0.0) for stage in stages)
         measured = sum(spent.get(stage, 0.0) for stage in stages)
-        if predicted >= LEAST and measured > 0:
+        if predicted >= TELLING and measured > 0:
             found[kind] = min(max(measured / predicted, 1 / MOST_OFF), MOST_OFF)
     return found
 
@@ -102,7 +100,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     stated = []
     for source in sorted((s for s in SOURCES if s in left.parts), key=lambda s: -left.parts[s][measure]):
         share = left.parts[source][measure]
-        if share <= 0.2 * allowed:
+        if share <= RESERVE * allowed:
             break
         plan = refine(done.plan, source, _too_large(left, source, measure, allowed))
         if plan is not None:
@@ -118,7 +116,7 @@ def _too_large(left: Budget, source: Source, measure: str, allowed: float) -> fl
     """By which factor one source is too large, the others left as they are and a fifth kept in reserve."""
     here = left.parts[source][measure]
     others = sum(part[measure] for part in left.parts.values()) - here
-    return here / max(0.8 * allowed - others, 0.2 * allowed)
+    return here / max((1 - RESERVE) * allowed - others, RESERVE * allowed)
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
@@ -131,7 +129,7 @@ def _too_much(done: Round, plan: Plan, time_left: float) -> str:
         return f"the next round would take about {seconds:.2g} s, {max(time_left, 0.0):.2g} s of --max-time are left"
     if math.isinf(time_left) and seconds > LONGEST:
         return f"the next round would take about {seconds:.2g} s; --max-time, or a finer seat.mesh or step, insists"
-    dt = plan.scene.run.time_step
+    dt = plan.method.time_step
     if dt is not None and plan.scene.run.duration / dt > MAX_STEPS:
         return f"the next round would take {plan.scene.run.duration / dt:.2g} steps, at most {MAX_STEPS:.0e} are stored"
     return ""

@@ -27,6 +27,7 @@ from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
 from seatfem.structures.seats.seat import SeatAnswer
 from seatfem.structures.seats.store import Store, StoreError
+from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
@@ -34,16 +35,21 @@ BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VT
 
 
 def draw_run(
-    scene: Scene, seat: SeatAnswer, result: ImpactResult, baseline: ImpactResult, folder: Path, progress: Progress
+    scene: Scene,
+    method: RunMethod,
+    seat: SeatAnswer,
+    result: ImpactResult,
+    baseline: ImpactResult,
+    folder: Path,
+    progress: Progress,
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
 
     Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
-    elastic = isinstance(scene.seat, ElasticSeat)
-    band = scene.seat.greens.bandwidth if isinstance(scene.seat, ElasticSeat) else 1 / width
-    memory = min(scene.run.duration, (40 if elastic else 200) / band)
+    band, periods = (1 / width, 200) if method.seat.bandwidth is None else (method.seat.bandwidth, 40)
+    memory = min(scene.run.duration, periods / band)
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
@@ -54,9 +60,9 @@ def draw_run(
     files, gaps = draw_all(pictures + of_seat, folder, progress)
     if not isinstance(scene.seat, ElasticSeat):
         return files, gaps
-    names = [name for name, _ in of_seat]
+    names, key = [name for name, _ in of_seat], as_stated(scene, method).seat_key()
     try:
-        more = _through_store(scene.seat_key(), [file for file in files if file.name in names], names, folder)
+        more = _through_store(key, [file for file in files if file.name in names], names, folder)
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *more), gaps

@@ -24,10 +24,10 @@ from seatfem.structures.kinds.seats import DrawnSeat
 from seatfem.structures.rings import face_compliance, with_fewer_rings
 from seatfem.structures.seats.kept_seats import seat_of
 from seatfem.structures.seats.natural_modes import Mode, Wanted, natural_modes
-from seatfem.study.impacts.budget import KEYS, bar_keys
 from seatfem.study.impacts.contact import RunError, check_step, run_contact, stress_of
+from seatfem.study.impacts.measures import KEYS, bar_keys
 from seatfem.study.impacts.validity import validity_advice
-from seatfem.study.planning.options import MODES, STEP
+from seatfem.study.method import MODES, STEP, as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.mode_pictures import draw_modes
 from seatfem.study.runs.pictures import draw_run
@@ -109,7 +109,7 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            drawn, gaps = draw_run(done.plan.scene, done.seat, done.result, baseline.result, folder, progress)
+            drawn, gaps = draw_run(scene, done.plan.method, done.seat, done.result, baseline.result, folder, progress)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
@@ -171,8 +171,8 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     watch = Stopwatch()
     check_writable(path)
     with watch("plan"):
-        scene = plan_scene(scene, progress=progress).scene
-    seat, reused = seat_of(scene, path, watch, progress)
+        plan = plan_scene(scene, progress=progress)
+    seat, reused = seat_of(as_stated(scene, plan.method), path, watch, progress)
     summary = {
         "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
         **greens_error_keys(seat.greens),

@@ -12,7 +12,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.seats.seat import SeatAnswer
-from seatfem.study.impacts.budget import KEYS, Source
+from seatfem.study.impacts.measures import KEYS, Source
 from seatfem.study.planning.plan import Plan
 
 REMEDIES: Final[Mapping[Source, str]] = {

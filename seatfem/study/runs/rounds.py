@@ -15,21 +15,19 @@ from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.seats.kept_seats import seat_of
-from seatfem.study.impacts.budget import Source
+from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
-from seatfem.study.impacts.variations import error_budget
-from seatfem.study.planning.filling import replaced
-from seatfem.study.planning.options import TOLERANCE
+from seatfem.study.impacts.measures import Source
+from seatfem.study.method import TOLERANCE, as_stated
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
-from seatfem.study.scene import ElasticSeat
+from seatfem.study.safety import LOOSER
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
-LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
@@ -137,36 +135,39 @@ def _impossible(problem: Exception) -> str:
 
 def _seat_again(done: Round, further: Plan, folder: Path) -> str:
     """The seat of ``done`` on file where the round that failed may have written a finer one; if it cannot be, words."""
-    if further.scene.seat_key() == done.plan.scene.seat_key():
+    if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
-        save_greens(done.seat.greens, folder / SEAT_FILE, key=done.plan.scene.seat_key())
+        save_greens(done.seat.greens, folder / SEAT_FILE, key=key)
     except OSError as unwritten:
         return f"; {SEAT_FILE} may be of the round that failed ({unwritten})"
     return ""
 
 
+def _seat_key(plan: Plan) -> str:
+    """What the plan's seat is kept under."""
+    return as_stated(plan.scene, plan.method).seat_key()
+
+
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
     """Where no Krylov space holds what was planned: at a looser tolerance, if none is stated; the bar tells."""
-    if not any(choice.key == TOLERANCE and not choice.given for choice in plan.choices):
-        return _round(plan, folder, watch, progress)
-    for tolerance in (t for t in LOOSER if isinstance(plan.scene.seat, ElasticSeat)):
+    for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
         try:
             return _round(plan, folder, watch, progress)
         except ConvergenceError:
-            plan = replace(plan, scene=replaced(plan.scene, {TOLERANCE: tolerance}))
+            plan = replace(plan, method=plan.method.replaced({TOLERANCE: tolerance}))
     return _round(plan, folder, watch, progress)
 
 
 def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None) -> Round:
     """``before``: the round whose seat serves again if nothing of it has become finer."""
-    scene = plan.scene
-    if before is not None and before.plan.scene.seat_key() == scene.seat_key():
+    scene, method = plan.scene, plan.method
+    if before is not None and _seat_key(before.plan) == _seat_key(plan):
         seat, reused = before.seat, before.reused
     else:
-        seat, reused = seat_of(scene, folder / SEAT_FILE, watch, progress)
-    striker = striker_of(scene)
-    dt = scene.run.time_step or time_step(scene, striker.greens, seat.greens)
+        seat, reused = seat_of(as_stated(scene, method), folder / SEAT_FILE, watch, progress)
+    striker = striker_of(scene, method.reed.n_modes)
+    dt = method.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
     with watch("contact"):
         contacts = solve_contact(scene, striker, seat.greens, dt, progress)
@@ -175,7 +176,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
-        left = error_budget(scene, seat, striker, result, stress if wanted else None)
+        left = error_budget(scene, method, seat, striker, result, stress if wanted else None)
     return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left), rings)
 
 

@@ -18,7 +18,7 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.study.impacts.budget import KEYS
+from seatfem.study.impacts.measures import KEYS
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 

@@ -17,7 +17,7 @@ from impact.march.engines import Engine
 from seatfem.structures.seats.levels import Level, applicable
 from seatfem.structures.seats.needs import PER_WAVELENGTH
 from seatfem.structures.seats.solids import solid
-from seatfem.study.planning.filling import is_given
+from seatfem.study.method import is_given
 from seatfem.study.scene import BarSeat, Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
 from seatfem.study.trade.column import column_of
 from seatfem.study.trade.point import Point

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from seatfem.study.planning.filling import OPEN_KEYS, has_key
+from seatfem.study.method import FIELDS, RunMethod, has_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.problems import explain
 
@@ -23,7 +23,7 @@ UNITS: Final = {
     "seat.greens.bandwidth": "Hz",
     "run.time_step": "s",
 }
-ALL_OPEN: Final[Settings] = dict.fromkeys(OPEN_KEYS)
+ALL_OPEN: Final[Settings] = dict.fromkeys(FIELDS)
 
 
 def scene_with(path: Path, settings: Settings) -> Scene:
@@ -46,21 +46,10 @@ def written(key: str, value: object) -> object:
     return f"{value!r} {UNITS[key]}" if key in UNITS else value
 
 
-def stated_choices(scene: Scene) -> Settings:
+def stated_choices(scene: Scene, method: RunMethod) -> Settings:
     """Everything that decides the fidelity of a planned scene, as settings."""
-    found: dict[str, object] = {}
-    for key in OPEN_KEYS:
-        if has_key(scene, key) and (value := _value(scene, key)) is not None:
-            found[key] = written(key, value)
-    return found
-
-
-def _value(scene: Scene, key: str) -> Any:
-    value: Any = scene
-    for part in key.split("."):
-        assert isinstance(value, BaseModel)
-        value = getattr(value, part)
-    return value
+    values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
+    return {key: written(key, value) for key, value in values.items() if value is not None}
 
 
 def _state(table: dict[str, Any], path: list[str], value: object) -> None:

@@ -13,7 +13,7 @@ from impact.brief import brief
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.structures.seats.store import Store
-from seatfem.study.planning.filling import OPEN_KEYS, has_key, is_given
+from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
@@ -150,14 +150,14 @@ def measure_trade(
 def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
     """The planner's choice with every key open and, where the file states some, what becomes of the file as it is."""
     points = [_as_point(PLANNED, plan_scene(scene_with(path, ALL_OPEN), store=empty))]
-    if any(has_key(scene, key) and is_given(scene, key) for key in OPEN_KEYS):
+    if any(is_given(scene, key) for key in FIELDS):
         points.append(_as_point(AS_FILED, plan_scene(scene, store=empty)))
     return tuple(points)
 
 
 def _as_point(name: str, plan: Plan) -> Point:
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
-    settings = {**ALL_OPEN, **stated_choices(plan.scene)}
+    settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
     return Point(name, _family(plan.level), "planned", settings, predicted=seconds)
 
 

@@ -1,4 +1,4 @@
-"""Coupled damping: the quadratic pencil against closed forms, the second-order Krylov road against time stepping."""
+"""Coupled damping: the quadratic pencil against closed forms, second-order Krylov vectors against time stepping."""
 
 from dataclasses import replace
 
@@ -13,13 +13,13 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.materials import Material
+from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, Port, SecondOrderModel
-from seatfem.structures.reduction.damping import Damping, damping_of, uniform_loss
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.quadratic_pencil import Coupled, poles
-from seatfem.structures.reduction.second_order_krylov import second_order_greens
+from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
 from seatfem.structures.reduction.toar import SecondOrderBasis
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
@@ -134,7 +134,7 @@ def stepped(block):
 def test_absorbing_sides_agree_with_time_stepping_within_the_estimates(block, stepped, tolerance):
     bandwidth, duration = 2e5, 1.5e-5
     t = np.linspace(0, duration, 201)
-    greens = second_order_greens(block, Damping(), bandwidth=bandwidth, duration=duration, tolerance=tolerance)
+    greens = SecondOrderKrylov().reduce(block, block.damping, Aims(bandwidth, duration, tolerance)).greens
     one, other = (g.filtered_matrix(t, 1 / bandwidth) for g in (greens, stepped))
     error = np.abs(one - other).max() / np.abs(other).max()
     assert error <= greens.error_estimate.reduction + stepped.error_estimate.reduction
@@ -146,11 +146,11 @@ def test_absorbing_sides_agree_with_time_stepping_within_the_estimates(block, st
     assert np.all(np.isinf(np.diag(greens.static_compliance())))
 
 
-def test_the_road_agrees_with_krylov_where_damping_is_proportional(block):
+def test_it_agrees_with_krylov_where_damping_is_proportional(block):
     plain = replace(block, C=2e-8 * block.K)
     aims = {"bandwidth": 2e5, "duration": 3e-5, "tolerance": 1e-2}
     t = np.linspace(0, 3e-5, 301)
-    one, other = (greens_function(plain, method=road, **aims) for road in ("second_order", "krylov"))
+    one, other = (greens_function(plain, method=method, **aims) for method in ("second_order", "krylov"))
     a, b = one.filtered_matrix(t, 5e-6), other.filtered_matrix(t, 5e-6)
     assert np.abs(a - b).max() <= (one.error_estimate.reduction + other.error_estimate.reduction) * np.abs(b).max()
     # six rigid motions, kept exactly
@@ -163,10 +163,10 @@ def test_loss_factors_by_region_are_the_modal_strain_energy():
     mesh = mesh.with_subdomains({"lossy": lambda x: x[0] < 6e-3, "plain": lambda x: x[0] > 6e-3})
     steel = Material(**STEEL)
     model = assemble(mesh, {"plain": steel, "lossy": replace(steel, loss_factor=0.04)}, order=2)
-    assert uniform_loss(model) is None
+    assert model.damping.loss is not None
     greens = {
-        road: greens_function(model, bandwidth=2e5, duration=3e-5, tolerance=1e-2, method=road)
-        for road in ("krylov", "modes", "second_order")
+        method: greens_function(model, bandwidth=2e5, duration=3e-5, tolerance=1e-2, method=method)
+        for method in ("krylov", "modes", "second_order")
     }
     values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
     zeta = np.einsum("nm,nm->m", shapes, model.loss @ shapes) / (2 * values)
@@ -174,10 +174,10 @@ def test_loss_factors_by_region_are_the_modal_strain_energy():
     assert 0.005 < zeta[:10].mean() < 0.015
     assert greens["modes"].zeta == pytest.approx(zeta[: len(greens["modes"].zeta)], rel=1e-6)
     t = np.linspace(0, 3e-5, 301)
-    after = {road: g.filtered(t, 5e-6) for road, g in greens.items()}
-    for road in ("krylov", "second_order"):
-        allowed = greens[road].error_estimate.reduction + greens["modes"].error_estimate.reduction
-        assert np.abs(after[road] - after["modes"]).max() <= allowed * np.abs(after["modes"]).max()
+    after = {method: g.filtered(t, 5e-6) for method, g in greens.items()}
+    for method in ("krylov", "second_order"):
+        allowed = greens[method].error_estimate.reduction + greens["modes"].error_estimate.reduction
+        assert np.abs(after[method] - after["modes"]).max() <= allowed * np.abs(after["modes"]).max()
     undamped = greens_function(replace(model, loss=None), bandwidth=2e5, duration=3e-5, tolerance=1e-2, method="modes")
     assert np.abs(undamped.filtered(t, 5e-6) - after["modes"]).max() > 0.02 * np.abs(after["modes"]).max()
 
@@ -185,7 +185,7 @@ def test_loss_factors_by_region_are_the_modal_strain_energy():
 def test_a_uniform_loss_factor_is_half_of_it_as_a_ratio_and_ratios_add():
     model = rod_model(**ROD, elements=20, damping=(0.0, 1e-8))
     lossy = replace(model, loss=0.06 * model.K)
-    damping = damping_of(lossy, 0.01)
+    damping = lossy.damping.plus(0.01)
     assert damping.ratio == pytest.approx(0.04, rel=1e-12)
     assert damping.ratios(np.array([0.0, 1e6])) == pytest.approx([0.04, 0.045], rel=1e-12)
     with pytest.raises(ModelError, match="defined by the frequency and cannot be stepped"):
@@ -196,8 +196,8 @@ def test_refusals():
     model = rod_model(**ROD, elements=200)
     feeding = replace(model, C=sparse.diags_array(-np.arange(model.size, dtype=float)))
     with pytest.raises(ModelError, match="it would feed energy"):
-        second_order_greens(feeding, Damping(), bandwidth=1e5, duration=1e-5, tolerance=1e-2)
+        greens_function(feeding, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="second_order")
     b = model.port_matrix[:, 0]
     damped = SecondOrderModel(model.M, sparse.csr_array(Z * np.outer(b, b)), model.K, {"contact": Port(b)})
     with pytest.raises(ConvergenceError, match=r"25 second-order Krylov vectors leave .*method='transient'"):
-        second_order_greens(damped, Damping(), bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_vectors=25)
+        SecondOrderKrylov().reduce(damped, damped.damping, Aims(1e6, 1e-4, 1e-4, 25))

@@ -22,9 +22,10 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.motion import Discrete
 from impact.march.stepper import Prepared, step_count
 from impact.runs.budget import Values
-from seatfem.study.impacts.budget import values_of
 from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, stress_of, striker_of
-from seatfem.study.scene import Cantilever, Scene
+from seatfem.study.impacts.measures import values_of
+from seatfem.study.method import MODES, has_key, value_of
+from seatfem.study.scene import Scene
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -56,7 +57,7 @@ class Window:
 
 def first_look(scene: Scene, seat: GreensFunction) -> Window:
     """Where the contact is that matters: a coarse run with few modes over the whole duration."""
-    few = striker_of(scene, min(FEW, _modes_of(scene)))
+    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
@@ -144,10 +145,6 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
         name: abs(other[name] - one[name]) / abs(one[name]) if one[name] else (0.0 if not other[name] else math.inf)
         for name in one
     }
-
-
-def _modes_of(scene: Scene) -> int:
-    return scene.reed.n_modes if isinstance(scene.reed, Cantilever) else 1
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:

@@ -1,8 +1,8 @@
-"""The seat, the reed and the level of a scene, each made coarser for the error budget of `impact.runs.variations`."""
+"""The seat, the reed and the level of a scene, each made coarser for the error budget of a run."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import impact
 from impact.after.result import ImpactResult
@@ -12,28 +12,27 @@ from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.runs.variations import of_g as of_body
-from seatfem.structures.kinds.seats import ElasticSeat
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
 from seatfem.structures.seats.statics import beyond_level
-from seatfem.study.impacts.budget import SOURCES, Source, measured
+from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
+from seatfem.study.impacts.measures import SOURCES, Source, measured
 from seatfem.study.impacts.validity import shear_error
-from seatfem.study.planning.prerun import Bench, window_of
-from seatfem.study.scene import Cantilever, Scene
+from seatfem.study.method import RunMethod, as_stated, is_meshed
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
+from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
     from seatfem.structures.seats.seat import SeatAnswer
 
-SHORT: Final = 0.3  # of the run: an impact that is marched again with half the step
-HALF: Final = 2.0  # ratio of the reed's numbers of modes whose change is taken for twice of what is left, and ...
-FEWER: Final = 1.4  # ... another one: two are seldom small by accident
-SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
-FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
-MANY: Final = 40  # ... then this number does
-
 
 def error_budget(
-    scene: Scene, seat: SeatAnswer, striker: impact.Body, result: ImpactResult, stress: ReedStress | None = None
+    scene: Scene,
+    method: RunMethod,
+    seat: SeatAnswer,
+    striker: impact.Body,
+    result: ImpactResult,
+    stress: ReedStress | None = None,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch leave in the measures of ``result``.
 
@@ -55,32 +54,32 @@ def error_budget(
     found: dict[Source, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
-        "model": _of_model(scene, seat, problem),
+        "model": _of_model(scene, method, seat, problem),
         "patch": _of_patch(scene, seat, problem),
     }
 
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt)
 
-    values, finer = measured(result, width, stress), _finer_step(scene, seat, result)
+    values, finer = measured(result, width, stress), _finer_step(scene, method, seat, result)
     sources = {str(source): terms for source, terms in found.items()}
     left = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer)
     return Budget(values, {s: left.parts[s] for s in SOURCES if s in left.parts}, SOURCES)
 
 
-def _finer_step(scene: Scene, seat: SeatAnswer, result: ImpactResult) -> Values:
+def _finer_step(scene: Scene, method: RunMethod, seat: SeatAnswer, result: ImpactResult) -> Values:
     """Twice what half the step changes in the impact of a reed, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
     tells.
     """
-    if not isinstance(scene.reed, Cantilever):
+    if method.reed.n_modes is None:
         return {}
     window = window_of(scene, result.force[1:], result.dt)
     if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
     bench = Bench(scene, seat.greens, window)
-    here, finer = (bench.measures(dt=dt, n_modes=scene.reed.n_modes) for dt in (result.dt, result.dt / 2))
+    here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 
 
@@ -94,25 +93,25 @@ def _of_reduction(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Te
     greens = seat.greens
     stated = of_body(problem, problem.target, greens.error_estimate.reduction)
     modal = greens.modal
-    if stated is None or not isinstance(scene.seat, ElasticSeat) or modal is None or len(modal.omega) == 0:
+    if stated is None or not is_meshed(scene) or modal is None or len(modal.omega) == 0:
         return stated
     highest = float(modal.frequencies_hz.max())
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
 
 
-def _of_model(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+def _of_model(scene: Scene, method: RunMethod, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
     level = of_body(problem, problem.target, seat.level_error)
     if level is None:
         return None
     if (shear := shear_error(scene)) > SHEAR_SHARE * scene.accuracy.target:
         level = (*level, *(of_body(problem, problem.striker, shear) or ()))
-    if (better := beyond_level(scene, seat.greens)) is not None:
+    if (better := beyond_level(as_stated(scene, method), seat.greens)) is not None:
         level = (*level, (_with_seat(scene, problem, better),))
-    if not isinstance(scene.reed, Cantilever):
+    if method.reed.n_modes is None:
         return level
     modes = (
         Variation(problem_of(scene, striker_of(scene, number), problem.target), weight)
-        for number, weight in other_modes(scene.reed.n_modes)
+        for number, weight in other_modes(method.reed.n_modes)
     )
     return (*level, tuple(modes))
 

@@ -2,7 +2,7 @@
 
 Each number is the relative change of a measure that the error budget of the run will see, so that a plan predicts the
 bar that the run will state: longer steps, fewer reed modes, the seat's highest modes left out, and g larger by a few
-percent (`seatfem.study.impacts.variations`). The pre-runs of a ladder go on while something is still to be gained.
+percent (`seatfem.study.accuracy.error_budget`). The pre-runs of a ladder go on while something is still to be gained.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ import impact
 from impact.runs.budget import Values, larger, times
 from impact.runs.variations import NARROWER, left_by_step, narrowed
 from seatfem.structures.rings import face_compliance
-from seatfem.study.impacts.variations import FEWER, other_modes
-from seatfem.study.planning.prerun import Bench, relative_changes
-from seatfem.study.scene import Cantilever
+from seatfem.study.accuracy.error_budget import other_modes
+from seatfem.study.accuracy.prerun import Bench, relative_changes
+from seatfem.study.method import MODES as REED_MODES
+from seatfem.study.method import has_key, is_given, value_of
+from seatfem.study.safety import FEWER, MUCH_SHORTER, OFF, REED_MARGIN, STIFFER
 
 COARSE: Final = 40  # steps per filter width of the pre-runs that compare models, not steps
 MODES: Final = 40  # reed modes of the pre-runs that compare seats, and the fewest of those that compare steps
@@ -29,12 +31,8 @@ FEWEST: Final = 5  # reed modes looked at ...
 MOST: Final = 320
 LONGEST: Final = 4  # steps per filter width looked at ...
 SHORTEST: Final = 640
-MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with
-STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
-MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
 ENOUGH: Final = 10.0  # change of the reed's modes with which steps are compared, over the finest that is looked at
 ALWAYS: Final = ("impulse", "filtered_peak")  # measures whose ladders are followed although they are not asked for
-OFF: Final = 0.02  # relative change of g behind its sensitivity
 
 Changes = Mapping[str, float]
 
@@ -75,10 +73,15 @@ class Sensitivity:
     @property
     def n_modes(self) -> int | None:
         """Reed modes of the pre-runs that compare seats; ``None`` for a rigid mass."""
-        reed = self.bench.scene.reed
-        if not isinstance(reed, Cantilever):
+        if not has_key(self.bench.scene, REED_MODES):
             return None
-        return min(MODES, reed.n_modes) if "n_modes" in reed.model_fields_set else MODES
+        return MODES if self._stated_modes is None else min(MODES, self._stated_modes)
+
+    @property
+    def _stated_modes(self) -> int | None:
+        """Of the reed, where the file says how many."""
+        scene = self.bench.scene
+        return int(value_of(scene, REED_MODES)) if is_given(scene, REED_MODES) else None
 
     @cached_property
     def step_modes(self) -> int | None:
@@ -86,11 +89,10 @@ class Sensitivity:
 
         Where the file does not say, enough for changes of `ENOUGH` times `finest`.
         """
-        reed = self.bench.scene.reed
-        if not isinstance(reed, Cantilever):
+        if self.n_modes is None:
             return None
-        if "n_modes" in reed.model_fields_set:
-            return min(MOST, reed.n_modes)
+        if self._stated_modes is not None:
+            return min(MOST, self._stated_modes)
         enough = (r.value for r in no_better_than_finer(self.modes) if self.worst(r.changes) <= ENOUGH * self.finest)
         return max(MODES, round(next(enough, self.modes[-1].value)))
 
@@ -125,7 +127,7 @@ class Sensitivity:
         for factor in seats:
             runs = (self._with_modes(n, factor) for n in (n_modes, other))
             found = larger(found, relative_changes(*runs))
-        return times(1.0 if self.exact else MARGIN, found)
+        return times(1.0 if self.exact else REED_MARGIN, found)
 
     def _with_modes(self, n_modes: int, factor: float) -> Values:
         if (n_modes, factor) not in self._runs:

@@ -11,47 +11,49 @@ from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
 from seatfem.structures.seats.needs import is_convolved
-from seatfem.study.impacts.variations import FEW, FEWER, MANY
-from seatfem.study.planning.contact_costs import rod_of
-from seatfem.study.planning.deciding import Decision
-from seatfem.study.planning.filling import has_key, is_given, value_of
-from seatfem.study.planning.mesh_size import Sizes, per_wavelength
-from seatfem.study.planning.options import (
+from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
-    METHOD,
     MODEL,
     MODES,
     ORDER,
+    REDUCTION,
     RINGS,
     SIZE,
     STEP,
     TOLERANCE,
+    RunMethod,
+    as_stated,
+    has_key,
+    is_given,
 )
+from seatfem.study.planning.costs import closed_form, finite_elements
+from seatfem.study.planning.deciding import Decision
+from seatfem.study.planning.mesh_size import Sizes, per_wavelength
 from seatfem.study.planning.plan import Choice
-from seatfem.study.planning.seat_costs import ALL_MODES, DISCRETE, seat_model
-from seatfem.study.planning.sensitivity import Changes
-from seatfem.study.scene import DrawnSeat, MeshFile, Scene
+from seatfem.study.planning.seat_costs import ALL_MODES
+from seatfem.study.safety import FEW, FEWER, MANY
+from seatfem.study.scene import Scene
 
 COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
 
 
-def choices_of(decision: Decision, scene: Scene, kept: str) -> tuple[Choice, ...]:
-    """Every key of the filled ``scene`` that matters; ``kept``: where its seat is already."""
+def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Choice, ...]:
+    """Every key that matters, as ``method`` has it; ``at_hand``: where its seat is already."""
     found: list[Choice] = []
+    scene, of_the_mesh = decision.seen.scene, decision.level != "rod"
     for key, reason in _REASONS.items():
-        if not has_key(scene, key) or (value := value_of(scene, key)) is None:
+        if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
-        if key in _OF_THE_MESH and decision.level == "rod":
+        if (key in _OF_THE_MESH and not of_the_mesh) or (key == RINGS and RINGS not in decision.changes):
             continue
-        if key == RINGS and decision.seat.rings is None:
-            continue
-        found.append(_choice(decision, scene, key, value, reason(decision, scene)))
-    if kept:
-        found.insert(1, Choice("seat", "computed before", f"{kept}, at least as fine: costs nothing", False))
+        found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key)))
+    if at_hand:
+        found.insert(1, Choice("seat", "computed before", f"{at_hand}, at least as fine: costs nothing", False))
     window = decision.seen.sensitivity.bench.window
     words = f"{window.groups} contacts" if window.touches else "no contact"
-    found.append(_history(decision, scene))
+    found.append(_history(decision, method))
     found.append(Choice("run.duration", _time(scene.run.duration), f"{words} at a first look", True))
     found.append(Choice("accuracy.target", _percent(scene.accuracy.target), _asked(scene), _told_target(scene)))
     return tuple(found)
@@ -62,11 +64,11 @@ def described(key: str, value: Any) -> str:
     return _UNITS.get(key, str)(value)
 
 
-def _history(decision: Decision, scene: Scene) -> Choice:
+def _history(decision: Decision, method: RunMethod) -> Choice:
     """How the past is remembered, and over how many steps: what the run's own choice of an engine says of it."""
     dt = decision.contact.dt
-    count = scene.run.duration / dt
-    steps, known = f"{_count(count)} steps", _poles(decision, scene, dt, count)
+    count = decision.seen.scene.run.duration / dt
+    steps, known = f"{_count(count)} steps", _poles(decision, method, dt, count)
     if known is None:
         return Choice("history", "chosen once the seat is known", f"{steps}; poles for a sum of oscillators", False)
     poles, why = known
@@ -80,23 +82,17 @@ def _history(decision: Decision, scene: Scene) -> Choice:
     return Choice("history", "poles", f"{steps}; {exact}{marched}", False)
 
 
-def _poles(decision: Decision, scene: Scene, dt: float, steps: float) -> tuple[int | None, str] | None:
+def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
     """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
+    scene, surrogate = decision.seen.scene, decision.seen.surrogate
+    convolved = is_convolved(as_stated(scene, method))
     if decision.level not in ("rod", "closed form"):
-        return (None, COUPLED) if is_convolved(scene) else (round(_seat_poles(decision, scene)), "")
-    seen = decision.seen.surrogate
-    greens = rod_of(scene) or (seen.greens if seen.exact else None)
+        elements = None if decision.level == "spring" else finite_elements(scene, method)
+        return (None, COUPLED) if convolved else (round(0.0 if elements is None else elements.poles), "")
+    greens = surrogate.greens if surrogate.exact else closed_form(scene, method) if decision.level == "rod" else None
     if greens is None:
-        return (None, COUPLED) if is_convolved(scene) else None
+        return (None, COUPLED) if convolved else None
     return greens.marched_poles(dt, steps), "the seat has step weights"
-
-
-def _seat_poles(decision: Decision, scene: Scene) -> float:
-    """Of the finite elements, as far as they are known."""
-    level = decision.level
-    if level not in DISCRETE or not isinstance(scene.seat, DrawnSeat | MeshFile):
-        return 0.0
-    return seat_model(scene, level).poles
 
 
 def _stand_in(poles: int | None) -> StepKernel:
@@ -105,10 +101,6 @@ def _stand_in(poles: int | None) -> StepKernel:
         return StepKernel(None, np.zeros((1, 1, 1)), "step weights")
     zeros = np.zeros(poles)
     return StepKernel(ModalGreens(zeros, zeros, np.zeros((poles, 1)), Residual.none()), None, "poles")
-
-
-def _choice(decision: Decision, scene: Scene, key: str, value: Any, reason: str) -> Choice:
-    return Choice(key, described(key, value), reason, is_given(decision.seen.scene, key))
 
 
 def _of(decision: Decision, key: str) -> Changes:
@@ -125,61 +117,59 @@ def _most(changes: Changes) -> str:
     return f"{name} by {_percent(changes[name])}"
 
 
-def _level(decision: Decision, scene: Scene) -> str:
+def _level(decision: Decision, method: RunMethod) -> str:
     return decision.seat.why
 
 
-def _band(decision: Decision, scene: Scene) -> str:
+def _band(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
         return "no waves are asked for"
     return f"the highest modes of the reduction, and all above them, change {_most(_of(decision, BAND))}"
 
 
-def _tolerance(decision: Decision, scene: Scene) -> str:
+def _tolerance(decision: Decision, method: RunMethod) -> str:
     return f"that much of g changes {_most(_of(decision, TOLERANCE))}"
 
 
-def _method(decision: Decision, scene: Scene) -> str:
-    level, seat = decision.level, scene.seat
-    if level == "spring":
+def _reduction(decision: Decision, method: RunMethod) -> str:
+    if decision.level == "spring":
         return "one factorization, one static solution"
-    if level not in DISCRETE or not isinstance(seat, DrawnSeat | MeshFile):
+    model = finite_elements(decision.seen.scene, method)
+    if model is None:
         return "chosen once the matrices are known"
-    model = seat_model(scene, level)
     n = model.sizes.counts.dof
-    if seat.greens.method not in ("auto", "krylov"):
+    if method.seat.reduction not in ("auto", "krylov"):
         return f"about {_count(n)} unknowns"
-    if seat.greens.method == "auto" and n <= ALL_MODES:
+    if method.seat.reduction == "auto" and n <= ALL_MODES:
         return f"about {_count(n)} unknowns: all modes"
     each = f" in each of {model.runs:.0f} harmonics" if model.runs > 1 else ""
     return f"about {_count(n)} unknowns, {model.vectors:.0f} Krylov vectors{each} (Lanczos where the mass is diagonal)"
 
 
-def _size(decision: Decision, scene: Scene) -> str:
+def _size(decision: Decision, method: RunMethod) -> str:
     patch = decision.seen.patch
     assert patch is not None
-    assert decision.seat.fineness is not None
-    sizes = Sizes(value_of(scene, SIZE), value_of(scene, CONTACT_SIZE))
-    waves = per_wavelength(patch, decision.seat.fineness.band, sizes)
+    sizes = Sizes(method.value(SIZE), method.value(CONTACT_SIZE))
+    waves = per_wavelength(patch, decision.seat.method.bandwidth or 0.0, sizes)
     return f"shear wavelength over size {waves:.2g}; the mesh changes {_most(_of(decision, SIZE))}"
 
 
-def _contact_size(decision: Decision, scene: Scene) -> str:
+def _contact_size(decision: Decision, method: RunMethod) -> str:
     patch = decision.seen.patch
     assert patch is not None
-    across = patch.width / value_of(scene, CONTACT_SIZE)
+    across = patch.width / method.value(CONTACT_SIZE)
     return f"{across:.2g} elements across the struck {1e3 * patch.width:.3g} mm"
 
 
-def _order(decision: Decision, scene: Scene) -> str:
-    if value_of(scene, ORDER) == 1:
+def _order(decision: Decision, method: RunMethod) -> str:
+    if method.seat.order == 1:
         return "straight, and too stiff: order 2 is the cheaper for one percent and less"
     return "curved, and the cheaper for one percent and less"
 
 
-def _rings(decision: Decision, scene: Scene) -> str:
+def _rings(decision: Decision, method: RunMethod) -> str:
     left = _of(decision, RINGS)
-    if value_of(scene, RINGS) > 1:
+    if method.seat.rings > 1:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
         return (
@@ -190,12 +180,12 @@ def _rings(decision: Decision, scene: Scene) -> str:
     return f"a patch that moves as its mean changes {_most(left)}"
 
 
-def _modes(decision: Decision, scene: Scene) -> str:
-    many = f", or {MANY}" if value_of(scene, MODES) < FEW else ""
+def _modes(decision: Decision, method: RunMethod) -> str:
+    many = f", or {MANY}" if method.value(MODES) < FEW else ""
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
 
 
-def _step(decision: Decision, scene: Scene) -> str:
+def _step(decision: Decision, method: RunMethod) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
     return f"against {others} ones, it changes {_most(_of(decision, STEP))}"
 
@@ -232,12 +222,12 @@ def _frequency(value: float) -> str:
     return f"{value / 1e6:.3g} MHz" if value >= 1e6 else f"{value / 1e3:.3g} kHz"
 
 
-Reason = Callable[[Decision, Scene], str]
+Reason = Callable[[Decision, RunMethod], str]
 _REASONS: Final[Mapping[str, Reason]] = {
     MODEL: _level,
     BAND: _band,
     TOLERANCE: _tolerance,
-    METHOD: _method,
+    REDUCTION: _reduction,
     SIZE: _size,
     CONTACT_SIZE: _contact_size,
     ORDER: _order,
@@ -245,7 +235,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
     STEP: _step,
     RINGS: _rings,
 }
-_OF_THE_MESH: Final = (BAND, TOLERANCE, METHOD, SIZE, CONTACT_SIZE, ORDER)
+_OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)
 _UNITS: Final[Mapping[str, Callable[[Any], str]]] = {
     BAND: _frequency,
     TOLERANCE: _percent,

@@ -1,4 +1,4 @@
-"""The roads to g agree pairwise within their stated errors on seats of six kinds; modes by scikit-fem alone agree."""
+"""Reductions agree pairwise within their stated errors on seats of six kinds; modes by scikit-fem alone agree."""
 
 import itertools
 from functools import cache
@@ -82,30 +82,30 @@ SEATS = {
 
 
 @pytest.mark.parametrize("seat", SEATS)
-def test_the_roads_agree_within_their_stated_errors(seat):
-    make, roads, bandwidth, duration = SEATS[seat]
+def test_reductions_agree_within_their_stated_errors(seat):
+    make, methods, bandwidth, duration = SEATS[seat]
     model = make()
     t = np.linspace(0, duration, 301)
     response, stated = {}, {}
-    for road in roads:
-        greens = greens_function(model, bandwidth=bandwidth, duration=duration, tolerance=TOLERANCE, method=road)
-        response[road] = greens.filtered_matrix(t, 1 / bandwidth)
-        stated[road] = greens.error_estimate.reduction
-        assert 0 < stated[road] <= TOLERANCE
+    for method in methods:
+        greens = greens_function(model, bandwidth=bandwidth, duration=duration, tolerance=TOLERANCE, method=method)
+        response[method] = greens.filtered_matrix(t, 1 / bandwidth)
+        stated[method] = greens.error_estimate.reduction
+        assert 0 < stated[method] <= TOLERANCE
         checks = greens.provenance["checks"]
         assert checks["reciprocity"] < 1e-8  # solves to round-off times the condition
         assert checks.get("passive", True)
-    scale = np.abs(response[roads[0]]).max()
-    for one, other in itertools.combinations(roads, 2):
+    scale = np.abs(response[methods[0]]).max()
+    for one, other in itertools.combinations(methods, 2):
         assert np.abs(response[one] - response[other]).max() / scale <= stated[one] + stated[other], (one, other)
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 0.5])
-@pytest.mark.parametrize("road", ["krylov", "modes", "lanczos"])
-def test_the_first_velocity_is_one_over_rho_c_area(road, ratio):
+@pytest.mark.parametrize("method", ["krylov", "modes", "lanczos"])
+def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
     """(2/pi) acos(zeta)/sqrt(1 - zeta^2) of it under modal damping; then g falls, with no gap or jump in between."""
     greens = greens_function(
-        conical(), bandwidth=2e5, duration=2e-5, tolerance=TOLERANCE, damping_ratio=ratio, method=road
+        conical(), bandwidth=2e5, duration=2e-5, tolerance=TOLERANCE, damping_ratio=ratio, method=method
     )
     model = conical()
     impedance = 7850.0 * STEEL.c_p * model.ports["contact"].area

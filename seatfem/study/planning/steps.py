@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
 from seatfem.study.impacts.contact import MAX_STEPS
-from seatfem.study.planning.contact_costs import BUDGET_RUNS, ContactModel, contact_model, contact_seconds
-from seatfem.study.planning.filling import filled, is_given
-from seatfem.study.planning.options import MODES, STEP, Seen, fitted
-from seatfem.study.planning.sensitivity import Changes, Rung, no_better_than_finer
-from seatfem.study.scene import Cantilever
+from seatfem.study.method import MODES, STEP, is_given
+from seatfem.study.planning.costs import BUDGET_RUNS, ContactModel, closed_form, contact_model, contact_seconds
+from seatfem.study.planning.seen import Seen, fitted
 
 
 @dataclass(frozen=True)
@@ -40,20 +39,20 @@ def contact_options(seen: Seen, *, closed: bool) -> tuple[ContactOption, ...]:
 
 
 def _steps(seen: Seen) -> tuple[Rung, ...]:
-    scene, sensitivity = seen.scene, seen.sensitivity
-    if scene.run.time_step is not None:
-        return (Rung(scene.run.time_step, sensitivity.of_stated_step(scene.run.time_step)),)
-    stored = [rung for rung in sensitivity.steps if scene.run.duration <= MAX_STEPS * rung.value]
-    rungs = (Rung(fitted(rung.value, scene.run.duration), rung.changes) for rung in stored or sensitivity.steps[:1])
+    stated, duration, sensitivity = seen.stated.time_step, seen.scene.run.duration, seen.sensitivity
+    if stated is not None:
+        return (Rung(stated, sensitivity.of_stated_step(stated)),)
+    stored = [rung for rung in sensitivity.steps if duration <= MAX_STEPS * rung.value]
+    rungs = (Rung(fitted(rung.value, duration), rung.changes) for rung in stored or sensitivity.steps[:1])
     return no_better_than_finer(tuple(rungs))
 
 
 def _modes(seen: Seen) -> Iterator[Rung | None]:
-    reed = seen.scene.reed
-    if not isinstance(reed, Cantilever):
+    stated = seen.stated.reed.n_modes
+    if stated is None:
         yield None
     elif is_given(seen.scene, MODES):
-        yield Rung(reed.n_modes, seen.sensitivity.of_modes(reed.n_modes))
+        yield Rung(stated, seen.sensitivity.of_modes(stated))
     else:
         yield from no_better_than_finer(seen.sensitivity.modes)
 
@@ -63,8 +62,8 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
     changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
     number = None if modes is None else round(modes.value)
     if closed:
-        scene = filled(seen.scene, {STEP: step.value, MODES: number or 1})
-        model = contact_model(scene, None)
+        run = seen.scene.run.duration / step.value
+        model = contact_model(run, float(number or 1), step.value, closed_form(seen.scene, seen.stated))
         return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
     bare, one = (_seconds(seen, step.value, float(number or 1), poles) for poles in (0.0, 1.0))
     return ContactOption(step.value, number, changes, bare, one - bare)

@@ -1,4 +1,4 @@
-"""The road to a Green's function that needs no more than scikit-fem and SciPy: what ours is measured against."""
+"""The way to a Green's function that needs no more than scikit-fem and SciPy: what ours is measured against."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The three roads from M, C, K to g on small models whose modes are all known."""
+"""Krylov vectors, modes and time steps from M, C, K to g on small models whose modes are all known."""
 
 from functools import cache
 
@@ -10,16 +10,18 @@ from scipy import sparse
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.rod1d import rod_model
+from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
-from seatfem.structures.reduction.damping import Damping, damping_of, residual, truncate
-from seatfem.structures.reduction.forgetting import memory
 from seatfem.structures.reduction.greens import greens_function, reduce_model
-from seatfem.structures.reduction.krylov import krylov_greens
-from seatfem.structures.reduction.modal_road import modal_greens
+from seatfem.structures.reduction.krylov import Krylov
+from seatfem.structures.reduction.memory import memory
+from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.transient import march, transient_greens
+from seatfem.structures.reduction.residual import residual, truncate
+from seatfem.structures.reduction.transient import Transient, march
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0 = np.sqrt(200e9 / 7850.0)
@@ -87,7 +89,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
 @pytest.mark.parametrize("bandwidth", [1e5, 4e5])
 def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
     for model in (rod, block):
-        greens, _ = krylov_greens(model, damping, bandwidth=bandwidth, duration=8 / bandwidth, tolerance=tolerance)
+        greens = Krylov().reduce(model, damping, Aims(bandwidth, 8 / bandwidth, tolerance)).greens
         stated = greens.error_estimate.reduction
         error = true_error(greens, model, damping, bandwidth, 8 / bandwidth)
         assert stated <= tolerance
@@ -98,7 +100,8 @@ def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, band
 
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
 def test_modal_error_is_below_its_estimate(block, damping):
-    greens, modes = modal_greens(block, damping, bandwidth=1e5, duration=5e-5, tolerance=2e-2)
+    found = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
+    greens, modes = found.greens, found.modes
     stated = greens.error_estimate.reduction
     error = true_error(greens, block, damping, 1e5, 5e-5)
     assert error <= stated <= 2e-2
@@ -107,7 +110,7 @@ def test_modal_error_is_below_its_estimate(block, damping):
 
 
 def test_krylov_keeps_the_static_compliance_and_starts_at_one_over_z(block):
-    greens, _ = krylov_greens(block, Damping(), bandwidth=3e5, duration=2e-5, tolerance=3e-3)
+    greens = Krylov().reduce(block, Damping(), Aims(3e5, 2e-5, 3e-3)).greens
     static = block.port_matrix.T @ sparse.linalg.spsolve(block.K.tocsc(), block.port_matrix)
     # the Galerkin compliance converges twice as fast as the basis: far below the tolerance
     assert greens.static_compliance() == pytest.approx(static, rel=3e-4)
@@ -204,9 +207,9 @@ def test_the_marched_samples_are_second_order(rod):
 @pytest.mark.parametrize("rayleigh", [None, (1e4, 3e-8)])
 def test_transient_error_is_below_its_estimate(rod, rayleigh):
     model = rod_model(**ROD, elements=100, damping=rayleigh)
-    greens = transient_greens(model, bandwidth=1e5, duration=5e-5, tolerance=1e-2)
+    greens = Transient().reduce(model, model.damping, Aims(1e5, 5e-5, 1e-2)).greens
     t = np.linspace(0, 5e-5, 201)
-    exact = all_modes(model, damping_of(model, 0.0)).filtered(t, 1e-5)
+    exact = all_modes(model, model.damping).filtered(t, 1e-5)
     error = np.abs(greens.filtered(t, 1e-5) - exact).max() / np.abs(exact).max()
     assert error <= greens.error_estimate.reduction <= 1e-2
     assert greens.error_estimate.reduction <= 10 * error
@@ -272,32 +275,32 @@ def test_refused_damping(rod):
         greens_function(free, bandwidth=1e5, duration=1e-5, tolerance=1e-2, method="krylov")
     feeding = rod_model(**ROD, elements=10, damping=(0.0, -1e-8))
     with pytest.raises(ModelError, match="feed energy"):
-        damping_of(feeding, 0.0)
+        greens_function(feeding, bandwidth=1e5, duration=1e-5, tolerance=1e-2)
 
 
 def test_what_is_not_reached_is_stated_with_numbers(rod, block):
     with pytest.raises(ConvergenceError, match=r"30 Krylov vectors leave an estimated error of \d"):
-        krylov_greens(rod, Damping(), bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_vectors=30)
+        Krylov().reduce(rod, Damping(), Aims(1e6, 1e-4, 1e-4, 30))
     with pytest.raises(ConvergenceError, match=r"modes lie below .* Hz \(limit 5\)"):
-        modal_greens(block, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-3, max_modes=5)
+        Modal(most=5).reduce(block, Damping(), Aims(1e6, 1e-5, 1e-3))
     with pytest.raises(ConvergenceError, match=r"\d+ steps would be needed \(limit 100\)"):
-        transient_greens(rod, bandwidth=1e6, duration=1e-4, tolerance=1e-4, max_steps=100)
+        Transient(most=100).reduce(rod, rod.damping, Aims(1e6, 1e-4, 1e-4))
 
 
 def test_an_indefinite_stiffness_is_refused(rod):
     square = (2 * np.pi * 1e5) ** 2  # K - w^2 M has the diagonal of a stiffness, and negative eigenvalues
     indefinite = SecondOrderModel(rod.M, None, rod.K - square * rod.M, rod.ports)
     with pytest.raises(ModelError, match="K is indefinite"):
-        krylov_greens(indefinite, Damping(), bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+        Krylov().reduce(indefinite, Damping(), Aims(1e6, 1e-5, 1e-2))
     with pytest.raises(ModelError, match="K is indefinite"):
         solve_modes(indefinite, 3)
     with pytest.raises(ModelError, match="K is indefinite"):
-        transient_greens(indefinite, bandwidth=1e6, duration=1e-5, tolerance=1e-2)
+        Transient().reduce(indefinite, indefinite.damping, Aims(1e6, 1e-5, 1e-2))
 
 
-def test_the_transient_road_takes_a_free_body():
+def test_time_stepping_takes_a_free_body():
     free = rod_model(**ROD, elements=100, fixed_end=False)
-    greens = transient_greens(free, bandwidth=1e5, duration=2e-5, tolerance=1e-2)
+    greens = Transient().reduce(free, free.damping, Aims(1e5, 2e-5, 1e-2)).greens
     assert greens.static is None
     with pytest.raises(impact.GreensFunctionError, match="static compliance is unknown"):
         greens.static_compliance()
@@ -315,13 +318,14 @@ def test_repeated_modes_of_a_symmetric_seat_are_all_found():
     exact = np.sqrt(scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())) / (2 * np.pi)
     pairs = np.flatnonzero(np.diff(exact[:20]) < 1e-9 * exact[:19])
     assert len(pairs) >= 3
-    greens, modes = modal_greens(model, Damping(), bandwidth=1.5e5, duration=2e-5, tolerance=5e-2)
+    found = Modal().reduce(model, Damping(), Aims(1.5e5, 2e-5, 5e-2))
+    greens, modes = found.greens, found.modes
     assert greens.origin["counted"]
     assert modes.frequencies_hz == pytest.approx(exact[: len(modes.frequencies_hz)], rel=1e-8)
 
 
-def test_the_modal_road_advises_against_itself_on_a_large_model(block, monkeypatch):
-    monkeypatch.setattr("seatfem.structures.reduction.greens._MODES_ARE_CHEAP", 500)
+def test_modal_truncation_advises_against_itself_on_a_large_model(block, monkeypatch):
+    monkeypatch.setattr("seatfem.structures.reduction.modal.MODES_ARE_CHEAP", 500)
     asked = greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2, method="modes")
     assert "method='krylov'" in asked.provenance["advice"]
     assert "advice" not in greens_function(block, bandwidth=1e5, duration=2e-5, tolerance=5e-2).provenance
@@ -349,7 +353,7 @@ def lumped(model):
 
 def late_error(model, greens, ratio, duration):
     """Largest error of g after the pulse, relative to its largest value, over ``duration``; all modes are the truth."""
-    exact = all_modes(model, damping_of(model, ratio))
+    exact = all_modes(model, model.damping.plus(ratio))
     t = np.linspace(0.0, duration, 2000)
     truth, found = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))
     return float(np.abs(truth - found).max() / np.abs(truth).max())
@@ -417,9 +421,9 @@ def test_numbers_beyond_all_measure_are_refused(rod, method, mass, weight, messa
         greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=2e-2, method=method)
 
 
-def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
+def test_modal_truncation_goes_on_from_the_modes_it_has(block, monkeypatch):
     """A cutoff that rises asks for the new modes alone, instead of all of them again."""
-    import seatfem.structures.reduction.modal_road as module
+    import seatfem.structures.reduction.modal as module
 
     made = []
 
@@ -429,7 +433,8 @@ def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
             made.append(self)
 
     monkeypatch.setattr(module, "Spectrum", Watched)
-    greens, modes = modal_greens(block, Damping(), bandwidth=1e5, duration=5e-5, tolerance=8e-3)
+    found = Modal().reduce(block, Damping(), Aims(1e5, 5e-5, 8e-3))
+    greens, modes = found.greens, found.modes
     assert greens.provenance["cutoff_Hz"] > 1.2 * 3 * 1e5  # it rose
     assert len(made) == 1
     once = module.Spectrum(block)
@@ -439,16 +444,16 @@ def test_the_modal_road_goes_on_from_the_modes_it_has(block, monkeypatch):
 
 
 def test_a_band_below_the_lowest_mode_is_answered(block):
-    greens, modes = modal_greens(block, Damping(), bandwidth=2e4, duration=1e-4, tolerance=2e-2)
+    found = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
+    greens, modes = found.greens, found.modes
     assert len(modes.omega) >= 1
     assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
 
 
 def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
     """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
-    aims = {"bandwidth": 4e5, "duration": 2e-5}
-    easy, _ = krylov_greens(block, Damping(0.1), tolerance=1e-2, **aims)
+    easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens
     assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
-    hard, _ = krylov_greens(block, Damping(), tolerance=1e-4, **aims)
+    hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
     assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
     assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4

@@ -1,0 +1,142 @@
+"""Modal truncation: modes up to a cutoff, a passive exponential for the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import ErrorEstimate
+from impact.greens.modal import ModalGreens, Residual
+from impact.greens.pulse import error_times
+from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import Aims
+from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.checks import passivity
+from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
+from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
+from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
+from seatfem.structures.reduction.residual import truncate
+from seatfem.structures.reduction.rigid import default_shift
+from seatfem.structures.reduction.spectrum import Spectrum
+
+ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (benchmarks/small_seats.py)
+MODES_ARE_CHEAP: Final = 3000  # unknowns up to which they cost little all the same
+
+
+@dataclass(frozen=True)
+class Modal(Reducer):
+    """All modes up to a cutoff, the residual flexibility of the others as a passive exponential.
+
+    The cutoff rises until the estimated error is within the tolerance. It is the sum of what the exponential's lag
+    does (against a bare spring) and of what the modes left out still ring after the pulse: with x = cutoff/bandwidth
+    at most R0 2 bandwidth/(x^2 - 1), all in phase, and usually near what dropping the top 30 % changes.
+
+    Attributes:
+        most: modes; where more would be needed, `reduce` raises `ConvergenceError`.
+    """
+
+    most: int = 1500
+
+    name = "modes"
+    any_time = True
+
+    def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+        """Nothing on a small model, where the rest of any other reduction takes longer; else ten times Krylov's."""
+        if model.size <= ALL_MODES:
+            return Cost(0.0, f"all modes at once (up to {ALL_MODES})")
+        return Cost(factorized(model, 10 * USUAL * len(model.ports)), "the modes, ten times as many vectors")
+
+    def advice(self, model: SecondOrderModel) -> str:
+        """To take Krylov vectors, on a large model."""
+        if model.size <= MODES_ARE_CHEAP:
+            return ""
+        return (
+            "modes cost far more than the Green's function needs: method='krylov' reaches the same error with one "
+            "factorization and a tenth of the vectors (benchmarks/demo_greens.py)"
+        )
+
+    def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
+        """As `Reducer.reduce`; the modes found are all up to the cutoff."""
+        t = error_times(aims.duration, aims.width)
+        scale = default_shift(model)
+        small = dense_modes(model, scale) if model.size <= DENSE else None
+        spectrum = Spectrum(model, backend=aims.backend, progress=progress)
+        static: tuple[float, Array] | None = None
+        cutoff, found, error = 3.0 * aims.bandwidth, 0, np.inf
+        while True:
+            square = (2 * np.pi * cutoff) ** 2
+            if small is None:
+                try:
+                    spectrum.below(square, self.most)
+                    spectrum.first(1)  # a band below the lowest mode knows that one
+                except CountError as problem:
+                    raise CountError(f"{problem}: use method='krylov'") from problem
+                except ConvergenceError as problem:
+                    raise ConvergenceError(
+                        f"{problem}, and {found} leave an error of {error:.1e} (tolerance {aims.tolerance:.1e}): use "
+                        "method='krylov'"
+                    ) from problem
+            modes = modes_of(spectrum, scale) if small is None else small
+            found = len(modes.omega)
+            shapes = modes.shapes.T @ model.port_matrix
+            if static is None:
+                static = _static(model, modes, aims.backend)
+            extra = _left_out(model, modes, shapes, *static)
+            zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
+            greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
+            error = _modal_error(greens, t, aims.bandwidth, cutoff)
+            if error <= aims.tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
+                break
+            cutoff *= 1.3
+        progress("reduction", 1.0)
+        origin = {
+            "modes": found,
+            "cutoff_Hz": cutoff,
+            "counted": True,
+            "checks": {"reciprocity": 0.0, **passivity(greens)},
+        }
+        return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
+
+
+def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float) -> float:
+    """Error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
+    left_out = greens.residual.static()
+    spring = replace(greens, residual=Residual.spring(left_out))
+    top = greens.omega > 0.7 * 2 * np.pi * cutoff
+    dropped = greens.shapes[top] / greens.omega[top, None]
+    lower = replace(
+        spring,
+        omega=greens.omega[~top],
+        zeta=greens.zeta[~top],
+        shapes=greens.shapes[~top],
+        residual=Residual.spring(left_out + dropped.T @ dropped),
+    )
+    full, bare = greens.filtered_matrix(t, 1 / bandwidth), spring.filtered_matrix(t, 1 / bandwidth)
+    bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
+    rings = 2 * float(np.abs(bare - lower.filtered_matrix(t, 1 / bandwidth)).max()) if np.sum(top) >= 10 else bound
+    lag = float(np.abs(full - bare).max())
+    return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / float(np.abs(full).max())  # ratios scatter
+
+
+def _static(model: SecondOrderModel, modes: Modes, backend: Backend) -> tuple[float, Array]:
+    """(s^2, B'(K + s^2 M)^-1 B) with s far below the modes."""
+    shift = min(default_shift(model), 1e-3 * float(modes.omega[-1]))
+    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
+    return shift**2, model.port_matrix.T @ factor.solve(model.port_matrix)
+
+
+def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array) -> Array:
+    """(p, p) static compliance of the modes not in ``modes``: B'(K + s^2 M)^-1 B minus theirs."""
+    if len(modes.omega) == model.size:
+        return np.zeros((shapes.shape[1], shapes.shape[1]))
+    rest = static - (shapes / (modes.omega**2 + square)[:, None]).T @ shapes
+    values, vectors = np.linalg.eigh((rest + rest.T) / 2)
+    if values[0] < -1e-6 * np.abs(static).max():
+        raise ConvergenceError(
+            f"the modes exceed the static compliance by {-values[0]:.2e} m/N: they are not converged"
+        )
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)

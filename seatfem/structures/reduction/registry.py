@@ -1,0 +1,72 @@
+"""All reductions there are, by name, and the cheapest of those that serve."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from seatfem.structures.damping import Damping
+from seatfem.structures.errors import ModelError
+from seatfem.structures.method import Aims
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.krylov import Krylov
+from seatfem.structures.reduction.lanczos import Lanczos
+from seatfem.structures.reduction.modal import Modal
+from seatfem.structures.reduction.reducer import Reducer
+from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
+from seatfem.structures.reduction.transient import Transient
+
+AUTO: Final = "auto"
+_OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, SecondOrderKrylov)
+
+
+def reducers() -> Mapping[str, Reducer]:
+    """One of each kind, ours first, then those that were defined elsewhere.
+
+    Raises:
+        ModelError: two kinds have one name.
+    """
+    found: dict[str, Reducer] = {}
+    for kind in dict.fromkeys((*_OURS, *_kinds(Reducer))):
+        made = kind()
+        if made.name in found:
+            raise ModelError(f"two reductions are named {made.name!r}: {type(found[made.name])} and {kind}")
+        found[made.name] = made
+    return found
+
+
+def _kinds(base: type) -> Iterator[type[Reducer]]:
+    """Concrete subclasses with a name of their own, however deep."""
+    kind: type[Reducer]
+    for kind in base.__subclasses__():
+        if not inspect.isabstract(kind) and "name" in vars(kind):
+            yield kind
+        yield from _kinds(kind)
+
+
+def named(name: str) -> Reducer:
+    """The reduction of that name. Raises `ModelError`, which lists those there are."""
+    known = reducers()
+    if name not in known:
+        raise ModelError(f"method {name!r} is unknown; choose from {', '.join((AUTO, *known))}")
+    return known[name]
+
+
+def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
+    """(the cheapest that serves, why in a sentence with numbers), all of them asked.
+
+    Raises:
+        ModelError: none serves; why each does not.
+    """
+    known = reducers().values()
+    refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}
+    serving = [(each.cost(model, aims), each) for each in known if each.name not in refused]
+    if not serving:
+        raise ModelError("; ".join(dict.fromkeys(refused.values())))
+    (cost, best), *others = sorted(serving, key=lambda one: one[0].seconds)
+    chosen = f"{model.size} unknowns: {cost.effort}, about {cost.seconds:.2g} s predicted"
+    compared = [f"{c.seconds:.2g} s for {c.effort} ({r.name})" for c, r in others if math.isfinite(c.seconds)]
+    against = f", against {', '.join(compared)}" if compared else ""
+    return best, "; ".join([chosen + against, *dict.fromkeys(why.partition(":")[0] for why in refused.values())])

@@ -1,0 +1,53 @@
+"""The passive residual that stands for the modes left out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.damping import Damping
+from seatfem.structures.model import Array, SecondOrderModel
+
+
+def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Residual:
+    """Passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
+
+    An exponential with integral R0 and g(0+) of the continuum, 1/Z times `Damping.first_velocity`: tau = R0 Z for one
+    port. Stiffness-proportional damping slows it to tau + beta: modes far above 2/beta are overdamped and creep as
+    exp(-t/beta), and a spring beside a dashpot of ratio beta does the same. If a port's impedance is unknown, a
+    bare spring (no statement about g(0+)).
+    """
+    impedances = [port.impedance for port in model.ports.values()]
+    if any(z is None for z in impedances):
+        if damping.beta == 0:
+            return Residual.spring(left_out)
+        impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
+    root = np.sqrt(damping.first_velocity() / np.array(impedances, dtype=float))
+    taus, vectors = np.linalg.eigh((left_out + left_out.T) / 2 / np.outer(root, root))
+    taus = np.maximum(taus, 0.0)  # round-off
+    start = np.where(taus > 0, taus / (np.where(taus > 0, taus, 1.0) + damping.beta), 1.0)
+    g0 = root[:, None] * (vectors * start @ vectors.T) * root
+    r0 = root[:, None] * (vectors * taus @ vectors.T) * root
+    return Residual.exponential(r0, g0)
+
+
+def truncate(
+    omega: Array, zeta: Array, shapes: Array, above: float, extra: Array, model: SecondOrderModel, damping: Damping
+) -> ModalGreens:
+    """Modes up to the angular frequency ``above``; the others' static compliance, plus ``extra``, in the residual.
+
+    Args:
+        omega, zeta, shapes: (m,), (m,) and (m, p) mass-normalised modes.
+        above: highest retained angular frequency [rad/s].
+        extra: (p, p) static compliance known to be in no mode at all [m/N].
+    """
+    kept = omega <= above
+    dropped = shapes[~kept] / omega[~kept, None]
+    tail = damping
+    if damping.loss is not None:  # the patch's loss: of the dropped modes, by their share of the compliance
+        elastic = omega > 0 if kept.all() else ~kept
+        share = np.sum((shapes[elastic] / omega[elastic, None]) ** 2, axis=1)
+        lost = (zeta - damping.ratios(omega))[elastic]
+        tail = damping.plus(float(share @ lost / share.sum()))
+    rest = residual(dropped.T @ dropped + extra, model, tail)
+    return ModalGreens(omega[kept], zeta[kept], shapes[kept], rest, model.port_names)

@@ -1,0 +1,1 @@
+"""How exact: what each open key moves, and the error budget of a run."""

@@ -1,0 +1,149 @@
+"""What the planner knows of a scene before it chooses, and the ladders that it chooses from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from impact.runs.budget import SAFETY
+from impact.runs.variations import NARROWER
+from seatfem.machine.rates import Machine
+from seatfem.structures.method import Method
+from seatfem.structures.rings import share_left
+from seatfem.study.accuracy.prerun import Bench, first_look
+from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
+from seatfem.study.impacts.measures import Source
+from seatfem.study.method import (
+    BAND,
+    MODEL,
+    MODES,
+    RINGS,
+    SIZE,
+    STEP,
+    TOLERANCE,
+    RunMethod,
+    has_key,
+    is_given,
+    stated_method,
+)
+from seatfem.study.planning.mesh_size import Sizes, sizes_for
+from seatfem.study.planning.patch import Patch
+from seatfem.study.planning.surrogate import Surrogate
+from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.scene import Scene
+
+BEHIND: Final[Mapping[str, Source]] = {
+    MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
+    RINGS: "patch",
+}  # fmt: skip
+"""The source of error that a key is behind."""
+BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
+"""Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
+TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+RING_NUMBERS: Final = (1, 4, 8)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the planner knows of a scene.
+
+    Attributes:
+        scene: what is asked.
+        stated: what its file states of the method, and the defaults.
+        surrogate: the seat of the pre-runs.
+        sensitivity: its pre-runs.
+        machine: that will compute it.
+    """
+
+    scene: Scene
+    stated: RunMethod
+    surrogate: Surrogate
+    sensitivity: Sensitivity
+    machine: Machine
+
+    @staticmethod
+    def of(scene: Scene, surrogate: Surrogate, machine: Machine) -> Seen:
+        """With pre-runs down to what the tightest target looked at asks for."""
+        finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
+        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+        sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
+        return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
+
+    @property
+    def patch(self) -> Patch | None:
+        """Of a seat of finite elements; ``None`` of matrices, responses and closed forms."""
+        return self.surrogate.patch
+
+    @property
+    def reduced(self) -> bool:
+        """Whether the seat's matrices are reduced, which a band is needed for."""
+        return self.stated.seat.bandwidth is not None
+
+    @property
+    def drawn(self) -> bool:
+        """Whether a mesh is made for the run."""
+        return has_key(self.scene, SIZE)
+
+    @property
+    def lowest_band(self) -> float:
+        """The narrowest band that says something of the seat [Hz]: its first resonance, a plate's in bending, and a
+        margin.
+
+        Below it a run could not tell what a narrower band changes.
+        """
+        if self.patch is None:
+            return UNKNOWN_BODY / self.scene.run.filter_width
+        bends = self.patch.bending_frequency / (2 * math.pi)
+        return min(BANDS[-1], NARROWER * (bends or self.patch.c_p / (FIRST_WAVE * self.patch.depth)))
+
+    @property
+    def bands(self) -> tuple[float, ...]:
+        """Band edges to choose from [Hz]; the stated one alone."""
+        stated = self.stated.seat.bandwidth
+        if stated is not None and is_given(self.scene, BAND):
+            return (stated,)
+        return tuple(band for band in BANDS if band >= self.lowest_band) or BANDS[-1:]
+
+    @property
+    def tolerances(self) -> tuple[float, ...]:
+        """Tolerances of the reduction to choose from; the stated one alone."""
+        return (self.stated.seat.tolerance,) if is_given(self.scene, TOLERANCE) else TOLERANCES
+
+    def elements(self, band: float, tolerance: float, error: float) -> Method:
+        """The seat by finite elements, where a mesh is made with sizes for an ``error`` of g; stated keys are kept."""
+        seat = self.stated.seat
+        seat = replace(
+            seat,
+            bandwidth=seat.bandwidth if is_given(self.scene, BAND) else band,
+            tolerance=seat.tolerance if is_given(self.scene, TOLERANCE) else tolerance,
+        )
+        if not self.drawn:
+            return seat
+        sizes = self.sizes(band, error)
+        return replace(seat, size=sizes.size, contact_size=sizes.contact_size)
+
+    def sizes(self, band: float, error: float) -> Sizes:
+        """Of elements, for an error of g; those of the file where it states them."""
+        seat = self.stated.seat
+        assert self.patch is not None
+        chosen = sizes_for(self.patch, band, error, seat.order)
+        size = seat.size or max(chosen.size, seat.contact_size or 0.0)
+        return Sizes(size, seat.contact_size or min(size, chosen.contact_size))
+
+    def per_g(self, error: float) -> Changes:
+        """What an error of g leaves in the measures."""
+        return {name: error * value for name, value in self.sensitivity.of_g.items()}
+
+    def of_rings(self, rings: int) -> Changes:
+        """What a patch in so many rings leaves in the measures, as the budget states it."""
+        evened = UNKNOWN_PATCH
+        if self.patch is not None:
+            evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
+        return self.per_g(evened * share_left(rings))
+
+
+def fitted(dt: float, duration: float) -> float:
+    """A step that ends with the run, as do those twice and four times as long: a record of g may end there, too."""
+    return duration / (4 * math.ceil(duration / (4 * dt) * (1 - 1e-9)))

@@ -1,0 +1,50 @@
+"""All safety factors and margins of plans and error bars, each with its reason.
+
+Those of the error budget itself, on the sum of its sources, are `impact.runs.budget.SAFETY` and `STRESS_SAFETY`.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+# What a plan aims at.
+AIM: Final = 0.8  # part of the target that a plan may use up: predictions are not exact, a second round costs more
+SPARE: Final = 1.3  # where the target is out of reach: the least error, times this, is aimed at
+FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing instead of all that is allowed
+ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
+STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
+FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach
+LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level may use up by itself
+
+# What a plan predicts of the bars that its run will state, over what it sees beforehand.
+DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
+MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
+PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it
+UNKNOWN_PATCH: Final = 0.03  # of the compliance, of a patch that nothing is known of
+UNKNOWN_BODY: Final = 0.25  # band times filter width, for a body nothing is known of
+FIRST_WAVE: Final = 4.0  # the body's first resonance: its depth is a quarter of a wavelength
+FEWER_POLES: Final = 0.7  # highest pole of a reduction that is counted on, over the usual one
+STIFFER: Final = 0.5  # g of the seat that confirms the number of reed modes, over the surrogate's
+REED_MARGIN: Final = 1.3  # on what a reed's modes change with a surrogate seat
+OFF: Final = 0.02  # relative change of g behind its sensitivity: large beside round-off, small beside 1
+
+# What bars and plans compare with: one change may be small by accident, two seldom are.
+FEWER: Final = 1.4  # ratio of the reed's numbers of modes whose change is what is left, and ...
+HALF: Final = 2.0  # ... another one, whose change is taken for twice of what is left
+FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
+MANY: Final = 40  # ... then this number does
+MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with: waves may cross within the step
+SHORT: Final = 0.3  # part of the run up to which an impact is marched again with half the step
+SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
+
+# How much finer a round is than the one before, and what it may take.
+LEAST_FINER: Final = 1.6  # factor by which a source is made smaller at least: less is not worth a round ...
+MOST_FINER: Final = 4.0  # ... and at most, in one go: the orders of convergence are not exact
+MESH_ORDER: Final = 1.0  # of convergence that is counted on, as clamped corners may have it
+RESERVE: Final = 0.2  # part of the error allowed that is kept in reserve for the other sources
+MOST_ROUNDS: Final = 4  # of a run, unless it is told otherwise
+LONGEST: Final = 600.0  # a seat, or a further round, that takes longer [s] is not chosen, only obeyed
+MEMORY: Final = 0.8  # part of the available memory that is used: predictions are that good
+MOST_OFF: Final = 30.0  # by which a predicted time is corrected at most, from the rounds before
+TELLING: Final = 1.0  # [s]: what was predicted to take less tells of one-off costs, such as compiling
+LOOSER: Final = (0.02, 0.05, 0.1)  # tolerances, where none was stated and the one planned cannot be had

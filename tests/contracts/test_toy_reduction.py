@@ -1,0 +1,123 @@
+"""A new reduction is one file: no other knows this one, and Python and scenes ask for it by its name."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+import seatfem
+from impact.greens.base import ErrorEstimate
+from impact.greens.modal import ModalGreens, Residual
+from impact.progress import Progress, silent
+from seatfem.structures.damping import Damping
+from seatfem.structures.elements.rod1d import rod_model
+from seatfem.structures.method import Aims
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction import registry
+from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.problems import SceneError
+
+SCENE = """
+[seat]
+kind = "annular"
+model = "axisymmetric"
+bore_radius = "4 mm"
+lip_width = "2 mm"
+lip_edge_radius = "0 mm"
+damping_ratio = 0.1
+mesh = { size = "3 mm", contact_size = "1.5 mm" }
+greens = { bandwidth = "100 kHz", tolerance = "3 %", method = "toy" }
+material = { young = "200 GPa", density = "7850 kg/m^3" }
+
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+
+[run]
+duration = "30 us"
+
+[accuracy]
+target = "50 %"
+"""
+
+
+@pytest.fixture
+def toy() -> Iterator[type[Reducer]]:
+    """Registered by being defined, for the test that asks for it; without its name it is none any more."""
+
+    class Toy(Reducer):
+        """All modes of a small model, by LAPACK."""
+
+        name = "toy"
+        any_time = True
+
+        def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
+            few = "" if model.size <= 2000 else f"toy: {model.size} unknowns are too many; use method='krylov'"
+            return damping.refusal or few
+
+        def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
+            return Cost(1e6, "a toy")
+
+        def reduce(
+            self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent
+        ) -> Reduction:
+            values, shapes = linalg.eigh(model.K.toarray(), model.M.toarray())
+            omega = np.sqrt(values)
+            amplitudes, rest = shapes.T @ model.port_matrix, Residual.none(len(model.ports))
+            known = ErrorEstimate(reduction=1e-9)
+            ratios = damping.ratios(omega)
+            return Reduction(ModalGreens(omega, ratios, amplitudes, rest, model.port_names, known, {"toys": 1}))
+
+    yield Toy
+    del Toy.name
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_toy_is_asked_for_by_name() -> None:
+    model = rod_model(young=200e9, density=7850.0, area=1e-4, length=30e-3, elements=60)
+    aims = {"bandwidth": 1e5, "duration": 5e-5, "tolerance": 1e-3}
+    ours, theirs = (seatfem.greens_function(model, **aims, method=method) for method in ("toy", "modes"))
+    assert ours.provenance["method"] == "toy"
+    assert ours.provenance["toys"] == 1
+    assert ours.valid_for == np.inf
+    t = np.linspace(0.0, 5e-5, 101)
+    one, other = (g.filtered(t, 1e-5) for g in (ours, theirs))
+    assert np.abs(one - other).max() <= 1e-3 * np.abs(other).max()
+    assert "toy" in seatfem.greens_function(model, **aims).provenance["reason"]  # auto asked it as well
+    large = rod_model(young=200e9, density=7850.0, area=1e-4, length=30e-3, elements=1200)
+    with pytest.raises(ModelError, match="2400 unknowns are too many"):
+        seatfem.greens_function(large, **aims, method="toy")
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_scene_runs_with_a_toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # pictures are tested elsewhere
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    summary = run_scene(load_scene(path), tmp_path / "out").summary
+    assert summary["greens_error_reduction"] == 1e-9
+    assert summary["peak_force_N"] > 0
+
+
+def test_names_are_listed_where_none_is_right(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="method 'toy' is unknown; choose from auto, krylov, modes, transient, "):
+        registry.named("toy")
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    with pytest.raises(SceneError, match=r"seat\.greens\.method: 'toy' is not one of 'auto', 'krylov', 'modes', "):
+        load_scene(path)
+
+
+def test_two_of_one_name_are_refused(toy: type[Reducer]) -> None:
+    class Twin(toy):  # type: ignore[misc, valid-type]
+        name = "toy"
+
+    with pytest.raises(ModelError, match="two reductions are named 'toy'"):
+        registry.reducers()
+    del Twin.name
