@@ -26,11 +26,13 @@ class Grown(NamedTuple):
         response: (p, p, nt) g after the pulse, with all that is in the space [m/(N s)].
         complete: whether nothing more can be found.
         full: whether no further vector is allowed.
+        size: vectors in it, where their number says how far it has come; see `History.add`.
     """
 
     response: Array
     complete: bool
     full: bool
+    size: int | None = None
 
 
 class Space(ABC, Generic[G]):
@@ -73,8 +75,8 @@ class Space(ABC, Generic[G]):
         """
         tolerance = self.aims.tolerance
         while True:
-            response, complete, full = self.grow()
-            error = 0.0 if complete else self.history.add(response)
+            response, complete, full, size = self.grow()
+            error = 0.0 if complete else self.history.add(response, size)
             if error <= tolerance / 2:
                 greens, cut = self._cut(tolerance / 2)
                 error += cut

@@ -81,7 +81,7 @@ class _Vectors(RitzSpace):
         omega, shapes, self.coefficients = basis.ritz()
         if self.damping.loss is not None:
             loss = self.damping.losses(basis.V @ self.coefficients)
-        return Grown(self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit)
+        return Grown(self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size)
 
     def shortfall(self, error: float) -> str:
         return (
