@@ -92,7 +92,10 @@ class Cup(Turned):
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 HAMMER = '[reed]\nkind = "toy_hammer"\nmass = "1 g"\nstiffness = "1 N/mm"\ndrawn_back = "0.1 mm"\n'
-CUP = '[seat]\nkind = "toy_cup"\nradius = "6 mm"\nrim = "1 mm"\nheight = "4 mm"\nmaterial = "steel"\ndamping_ratio = 0.02\n'
+CUP = (
+    '[seat]\nkind = "toy_cup"\nradius = "6 mm"\nrim = "1 mm"\nheight = "4 mm"\n'
+    'material = "steel"\ndamping_ratio = 0.02\n'
+)
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-0.1 m/s"\n'
 RUN = '[run]\nduration = "{}"\nfilter_width = "10 us"\n[accuracy]\ntarget = "30 %"\n'
 
@@ -119,7 +122,7 @@ def test_a_toy_reed_strikes(tmp_path: Path) -> None:
 
 
 def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
-    """Its compliance is that of a ring on a disc: stiffer than a column of its whole height, softer than the rim alone."""
+    """Its compliance is that of a ring on a disc: stiffer than a column as high, softer than the rim alone."""
     scene = load_scene(written(tmp_path, CUP + BALL + RUN.format("0.2 ms")))
     assert isinstance(scene.seat, Cup)
     plan = plan_scene(scene)
@@ -135,11 +138,11 @@ def test_a_toy_seat_is_planned_meshed_and_struck(tmp_path: Path) -> None:
 
 
 def test_toys_are_checked_like_any_other(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="seat.rimm: unknown key; did you mean 'rim'"):
+    with pytest.raises(SceneError, match=r"seat.rimm: unknown key; did you mean 'rim'"):
         load_scene(written(tmp_path, CUP.replace("rim =", "rimm =") + BALL + RUN.format("1 ms")))
     with pytest.raises(SceneError, match=r"reed.drawn_back: required key is missing: how far it is drawn back"):
         load_scene(written(tmp_path, SPRING + HAMMER.replace('drawn_back = "0.1 mm"\n', "") + RUN.format("1 ms")))
-    with pytest.raises(SceneError, match="seat.drawn_back: what is struck is at rest"):
+    with pytest.raises(SceneError, match=r"seat.drawn_back: what is struck is at rest"):
         load_scene(written(tmp_path, HAMMER.replace("[reed]", "[seat]") + BALL + RUN.format("1 ms")))
-    with pytest.raises(SceneError, match="reed.kind: a body of kind 'spring' has no motion of its own"):
+    with pytest.raises(SceneError, match=r"reed.kind: a body of kind 'spring' has no motion of its own"):
         load_scene(written(tmp_path, SPRING + SPRING.replace("[seat]", "[reed]") + RUN.format("1 ms")))
