@@ -67,7 +67,7 @@ def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, prog
         if spec.layers
         else 1.0 - graded(plan.height, spec.patch_size, spec.size, spec.grading)[::-1] / plan.height
     )
-    arrays = extrude(plane, plan, fractions, geometry.top, type(geometry).__name__)
+    arrays = extrude(plane, plan, fractions, geometry.dome, type(geometry).__name__)
     areas = {
         name: sum(cad[area] for area in names if area in cad)
         for groups in (plan.top, plan.bottom)

@@ -76,7 +76,7 @@ class Shape(ABC):
         raise NotImplementedError
 
     @property
-    def top(self) -> Callable[[Array], Array] | None:
+    def dome(self) -> Callable[[Array], Array] | None:
         """Height of the upper side at points (n, 2) of the plan; ``None``: flat."""
         return None
 

@@ -47,11 +47,11 @@ class Stopper(Turning):
             raise GeometryError(
                 f"Stopper.dome_radius = {self.dome_radius:g} m: must be > {self.radius:g} m, the radius"
             )
-        if not self.height_at(self.radius) > 0.0:
-            drop = self.thickness - self.height_at(self.radius)
+        if not self.top(self.radius) > 0.0:
+            drop = self.thickness - self.top(self.radius)
             raise GeometryError(f"Stopper.thickness = {self.thickness:g} m: must be > {drop:g} m (the dome's height)")
 
-    def height_at(self, r: float) -> float:
+    def top(self, r: float) -> float:
         """Height of the upper side at the radius r."""
         if self.dome_radius is None:
             return self.thickness
@@ -70,14 +70,14 @@ class Stopper(Turning):
     def _inside_patch(self) -> Vector:
         """A point of the patch beside the axis and within every sector."""
         r = self.contact_radius / 2
-        return r * math.cos(INSIDE), r * math.sin(INSIDE), self.height_at(r)
+        return r * math.cos(INSIDE), r * math.sin(INSIDE), self.top(r)
 
     @property
     def profile(self) -> Profile:
         """The half section, its side on the axis included."""
-        rim: list[Point] = [(0.0, 0.0), (self.radius, 0.0), (self.radius, self.height_at(self.radius))]
+        rim: list[Point] = [(0.0, 0.0), (self.radius, 0.0), (self.radius, self.top(self.radius))]
         split = self.contact_radius < self.radius
-        ring: list[Point] = [(self.contact_radius, self.height_at(self.contact_radius))] if split else []
+        ring: list[Point] = [(self.contact_radius, self.top(self.contact_radius))] if split else []
         names = ["fixed", "", *([""] if split else []), "contact", "axis"]
         edges = polygon([*rim, *ring, (0.0, self.thickness)], names)
         if self.dome_radius is None:
@@ -91,11 +91,11 @@ class Stopper(Turning):
         return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
 
     @property
-    def top(self) -> Callable[[Array], Array] | None:
+    def dome(self) -> Callable[[Array], Array] | None:
         if self.dome_radius is None:
             return None
-        dome, thickness = self.dome_radius, self.thickness
-        return lambda points: np.asarray(thickness - dome + np.sqrt(dome**2 - np.sum(points**2, axis=1)))
+        radius, thickness = self.dome_radius, self.thickness
+        return lambda points: np.asarray(thickness - radius + np.sqrt(radius**2 - np.sum(points**2, axis=1)))
 
     def areas(self, occ: Any) -> dict[str, list[int]]:
         """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
