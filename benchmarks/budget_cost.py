@@ -14,7 +14,7 @@ import impact
 from impact.progress import silent
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import run_contact, stress_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import carry_out

@@ -19,12 +19,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from impact.progress import silent
 from impact.runs.budget import SAFETY, Values
 from impact.runs.variations import FINE
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import run_for_measures, striker_of, time_step
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.scene import Scene, load_scene
 
 TRANSIT, SPEED, YOUNG, DENSITY, AREA = 1e-5, 5000.0, 2e11, 8000.0, 1e-6
@@ -100,7 +98,7 @@ def drawn(rng: np.random.Generator, count: int, path: Path) -> Iterator[Scene]:
 
 def sample(scene: Scene) -> Sample:
     """Run the scene with its step h, with others, and with an eighth of the step that the program would choose."""
-    dt, striker, seat = scene.run.time_step, striker_of(scene), build_seat(scene, Stopwatch(), silent).greens
+    dt, striker, seat = scene.run.time_step, striker_of(scene), seat_of(scene).greens
     assert dt is not None
     auto = time_step(scene, striker.greens, seat)
     finest = max(min(auto / 8, dt / 16), scene.run.duration / 2e6)

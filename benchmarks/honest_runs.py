@@ -17,7 +17,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -27,16 +27,19 @@ from honesty import FINER, KINDS, Case, draw_case
 from impact.progress import silent
 from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.kinds import Cad, Cantilever
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.levels import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.structures.seats.needs import COARSENING, mesh_spec
-from seatfem.structures.seats.seat import build_seat
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import run_for_measures, striker_of
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, carry_out
-from seatfem.study.scene import Cad, Cantilever, DrawnSeat, ElasticSeat, load_scene
+from seatfem.study.scene import load_scene
 
 SEED, HELD_OUT, SCENES = 5, 211, 48
 FILE = Path(__file__).parent / "results" / "honest_runs.jsonl"
@@ -224,13 +227,13 @@ def reference(done: Round) -> Values:
 def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto") -> Values:
     scene = as_stated(done.plan.scene, done.plan.method)
     changed: dict[str, object] = {}
-    if isinstance(scene.seat, DrawnSeat):
+    if isinstance(scene.seat, Drawn):
         level = {"spring": "axisymmetric", "rod": "sector"}.get(scene.seat.model, scene.seat.model)
-        spec = mesh_spec(scene.seat, level)  # type: ignore[arg-type]
+        spec = scene.seat.mesh_spec(replace(done.plan.method.seat, level=level))
         finer = COARSENING if isinstance(scene.seat, Cad) else FINER
         sizes = {"seat.mesh.size": spec.size / finer, "seat.mesh.contact_size": spec.patch_size / finer}
         changed |= {"seat.model": level, **sizes}
-    if isinstance(scene.seat, ElasticSeat):
+    if isinstance(scene.seat, Elastic):
         greens = scene.seat.greens
         changed["contact.rings"] = min(MOST_RINGS, max(RINGS, 2 * scene.contact.rings))
         changed["seat.greens.bandwidth"] = wider * greens.bandwidth
@@ -239,7 +242,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
     if isinstance(scene.reed, Cantilever):
         changed["reed.n_modes"] = min(400, max(60, round(MORE_MODES * scene.reed.n_modes)))
     finer = as_stated(scene, done.plan.method.replaced(changed))
-    seat = build_seat(finer, Stopwatch(), mesh_error=False)
+    seat = seat_of(finer, mesh_error=False)
     step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
     return run_for_measures(finer, striker_of(finer), seat.greens, step)
 

@@ -20,12 +20,13 @@ from time import perf_counter
 import numpy as np
 
 from impact.greens.base import GreensFunction
-from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.levels import COARSENING, PER_WAVELENGTH, Level
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.seats.levels import Level
-from seatfem.structures.seats.needs import COARSENING, PER_WAVELENGTH, memory
-from seatfem.structures.seats.seat import SeatAnswer, build_seat
-from seatfem.study.scene import DrawnSeat, Scene, load_scene
+from seatfem.structures.solved import Solved
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.method import stated_method
+from seatfem.study.scene import Scene, load_scene
 
 SEED, SEATS = 20, 30
 FITTED, HELD_OUT = (SEED, 21), 22  # the seats of the last had no part in making the estimate
@@ -218,7 +219,7 @@ def measure(index: int, seed: int = SEED) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "seat.toml"
         scene = _scene(case, path)
-        answer, reference = build_seat(scene, Stopwatch()), _reference(case, path)
+        answer, reference = seat_of(scene), _reference(case, path)
     known = answer.greens.error_estimate
     if known.reduction is None or known.mesh is None:
         raise AssertionError(f"seat {index}: no complete error estimate, {known}")
@@ -243,19 +244,19 @@ def measure(index: int, seed: int = SEED) -> Row:
     )
 
 
-def _reference(case: Case, path: Path) -> SeatAnswer:
+def _reference(case: Case, path: Path) -> Solved:
     """A tenth of the tolerance, or a fifth or less where the Krylov space has no room for that."""
     for stricter in (10, 5):
         with suppress(ConvergenceError):
-            return build_seat(_scene(case.finer(stricter), path), Stopwatch(), mesh_error=False)
-    return build_seat(_scene(case.finer(2.5), path), Stopwatch(), mesh_error=False)
+            return seat_of(_scene(case.finer(stricter), path), mesh_error=False)
+    return seat_of(_scene(case.finer(2.5), path), mesh_error=False)
 
 
 def difference(scene: Scene, greens: GreensFunction, reference: GreensFunction) -> float:
     """Largest difference after the Hann pulse of the band, relative to the largest value of the reference."""
-    assert isinstance(scene.seat, DrawnSeat)
+    assert isinstance(scene.seat, Drawn)
     width = 1.0 / scene.seat.greens.bandwidth
-    t = np.linspace(0.0, min(memory(scene), 60 * width), 600)
+    t = np.linspace(0.0, min(scene.seat.memory(stated_method(scene).seat, scene.run.duration), 60 * width), 600)
     g, exact = (each.filtered(t, width) for each in (greens, reference))
     return float(np.max(np.abs(g - exact)) / np.max(np.abs(exact)))
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from table import Table, publish
 
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.seat import SeatAnswer, build_seat
-from seatfem.study.method import as_stated, stated_method
-from seatfem.study.planning.mesh_size import Sizes, mesh_error
-from seatfem.study.planning.patch import patch_of
-from seatfem.study.scene import DrawnSeat, Scene
+from seatfem.structures.estimates.mesh_size import Sizes, mesh_error
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.solved import Solved
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.method import stated_method
+from seatfem.study.scene import Scene
 
 STEEL = {"young": "200 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}
 SEATS: dict[str, dict[str, object]] = {
@@ -35,7 +35,7 @@ PER_DEPTH = (1, 3)  # elements over the depth of the body
 FINER = (6, 6)  # the same of the reference
 
 
-def solved(seat: dict[str, object], band: float, sizes: Sizes) -> SeatAnswer:
+def solved(seat: dict[str, object], band: float, sizes: Sizes) -> Solved:
     """The seat on one mesh."""
     reed = {"kind": "rigid_mass", "mass": "1 g", "velocity": "-1 m/s"}
     table = {**seat, "material": STEEL, "damping_ratio": 0.05}
@@ -43,15 +43,15 @@ def solved(seat: dict[str, object], band: float, sizes: Sizes) -> SeatAnswer:
     keys = {"bandwidth": band, "tolerance": 1e-3}
     values: dict[str, object] = {f"seat.greens.{key}": value for key, value in keys.items()}
     values |= {"seat.mesh.size": sizes.size, "seat.mesh.contact_size": sizes.contact_size}
-    return build_seat(as_stated(scene, stated_method(scene).replaced(values)), Stopwatch(), mesh_error=False)
+    return seat_of(scene, method=stated_method(scene).replaced(values).seat, mesh_error=False)
 
 
 def rows_of(name: str, seat: dict[str, object], band: float) -> list[tuple[str, ...]]:
     """One row a mesh."""
     reed = {"kind": "rigid_mass", "mass": "1 g", "velocity": "-1 m/s"}
     scene = Scene.model_validate({"seat": {**seat, "material": STEEL}, "reed": reed, "run": {"duration": "0.5 ms"}})
-    assert isinstance(scene.seat, DrawnSeat)
-    patch = patch_of(scene.seat)
+    assert isinstance(scene.seat, Drawn)
+    patch = scene.seat.patch()
     assert patch is not None
 
     def sizes(across: int, per_depth: int) -> Sizes:

@@ -15,9 +15,8 @@ import impact
 from impact.pictures.drawing import gap_of
 from impact.progress import silent
 from seatfem.faces.cli import demo_scene
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import run_contact, striker_of
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures
@@ -28,7 +27,7 @@ def main() -> None:
     start = time.perf_counter()
     plan = plan_scene(load_scene(demo_scene()))
     scene = as_stated(plan.scene, plan.method)
-    seat = build_seat(scene, Stopwatch())
+    seat = seat_of(scene)
     dt = scene.run.time_step or 1e-8
     result = run_contact(scene, striker_of(scene), seat.greens, dt)
     spring = impact.spring(stiffness=1 / float(seat.greens.static_compliance()[0, 0]))

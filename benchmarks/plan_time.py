@@ -13,7 +13,7 @@ from time import perf_counter
 
 from table import Table, publish
 
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 RUNS = 5

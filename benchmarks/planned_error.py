@@ -13,12 +13,12 @@ from pathlib import Path
 from table import Table, publish
 
 from impact.runs.budget import safety
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.kept_seats import seat_of
-from seatfem.structures.seats.store import Store
+from seatfem.structures.build import Cache
+from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
 from seatfem.study.impacts.measures import KEYS, SOURCES
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
@@ -42,7 +42,7 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
         store = Store(Path(folder) / "store")
         plan = plan_scene(scene, store=store)
         planned = as_stated(plan.scene, plan.method)
-        seat, _ = seat_of(planned, Path(folder) / "seat.h5", Stopwatch(), lambda *_: None, store)
+        seat = seat_of(planned, Cache(Path(folder) / "seat.h5", store))
     striker = striker_of(planned)
     assert planned.run.time_step is not None
     result = run_contact(planned, striker, seat.greens, planned.run.time_step)

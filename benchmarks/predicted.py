@@ -22,7 +22,7 @@ from pathlib import Path
 from time import perf_counter
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene

@@ -12,11 +12,9 @@ from time import process_time
 from table import Table, publish
 
 from impact import measures
-from impact.progress import silent
-from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import face_compliance
-from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import run_contact, run_for_measures, striker_of
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)
@@ -47,7 +45,7 @@ def one(rings: int, folder: Path) -> dict[str, float]:
     scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"rings": rings})})
     striker = striker_of(scene)
     start = process_time()
-    seat = build_seat(scene, Stopwatch(), silent, mesh_error=False)
+    seat = seat_of(scene, mesh_error=False)
     made = process_time()
     result = run_contact(scene, striker, seat.greens, STEP)
     marched = process_time()

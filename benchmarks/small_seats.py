@@ -7,12 +7,12 @@ from pathlib import Path
 from table import Table, best, publish
 
 from impact.progress import silent
-from seatfem.structures.kinds.seats import DrawnSeat
+from seatfem.structures.discretise import draw, matrices
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.modal import ALL_MODES
-from seatfem.structures.seats.discretise import draw, matrices
 from seatfem.study.scene import load_scene
 
 BAND, DURATION, TOLERANCE = 4e5, 1.5e-3, 0.01  # Hz, s
@@ -25,7 +25,7 @@ def main() -> None:
     rows = []
     for name in ("flapper_on_stopper", "flapper_on_annular_seat"):
         seat = load_scene(Path(__file__).parents[1] / "examples" / f"{name}.toml").seat
-        assert isinstance(seat, DrawnSeat)
+        assert isinstance(seat, Drawn)
         for size in SIZES:
             mesh = draw(seat, MeshSpec(size=size, contact_size=0.4 * size), "axisymmetric")
             model = matrices(seat, mesh, "axisymmetric", silent)

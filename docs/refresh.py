@@ -19,7 +19,7 @@ from pathlib import Path
 from impact.files.atomic import whole_file
 from seatfem.faces.cli import demo_scene
 from seatfem.faces.verdict import verdict
-from seatfem.structures.seats.store import Store
+from seatfem.structures.store import Store
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene

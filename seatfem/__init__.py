@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from seatfem.structures.reduction.modes import Modes, solve_modes
     from seatfem.structures.reduction.reducer import Reduction
     from seatfem.structures.reduction.ring_patches import RingPatch
-    from seatfem.structures.seats.store import Store, content_key
+    from seatfem.structures.store import Store, content_key
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
     from seatfem.study.trade.chart import draw_trade
@@ -84,8 +84,8 @@ _HOME = {
     "read_matrices": "seatfem.structures.formats.matrices",
     "fit_impulse_response": "impact.measured.pole_fit",
     "fit_poles": "impact.measured.pole_fit",
-    "Store": "seatfem.structures.seats.store",
-    "content_key": "seatfem.structures.seats.store",
+    "Store": "seatfem.structures.store",
+    "content_key": "seatfem.structures.store",
     "read_frf_uff": "seatfem.structures.formats.uff",
     "read_modes_uff": "seatfem.structures.formats.uff",
     "assemble": "seatfem.structures.elements.assembly",

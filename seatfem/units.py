@@ -54,12 +54,14 @@ DIMENSIONS: Final = {
         Dimension("time", "s", "3 ms", {"ms": "1e-3", "us": "1e-6", "ns": "1e-9", "s": "1"}, (1e-15, 1e9)),
         Dimension("mass", "kg", "5 g", {"g": "1e-3", "kg": "1", "mg": "1e-6"}, (1e-18, 1e12)),
         Dimension("velocity", "m/s", "2 m/s", {"m/s": "1", "mm/s": "1e-3", "mm/us": "1e3"}, (1e-12, 1e5)),
+        Dimension("acceleration", "m/s^2", "9.81 m/s^2", {"m/s^2": "1", "mm/s^2": "1e-3"}, (1e-12, 1e9)),
+        Dimension("force", "N", "2 N", {"N": "1", "mN": "1e-3", "kN": "1e3"}, (1e-15, 1e12)),
         Dimension("density", "kg/m^3", "7850 kg/m^3", {"kg/m^3": "1", "g/cm^3": "1e3"}, (1e-6, 1e9)),
         Dimension(
             "pressure",
             "Pa",
             "200 GPa",
-            {"GPa": "1e9", "MPa": "1e6", "kPa": "1e3", "Pa": "1", "psi": "6894.757293168361336722673443"},
+            {"GPa": "1e9", "MPa": "1e6", "kPa": "1e3", "Pa": "1", "bar": "1e5", "psi": "6894.757293168361336722673443"},
             (1e-3, 1e18),
         ),
         Dimension(
@@ -115,7 +117,6 @@ DIMENSIONS: Final = {
 }
 
 _OTHER_NAMES: Final = (
-    ("force", "N"),
     ("temperature", "K"),
     ("volume", "m^3"),
     ("impulse", "N s"),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

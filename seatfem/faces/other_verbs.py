@@ -38,11 +38,12 @@ def faces(
     from seatfem.machine.libraries import require_gmsh_libraries
     from seatfem.pictures.faces_picture import draw_faces
     from seatfem.structures.inspection.parts import open_part
+    from seatfem.study.scene.files import part_of_scene
 
     require_gmsh_libraries()
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
-        found = open_part(part, unit)
+        found = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
         progress("reading the part", 1.0)
     path = output or Path(f"{part.stem}-faces.png")
     gap = ""

@@ -38,10 +38,10 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 def load(path: Path) -> Scene:
     """The scene, once it is known that what it needs can run here."""
     from seatfem.machine.libraries import require_gmsh_libraries
-    from seatfem.study.scene import DrawnSeat, MeshFile, load_scene
+    from seatfem.study.scene import load_scene
 
     scene = load_scene(path)
-    if isinstance(scene.seat, DrawnSeat | MeshFile):
+    if scene.seat.needs_gmsh or scene.reed.needs_gmsh:
         require_gmsh_libraries()
     return scene
 

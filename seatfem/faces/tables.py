@@ -12,7 +12,7 @@ from impact.pictures.drawing import text
 from seatfem.machine.doctor import Check
 
 if TYPE_CHECKING:
-    from seatfem.structures.seats.natural_modes import Mode
+    from seatfem.structures.natural_modes import Mode
 
 
 def time_line(seconds: Mapping[str, float]) -> str:

@@ -69,7 +69,7 @@ class Method:
         max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
         size, contact_size: of the elements, in the bulk and on the struck faces [m]; ``None``: from the bandwidth.
         order: of the elements.
-        rings: parts of the struck patch, each a port.
+        rings: parts of the struck patch, each a port; ``None``: as a file has them.
         n_modes: of a body known by its own modes, such as a beam; ``None`` where it has none.
     """
 
@@ -81,5 +81,5 @@ class Method:
     size: float | None = None
     contact_size: float | None = None
     order: int = 2
-    rings: int = 1
+    rings: int | None = 1
     n_modes: int | None = None

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeVar, cast
+from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel
 
-from seatfem.structures.method import AnyLevel, Method
-from seatfem.structures.seats.levels import choose_level
+from seatfem.structures.method import Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
 
@@ -76,17 +75,9 @@ def stated_method(scene: Scene) -> RunMethod:
     Raises:
         LevelError: a level that does not describe the seat is stated.
     """
-    values = {key: value_of(scene, key) for key in FIELDS if key != MODEL and has_key(scene, key)}
-    limit = getattr(getattr(scene.seat, "greens", None), "max_vectors", None)
-    return RunMethod(Method(_level(scene), max_vectors=limit), Method(), None).replaced(values)
-
-
-def _level(scene: Scene) -> AnyLevel:
-    if not has_key(scene, MODEL):
-        return "3d" if has_key(scene, BAND) else "closed form"
-    seat = cast(Any, scene.seat)
-    found = choose_level(seat, scene.accuracy.target / LEVEL_SHARE)  # it raises where a stated one does not apply
-    return "spring" if seat.model == "spring" else found.level
+    rings = scene.contact.rings if scene.seat.is_meshed or is_given(scene, RINGS) else None
+    seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
+    return RunMethod(seat, scene.reed.stated(), scene.run.time_step)
 
 
 def value_of(scene: Scene, key: str) -> Any:
@@ -116,13 +107,8 @@ def has_key(scene: Scene, key: str) -> bool:
     return True
 
 
-def is_meshed(scene: Scene) -> bool:
-    """Whether the seat has finite elements that are made or read here."""
-    return has_key(scene, BAND) and has_key(scene, "seat.material")
-
-
 def as_stated(scene: Scene, method: RunMethod) -> Scene:
-    """``scene`` as if its file stated the ``method``: for what reads numerics from its tables still."""
+    """``scene`` as if its file stated the ``method``: for what reads a scene alone."""
     for key in FIELDS:
         if has_key(scene, key) and (value := method.value(key)) is not None and value != value_of(scene, key):
             scene = _with(scene, key.split("."), value)

@@ -11,7 +11,7 @@ from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.model import Array, Material
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, ring_borders, ring_names, with_fewer_rings
-from seatfem.structures.seats.statics import spring_of
+from seatfem.structures.statics import spring_of
 from seatfem.verification.case import Case, Estimate, richardson
 from seatfem.verification.grids import section, split
 from seatfem.verification.levels import recomputed

@@ -12,24 +12,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from seatfem.structures.seats import kept_seats
-from seatfem.structures.seats.levels import applicable
-from seatfem.structures.seats.seat import build_seat
+from seatfem.structures.kinds import Annular, BarSeat, Cantilever, MeshFile, Plate, RigidMass, Rod
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.runs import pipeline
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import (
-    Annular,
-    BarSeat,
-    Cantilever,
-    DrawnSeat,
-    MeshFile,
-    Plate,
-    RigidMass,
-    Rod,
-    Scene,
-    load_scene,
-)
+from seatfem.study.scene import Scene, load_scene
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
@@ -74,7 +63,7 @@ def shortened(path: Path) -> Scene:
     changed: dict[str, object] = {"run": scene.run.model_copy(update=run)}
     if isinstance(scene.reed, Cantilever):
         changed["reed"] = scene.reed.model_copy(update={"n_modes": 40})
-    if isinstance(scene.seat, DrawnSeat):
+    if isinstance(scene.seat, Drawn):
         mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
         greens = scene.seat.greens.model_copy(update={"bandwidth": 200e3})
         changed["seat"] = scene.seat.model_copy(update={"mesh": mesh, "greens": greens})
@@ -116,7 +105,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
     monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
-    monkeypatch.setattr(kept_seats, "build_seat", partial(build_seat, mesh_error=False))
+    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(path)
     summary: Any = run_scene(scene, tmp_path).summary
     for prefix in ("", "spring_"):
@@ -131,7 +120,7 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary[prefix + "contact_count"] == 1
     # Measured differences: 1e-6 to 8e-5, first order in the step. On the meshed seat, sixty times as stiff, the reed
     # bounces many times and the sum scatters by 1e-3 with the step.
-    stiffness, within = summary["seat_static_stiffness_N_per_m"], 3e-3 if isinstance(scene.seat, DrawnSeat) else 2e-4
+    stiffness, within = summary["seat_static_stiffness_N_per_m"], 3e-3 if isinstance(scene.seat, Drawn) else 2e-4
     assert summary["spring_impulse_Ns"] == pytest.approx(impulse_by_runge_kutta(scene, None, stiffness), rel=within)
     if isinstance(scene.seat, Rod):
         expected = impulse_by_runge_kutta(scene, scene.seat, stiffness)
@@ -149,7 +138,7 @@ def test_the_struck_plate_has_no_symmetry() -> None:
     seat = load_scene(ROOT / "examples" / "flapper_on_valve_plate.toml").seat
     assert isinstance(seat, Plate)
     assert seat.struck is not None
-    assert [level.level for level in applicable(seat) if level.applies] == ["3d"]
+    assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
 
 def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -178,7 +167,7 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
     """
     monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
-    monkeypatch.setattr(kept_seats, "build_seat", partial(build_seat, mesh_error=False))
+    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(ROOT / "examples" / "mass_on_bar.toml")
     summary: Any = run_scene(scene, tmp_path).summary
     seat, reed = scene.seat, scene.reed

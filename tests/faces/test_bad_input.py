@@ -14,9 +14,8 @@ from impact.greens.base import GreensFunction
 from impact.greens.sampled import SampledGreens
 from impact.storage.hdf5 import save_greens
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.seats import kept_seats
 from seatfem.study.impacts.contact import check_length
-from seatfem.study.runs import pipeline
+from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene import load_scene
 
@@ -176,7 +175,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(
 
 
 def test_the_step_is_checked_before_anything_expensive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept_seats, "build_seat", lambda *given: pytest.fail("the seat was computed"))
+    monkeypatch.setattr(rounds, "seat_of", lambda *given: pytest.fail("the seat was computed"))
     path = tmp_path / "scene.toml"
     path.write_text(SPRING + REED + RUN + 'time_step = "10 us"\nfilter_width = "19 us"', encoding="utf-8")
     with pytest.raises(RunError, match=r"at most 9.5e-06 s"):

@@ -14,7 +14,6 @@ from seatfem.faces.plan_json import plan_json
 from seatfem.study.accuracy.prerun import Bench, first_look
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.planning.surrogate import surrogate_of
 from seatfem.study.scene import Scene, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -83,7 +82,7 @@ def test_json_knows_no_infinity(plan: Plan) -> None:
 
 def test_pre_runs_compute_no_displacement_and_stress_that_is_not_asked_for() -> None:
     scene = load_scene(EXAMPLES / "flapper_on_spring.toml")
-    seat = surrogate_of(scene).greens
+    seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
     window = first_look(scene, seat)
 
     def found(*measures: str) -> dict[str, float]:

@@ -14,14 +14,14 @@ import pytest
 import impact
 from impact.files.atomic import OutputError, check_writable, whole_file, write_whole
 from impact.files.seal import USER_BLOCK, seal, seal_of
-from impact.progress import silent
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.kept_seats import KeptSeatWarning, seat_of
-from seatfem.structures.seats.store import Store, StoreError, content_key
-from seatfem.study.scene import load_scene, models
+from seatfem.structures import store
+from seatfem.structures.cache import Cache, CacheWarning
+from seatfem.structures.store import Store, StoreError, content_key
+from seatfem.study.impacts.seat import seat_key, seat_of
+from seatfem.study.scene import load_scene
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """
@@ -242,18 +242,18 @@ def odd(path: Path) -> None:
 @pytest.mark.parametrize("change", [unsealed, odd])
 def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path) -> None:
     scene, store, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
-    first, reused = seat_of(scene, path, Stopwatch(), silent, store)
-    assert not reused
-    assert seat_of(scene, path, Stopwatch(), silent, store)[1]
-    for file in (path, store.path(scene.seat_key())):
+    first = seat_of(scene, Cache(path, store))
+    assert not first.reused
+    assert seat_of(scene, Cache(path, store)).reused
+    for file in (path, store.path(seat_key(scene))):
         change(file)
     why = "carries no seal" if change is unsealed else "valid_for is 'long'"
-    with pytest.warns(KeptSeatWarning, match=f"not used again: .*{why}"):
-        again, reused = seat_of(scene, path, Stopwatch(), silent, store)
-    assert not reused
+    with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
+        again = seat_of(scene, Cache(path, store))
+    assert not again.reused
     t = np.linspace(0, 3e-5, 50)
     assert np.allclose(again.greens.impulse_response(t), first.greens.impulse_response(t), rtol=1e-9)
-    assert seat_of(scene, path, Stopwatch(), silent, store)[1]
+    assert seat_of(scene, Cache(path, store)).reused
 
 
 def test_the_coarser_function_is_kept_first_and_under_its_own_key(
@@ -271,23 +271,23 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     with monkeypatch.context() as patch:
         patch.setattr(Store, "put", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            seat_of(scene, tmp_path / "seat.h5", Stopwatch(), silent, store)
+            seat_of(scene, Cache(tmp_path / "seat.h5", store))
     (coarser,) = kept
-    assert coarser != scene.seat_key()
-    assert store.get(scene.seat_key()) is None  # nothing is taken for complete
-    found, reused = seat_of(scene, tmp_path / "seat.h5", Stopwatch(), silent, store)
-    assert (reused, found.coarser is None) == (False, False)
-    store.path(coarser).write_bytes(store.path(scene.seat_key()).read_bytes())  # the fine one in its place
-    again, reused = seat_of(scene, tmp_path / "other.h5", Stopwatch(), silent, store)
-    assert again.coarser is None or not reused
+    assert coarser != seat_key(scene)
+    assert store.get(seat_key(scene)) is None  # nothing is taken for complete
+    found = seat_of(scene, Cache(tmp_path / "seat.h5", store))
+    assert (found.reused, found.coarser is None) == (False, False)
+    store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
+    again = seat_of(scene, Cache(tmp_path / "other.h5", store))
+    assert again.coarser is None or not again.reused
 
 
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
     scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
-    before = scene.seat_key()
-    monkeypatch.setattr(models, "numerics_version", lambda: "mended")
-    assert scene.seat_key() != before
+    before = seat_key(scene)
+    monkeypatch.setattr(store, "numerics_version", lambda: "mended")
+    assert seat_key(scene) != before
     package = tmp_path / "seatfem"
     for name in ("structures/krylov.py", "pictures/plots.py", "new/room.py", "faces/cli.py"):
         (package / name).parent.mkdir(parents=True, exist_ok=True)

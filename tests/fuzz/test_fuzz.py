@@ -28,6 +28,7 @@ from seatfem.structures.counts.before_meshing import check_before_meshing
 from seatfem.structures.counts.memory_need import MemoryNeedError
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.io import MeshError
@@ -35,7 +36,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import ModelError
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
-from seatfem.study.scene import DrawnSeat, SceneError, load_scene
+from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
 from seatfem.study.trade.journal import append, read_journal
 from seatfem.study.trade.point import Outcome, Point
@@ -267,7 +268,7 @@ def test_meshes_that_would_never_end_are_refused_before_gmsh_starts(spec: MeshSp
     path = tmp_path / "scene.toml"
     path.write_text(BLOCK + BALL, encoding="utf-8")
     seat = load_scene(path).seat
-    assert isinstance(seat, DrawnSeat)
+    assert isinstance(seat, Drawn)
     check_before_meshing(seat, MeshSpec(2e-3, 1e-3), "3d")
     with pytest.raises(MemoryNeedError, match=words):
         check_before_meshing(seat, spec, "3d")

@@ -29,7 +29,7 @@ from seatfem.faces.cli import run_command
 from seatfem.machine.rates import Machine
 from seatfem.structures.formats.uff import read_impulse_response_uff
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
-from seatfem.structures.seats.store import VARIABLE, Store
+from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.impacts import contact
 from seatfem.study.runs import pipeline
 from seatfem.study.trade.journal import read_journal

@@ -8,8 +8,7 @@ import pytest
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
 from seatfem.pictures.fit_plot import _degrees, plot_fit
-from seatfem.structures.seats.imported_seats import from_response
-from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.solved import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
 
@@ -34,7 +33,7 @@ def frf_scene(tmp_path: Path) -> Path:
 
 def test_a_run_on_a_measured_seat_draws_its_fit(frf_scene: Path, tmp_path: Path) -> None:
     scene = load_scene(frf_scene)
-    (picture,) = _seat_pictures(scene, SeatAnswer(from_response(scene.seat)))  # type: ignore[arg-type]
+    (picture,) = _seat_pictures(scene, Solved(scene.seat.fitted()))  # type: ignore[arg-type]
     name, draw = picture
     assert name == "fit.png"
     draw(tmp_path / name)

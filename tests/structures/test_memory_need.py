@@ -126,7 +126,7 @@ def test_a_system_that_tells_nothing_is_trusted(monkeypatch):
 
 def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(needs, "available_memory", lambda: 1e6)
-    monkeypatch.setattr("seatfem.structures.seats.seat.matrices", lambda *given: pytest.fail("assembled"))
+    monkeypatch.setattr("seatfem.structures.finite_elements.matrices", lambda *given: pytest.fail("assembled"))
     mesh = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
     scene = tmp_path / "scene.toml"
     scene.write_text(

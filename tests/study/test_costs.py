@@ -16,15 +16,13 @@ from seatfem.structures.counts.bodies import section_of, solid_of
 from seatfem.structures.counts.element_counts import predicted_sizes
 from seatfem.structures.counts.memory_need import counts_of, memory_need
 from seatfem.structures.counts.part_body import body_of
+from seatfem.structures.estimates import costs as seat_costs
 from seatfem.structures.mesh.meridian import make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction import modal
-from seatfem.structures.seats.levels import sectors
-from seatfem.structures.seats.needs import mesh_spec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.method import MODEL, stated_method
-from seatfem.study.planning import seat_costs
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.scene import load_scene
 
@@ -212,7 +210,7 @@ def test_predicting_is_quick():
 
 def test_memory_of_the_demo_s_mesh_follows_the_law():
     scene = demo(1e-3, model="3d")
-    sizes = predicted_sizes(scene.seat.geometry(), mesh_spec(scene.seat, "3d"), "3d", sectors(scene.seat))
+    sizes = predicted_sizes(scene.seat.geometry(), scene.seat.mesh_spec(stated_method(scene).seat), "3d", 1)
     assert cost_at(scene, "3d", Machine()).memory > memory_need(sizes.counts).factorized
 
 

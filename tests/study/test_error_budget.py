@@ -12,7 +12,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sums import ScaledGreens
 from impact.runs.budget import SAFETY, Budget, safety
 from impact.runs.variations import narrowed
-from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, striker_of
 from seatfem.study.impacts.measures import KEYS, SOURCES, bar_keys, measured
@@ -72,7 +72,7 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
         result = run_contact(scene, striker, spring, dt)
-        found = error_budget(scene, stated_method(scene), SeatAnswer(spring, plane=True), striker, result)
+        found = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, result)
         assert {source: part["impulse"] for source, part in found.parts.items() if source != "time_step"} == {
             "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
@@ -89,7 +89,7 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     """K off by 4 %: peak of a mass on a spring off by 2 %, the impulse 2 m V not at all (beyond the step's error)."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contact(scene, striker, spring, 1e-8)
-    found = error_budget(scene, stated_method(scene), SeatAnswer(spring, level_error=0.04), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, result)
     peak, impulse = (found.parts["model"][name] / found.values[name] for name in ("filtered_peak", "impulse"))
     assert peak == pytest.approx(1 - 1 / math.sqrt(1.04), rel=0.1)
     assert impulse < 2e-3

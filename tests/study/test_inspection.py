@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.structures.estimates.costs import seat_model
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import cad
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.inspection.checks import check_files
-from seatfem.structures.inspection.mesh_file import mesh_of, shape_of
+from seatfem.structures.inspection.mesh_file import shape_of
+from seatfem.structures.kinds import Cad, MeshFile, Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.seats.store import Store
 from seatfem.structures.shapes import CadPart, CylinderFace, GeometryError, NumberedFace
-from seatfem.study.planning.patch import patch_of
+from seatfem.structures.store import Store
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import rounds_ahead
-from seatfem.study.planning.seat_costs import seat_model
-from seatfem.study.scene import Cad, MeshFile, Plate, SceneError, load_scene
+from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene.files import check_files
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -139,7 +139,7 @@ def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
     plan_scene(scene, store=Store(tmp_path / "store"))
     assert isinstance(scene.seat, MeshFile)
-    assert mesh_of(scene.seat) is mesh_of(scene.seat)
+    assert scene.seat.read() is scene.seat.read()
     assert calls[2:] == ["read"]
 
 
@@ -198,7 +198,7 @@ def test_what_a_shape_measures() -> None:
 def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, MESH))
     assert isinstance(scene.seat, MeshFile)
-    shape = shape_of(mesh_of(scene.seat))
+    shape = shape_of(scene.seat.read())
     drawn = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
     for measure in ("area", "width", "depth"):
         assert getattr(shape, measure)("contact") == pytest.approx(getattr(drawn, measure)("contact"), rel=0.02)
@@ -207,26 +207,24 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
 
 def test_a_cad_plate_is_planned_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
     """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
-    drawn = patch_of(
-        Plate.model_validate(
-            {
-                "kind": "plate",
-                "ports": 6,
-                "port_radius": "3 mm",
-                "pitch": "10 mm",
-                "margin": "5 mm",
-                "thickness": "6 mm",
-                "land_width": "1 mm",
-                "clamp_width": "2 mm",
-                "material": "steel",
-                "struck": 1,
-            }
-        )
-    )
+    drawn = Plate.model_validate(
+        {
+            "kind": "plate",
+            "ports": 6,
+            "port_radius": "3 mm",
+            "pitch": "10 mm",
+            "margin": "5 mm",
+            "thickness": "6 mm",
+            "land_width": "1 mm",
+            "clamp_width": "2 mm",
+            "material": "steel",
+            "struck": 1,
+        }
+    ).patch()
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
     assert isinstance(scene.seat, Cad)
-    found = patch_of(scene.seat)
+    found = scene.seat.patch()
     assert found.area == pytest.approx(drawn.area, rel=0.02)
     assert found.width == pytest.approx(drawn.width, rel=0.05)
     assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
@@ -256,7 +254,7 @@ def test_more_rounds_are_expected_where_the_target_is_missed(tmp_path: Path) -> 
 def test_a_mesh_file_is_planned_from_its_mesh(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, MESH))
     assert isinstance(scene.seat, MeshFile)
-    model = seat_model(scene, "3d")
+    model = seat_model(scene.seat, scene.seat.stated(), scene.run.duration)
     assert model.sizes.elements == 7904
     assert model.sizes.counts.dof == 40371
     plan = plan_scene(scene, store=Store(tmp_path / "store"))

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.levels import LevelError, applicable, choose_level, love_error
-from seatfem.structures.seats.seat import SeatAnswer, build_seat
-from seatfem.study.scene import BarSeat, DrawnSeat, load_scene
+from seatfem.structures.kinds import BarSeat
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.levels import LevelError
+from seatfem.structures.solved import Solved
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.scene import load_scene
 
 REST = """
 material = { young = "200 GPa", density = "7850 kg/m^3" }
@@ -30,16 +32,16 @@ PLATE = 'kind = "plate"\nports = 3\nport_radius = "2 mm"\npitch = "8 mm"\nmargin
 PLATE += 'land_width = "1 mm"\nclamp_width = "2 mm"\nmesh = { size = "2 mm", contact_size = "0.8 mm" }\n'
 PLATE += 'greens = { bandwidth = "60 kHz" }\n'
 
-Build = Callable[..., SeatAnswer]
+Build = Callable[..., Solved]
 
 
 @pytest.fixture
-def seat(tmp_path: Path) -> Callable[[str], DrawnSeat]:
-    def read(text: str) -> DrawnSeat:
+def seat(tmp_path: Path) -> Callable[[str], Drawn]:
+    def read(text: str) -> Drawn:
         path = tmp_path / "scene.toml"
         path.write_text("[seat]\n" + text + REST, encoding="utf-8")
         found = load_scene(path).seat
-        assert isinstance(found, DrawnSeat)
+        assert isinstance(found, Drawn)
         return found
 
     return read
@@ -51,9 +53,9 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
     path = tmp_path_factory.mktemp("levels") / "scene.toml"
 
     @cache
-    def solve(text: str, model: str, mesh_error: bool = True) -> SeatAnswer:
+    def solve(text: str, model: str, mesh_error: bool = True) -> Solved:
         path.write_text(f'[seat]\nmodel = "{model}"\n{text}{REST}', encoding="utf-8")
-        return build_seat(load_scene(path), Stopwatch(), mesh_error=mesh_error)
+        return seat_of(load_scene(path), mesh_error=mesh_error)
 
     return solve
 
@@ -71,36 +73,36 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
     ],
 )
 def test_what_applies_and_what_is_chosen(
-    text: str, levels: set[str], chosen: str, seat: Callable[[str], DrawnSeat]
+    text: str, levels: set[str], chosen: str, seat: Callable[[str], Drawn]
 ) -> None:
-    found = applicable(seat(text))
+    found = seat(text).levels()
     assert {level.level for level in found if level.applies} == levels
     assert all(level.reason for level in found)
-    assert choose_level(seat(text), 0.0025).level == chosen
+    assert seat(text).level(0.0025).level == chosen
 
 
-def test_a_level_that_does_not_apply_is_refused_with_what_does(seat: Callable[[str], DrawnSeat]) -> None:
+def test_a_level_that_does_not_apply_is_refused_with_what_does(seat: Callable[[str], Drawn]) -> None:
     with pytest.raises(LevelError, match=r"seat.model = 'axisymmetric' does not apply: .* what applies: sector, 3d"):
-        choose_level(seat(PLATE + 'model = "axisymmetric"\n'), 0.01)
+        seat(PLATE + 'model = "axisymmetric"\n').level(0.01)
 
 
-def test_loves_correction_grows_with_the_square_of_the_band(seat: Callable[[str], DrawnSeat]) -> None:
+def test_loves_correction_grows_with_the_square_of_the_band(seat: Callable[[str], Drawn]) -> None:
     """nu^2 w^2 r^2/(2 c_0^2) by hand: nu 0.3, r^2 = 32/12 mm^2, c_0^2 = 200e9/7850, at 100 kHz."""
     one, ten = (seat(BAR.replace("100 kHz", band)) for band in ("100 kHz", "1 MHz"))
     assert isinstance(one, BarSeat)
     assert isinstance(ten, BarSeat)
-    assert love_error(one) == pytest.approx(0.09 * (2 * np.pi * 1e5) ** 2 * (32e-6 / 12) / 2 / (200e9 / 7850))
-    assert love_error(ten) == pytest.approx(100 * love_error(one))
+    assert one.love_error(1e5) == pytest.approx(0.09 * (2 * np.pi * 1e5) ** 2 * (32e-6 / 12) / 2 / (200e9 / 7850))
+    assert ten.love_error(1e6) == pytest.approx(100 * one.love_error(1e5))
 
 
-def difference(one: SeatAnswer, other: SeatAnswer, band: float) -> float:
+def difference(one: Solved, other: Solved, band: float) -> float:
     """Largest difference of g after the Hann pulse of the band, relative."""
     t = np.linspace(0, 20e-6, 200)
     a, b = (answer.greens.filtered(t, 1 / band) for answer in (one, other))
     return float(np.abs(a - b).max() / np.abs(a).max())
 
 
-def stated(answer: SeatAnswer) -> float:
+def stated(answer: Solved) -> float:
     total = answer.greens.error_estimate.total
     assert total is not None
     return total + answer.level_error

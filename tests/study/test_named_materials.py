@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.materials import Material as Solid
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
-from seatfem.study.scene import Annular, Cantilever, Scene, SceneError, load_scene
+from seatfem.study.impacts.seat import seat_key
+from seatfem.study.scene import Scene, SceneError, load_scene
 
 Load = Callable[[str, str], Scene]
 
@@ -49,7 +51,7 @@ def test_a_value_beside_the_name_overrules_the_list(load: Load) -> None:
 def test_a_name_and_its_values_are_one_seat(load: Load) -> None:
     """The name is no part of the key: what was computed before serves, however the material is written."""
     written = '{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
-    assert load('"steel"', '"PEEK"').seat_key() == load(written, '"steel"').seat_key()
+    assert seat_key(load('"steel"', '"PEEK"')) == seat_key(load(written, '"steel"'))
 
 
 @pytest.mark.parametrize(

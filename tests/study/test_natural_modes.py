@@ -9,12 +9,13 @@ import scipy.linalg
 from scipy import sparse
 from scipy.io import mmwrite
 
+from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError
+from seatfem.structures.natural_modes import Wanted
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.structures.seats.natural_modes import Wanted, natural_modes
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs import mode_pictures
 from seatfem.study.runs.pipeline import write_modes
@@ -39,7 +40,7 @@ def seat_of(text, tmp_path):
 
 
 def found(text, tmp_path, count=None, up_to_hz=None):
-    return natural_modes(seat_of(text, tmp_path).seat, Wanted.of(count, up_to_hz), Stopwatch())
+    return seat_of(text, tmp_path).seat.natural_modes(Wanted.of(count, up_to_hz), Stopwatch(), silent)
 
 
 @pytest.fixture(scope="module")

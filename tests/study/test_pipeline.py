@@ -15,7 +15,7 @@ import pytest
 import impact
 from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.structures.seats.kept_seats import KeptSeatWarning
+from seatfem.structures.cache import CacheWarning
 from seatfem.study.impacts.contact import striker_of, time_step
 from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.runs import pictures, pipeline
@@ -268,7 +268,7 @@ def test_a_damaged_seat_file_is_computed_again(tmp_path: Path) -> None:
     first = run(SPRING, tmp_path / "out")
     seat = first.folder / "seat.h5"
     seat.write_bytes(seat.read_bytes()[:-100])
-    with pytest.warns(KeptSeatWarning, match=r"not used again: .*seat\.h5: changed since it was written"):
+    with pytest.warns(CacheWarning, match=r"not used again: .*seat\.h5: changed since it was written"):
         assert run(SPRING, tmp_path / "out").summary["seat_reused"] is False
     load_greens(seat)
 

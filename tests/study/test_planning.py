@@ -16,24 +16,23 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.runs.budget import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.machine.rates import Machine
-from seatfem.structures.seats.levels import LevelError
-from seatfem.structures.seats.needs import memory
-from seatfem.structures.seats.store import Store
+from seatfem.structures import cache
+from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
+from seatfem.structures.kinds import Annular
+from seatfem.structures.levels import LevelError
+from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
 from seatfem.study.impacts.contact import RunError, run_for_measures, striker_of
 from seatfem.study.impacts.measures import SOURCES
-from seatfem.study.method import BAND, STEP, as_stated, is_given, stated_method
+from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
-from seatfem.study.planning.mesh_size import Sizes, mesh_error, sizes_for
-from seatfem.study.planning.patch import patch_of
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.planning.seen import BANDS, Seen
-from seatfem.study.planning.surrogate import surrogate_of
 from seatfem.study.safety import AIM, FREE
-from seatfem.study.scene import Annular, Scene
+from seatfem.study.scene import Scene
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -109,7 +108,11 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def key_of(plan: Plan) -> str:
-    return as_stated(plan.scene, plan.method).seat_key()
+    return cache.key_of(plan.scene.seat, plan.method.seat)
+
+
+def memory(scene: Scene, method: RunMethod) -> float:
+    return scene.seat.memory(method.seat, scene.run.duration)
 
 
 def with_stated(scene: Scene, values: Mapping[str, object]) -> Scene:
@@ -218,7 +221,7 @@ class TestTargets:
         scene = scene_of(rod, MASS.replace("5 g", "50 g"), run={"duration": "8 ms", "filter_width": f"{width} s"})
         coarse, fine = with_stated(scene, {STEP: transits * transit}), with_stated(scene, {STEP: transit / 50})
         plan = plan_scene(coarse)
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         rough, exact = (run_for_measures(s, striker_of(s), seat, s.run.time_step or 0.0) for s in (coarse, fine))
         for name, bar in plan.error.items():
             assert abs(rough[name] - exact[name]) <= bar * abs(rough[name]), name
@@ -246,7 +249,7 @@ class TestTargets:
     def test_few_modes_of_the_reed_are_known_to_leave_much_out(self, n_modes: int) -> None:
         """What leaving out some of them would not tell: of a single one, nothing at all."""
         scene = scene_of(SPRING, REED, reed__n_modes=n_modes, run__time_step="20 ns")
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         few, truth = (run_for_measures(scene, striker_of(scene, n), seat, 20e-9) for n in (n_modes, 150))
         off = abs(few["filtered_peak"] - truth["filtered_peak"])
         assert off <= plan_scene(scene).error["filtered_peak"] * few["filtered_peak"]
@@ -276,7 +279,8 @@ class TestTargets:
         """As the run's own bar has it."""
         wanted = {"target": "5 %", "measures": ["contact_duration"]}
         scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
-        duration = Bench(scene, surrogate_of(scene).greens, first_look(scene, surrogate_of(scene).greens))
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
+        duration = Bench(scene, seat, first_look(scene, seat))
         least = 2e-6 / duration.measures(dt=0.1e-6)["contact_duration"]
         assert plan_scene(scene).error["contact_duration"] >= 0.99 * SAFETY * least
 
@@ -401,15 +405,15 @@ class TestSeatsAtHand:
         wanted = plan_scene(scene_of(ANNULAR, REED, **long), store=store)
         narrow: float = wanted.method.value(BAND)
         wider = wanted.method.replaced({BAND: next(band for band in BANDS if band > narrow)})
-        assert memory(as_stated(wanted.scene, wider)) < memory(as_stated(wanted.scene, wanted.method))
+        assert memory(wanted.scene, wider) < memory(wanted.scene, wanted.method)
         self.keep(replace(wanted, method=wider), store)
         assert plan_scene(scene_of(ANNULAR, REED, **long), store=store).kept
 
     @staticmethod
     def keep(plan: Plan, store: Store) -> None:
         key = key_of(plan)
-        scene, none = as_stated(plan.scene, plan.method), np.zeros(0)
-        forgotten = memory(scene) < scene.run.duration
+        scene, none = plan.scene, np.zeros(0)
+        forgotten = memory(scene, plan.method) < scene.run.duration
         spring = ModalGreens(none, none, np.zeros((0, 1)), Residual.spring(1e-9), origin={"seat_key": key})
         store.put(key, spring if forgotten else spring.known_for(scene.run.duration))
 
@@ -418,7 +422,7 @@ class TestPreRuns:
     def test_free_flight_is_exact(self) -> None:
         """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
         scene = scene_of(ANNULAR, REED)
-        seat = surrogate_of(scene).greens
+        seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         window = first_look(scene, seat)
         assert window.start > 0.5e-3
         dt = 20e-9
@@ -437,17 +441,17 @@ class TestPreRuns:
 
     def test_the_surrogate_starts_and_rests_as_told(self) -> None:
         scene = scene_of(ANNULAR, REED)
-        patch = patch_of(scene.seat)  # type: ignore[arg-type]
+        patch = scene.seat.patch()  # type: ignore[arg-type]
         assert patch is not None
         area = np.pi * (4.9e-3**2 - 4.1e-3**2)  # of the lip's flat top
         c_p = np.sqrt(200e9 * 0.7 / (1.3 * 0.4 * 7850))
-        greens = surrogate_of(scene).greens
+        greens = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
         assert greens.initial_value()[0, 0] == pytest.approx(1 / (7850 * c_p * area), rel=1e-9)
         assert greens.static_compliance()[0, 0] == pytest.approx(patch.compliance, rel=1e-9)
         assert patch.width == pytest.approx(0.8e-3)
 
     def test_an_arc_is_a_part_of_the_ring(self) -> None:
-        ring, arc = (patch_of(scene_of(ANNULAR, REED, **more).seat) for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
+        ring, arc = (scene_of(ANNULAR, REED, **more).seat.patch() for more in ({}, {"seat__arc": "60 deg"}))  # type: ignore[arg-type]
         assert ring is not None
         assert arc is not None
         assert ring.area == pytest.approx(6 * arc.area)
@@ -457,7 +461,7 @@ class TestChoosing:
     @staticmethod
     def choices(*parts: str, **more: object) -> Choices:
         scene = scene_of(*parts, **more)
-        surrogate = surrogate_of(scene)
+        surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
         bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
         sensitivity = Sensitivity(bench, scene.accuracy.measures, 1e-4, exact=surrogate.exact)
         return Choices(Seen(scene, stated_method(scene), surrogate, sensitivity, Machine.known()))
@@ -528,7 +532,7 @@ class TestMeshSizes:
     def test_sizes_keep_what_they_promise(self) -> None:
         seat = scene_of(ANNULAR, REED).seat
         assert isinstance(seat, Annular)
-        patch = patch_of(seat)
+        patch = seat.patch()
         assert patch is not None
         before = Sizes(np.inf, np.inf)
         for error in (0.2, 0.05, 0.01, 0.002):

@@ -32,8 +32,8 @@ from seatfem.structures.rings import (
     rings_of,
     with_fewer_rings,
 )
-from seatfem.structures.seats.seat import SeatAnswer
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
+from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, solve_contact, striker_of
 from seatfem.study.method import stated_method
@@ -257,14 +257,14 @@ def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
     result = run_contact(scene, striker, one, 2e-8)
     coarse = run_contact(scene, striker, four, 4e-8), run_contact(scene, striker, one, 4e-8)
     expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
-    found = error_budget(scene, stated_method(scene), SeatAnswer(one, in_rings=four), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(one, in_rings=four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
     assert expected > 0
-    assert "patch" in error_budget(scene, stated_method(scene), SeatAnswer(one), striker, result).unknown
-    spring = SeatAnswer(impact.spring(stiffness=1e9), plane=True)
+    assert "patch" in error_budget(scene, stated_method(scene), Solved(one), striker, result).unknown
+    spring = Solved(impact.spring(stiffness=1e9), plane=True)
     assert set(error_budget(scene, stated_method(scene), spring, striker, result).parts["patch"].values()) == {0.0}
     result = run_contact(scene, striker, four, 2e-8)
-    found = error_budget(scene, stated_method(scene), SeatAnswer(four), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
 
 

@@ -16,10 +16,10 @@ from impact.progress import silent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import run_command
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.method import as_stated
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import next_round, pipeline, rounds
@@ -50,7 +50,7 @@ def plan_of(text: str, folder: Path) -> Plan:
 
 
 def key_of(plan: Plan) -> str:
-    return as_stated(plan.scene, plan.method).seat_key()
+    return cache.key_of(plan.scene.seat, plan.method.seat)
 
 
 def with_step(plan: Plan, dt: float) -> Plan:

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seatfem.study.trade.column import column_of
 
 from seatfem.faces.cli import run_command
-from seatfem.structures.seats.levels import applicable
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.trade import runner, trade
-from seatfem.study.trade.column import column_of
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
 from seatfem.study.trade.pareto import cost_excess, pareto_front
 from seatfem.study.trade.point import Outcome, Point, carry_out
@@ -95,7 +94,7 @@ def test_every_rung_is_a_scene_and_has_a_name_of_its_own(name: str):
 def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
     scene = load_scene(EXAMPLES / f"{name}.toml")
     families = {p.family for p in ladder(scene)}
-    assert {a.level for a in applicable(scene.seat) if a.applies} <= families
+    assert {a.level for a in scene.seat.levels() if a.applies} <= families
     assert "spring" in families
     assert "rod" in families
     varied = {p.varied for p in ladder(scene)}

@@ -10,7 +10,7 @@ import pytest
 import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contact, striker_of
 from seatfem.study.impacts.measures import bar_keys
@@ -65,11 +65,11 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     assert shear_error(scene) == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contact(scene, striker, seat, 1e-7)
-    thick = error_budget(scene, stated_method(scene), SeatAnswer(seat), striker, result)
+    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, result)
     loose = scene.model_copy(update={"accuracy": scene.accuracy.model_copy(update={"target": 0.9})})
     assert (
         thick.parts["model"]["impulse"]
-        > error_budget(loose, stated_method(loose), SeatAnswer(seat), striker, result).parts["model"]["impulse"]
+        > error_budget(loose, stated_method(loose), Solved(seat), striker, result).parts["model"]["impulse"]
     )
 
 

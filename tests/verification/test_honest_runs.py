@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from seatfem.structures.seats.store import VARIABLE
+from seatfem.structures.store import VARIABLE
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 

@@ -15,7 +15,7 @@ from seatfem.structures.counts.memory_need import Counts
 from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
-from seatfem.structures.seats.levels import Level
+from seatfem.structures.method import Level
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Stopper, ValvePlate
 from seatfem.structures.shapes.profile import profile_of
 

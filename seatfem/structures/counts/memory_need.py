@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from seatfem.machine.memory import available_memory
-from seatfem.structures.kinds.seats import DrawnSeat, ElasticSeat
-from seatfem.structures.seats.levels import CHEAPEST_FIRST, Level, applicable
+from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.levels import CHEAPEST_FIRST
+from seatfem.structures.method import AnyLevel, Level
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh
@@ -103,7 +104,7 @@ def check_memory(
     *,
     method: str = "auto",
     size: float | None = None,
-    levels: Sequence[Level] = (),
+    levels: Sequence[AnyLevel] = (),
     available: float | None = None,
 ) -> MemoryNeed:
     """The need, where it fits.
@@ -129,18 +130,20 @@ def check_memory(
     )
 
 
-def check_seat(seat: ElasticSeat, mesh: SeatMesh | MeridianMesh, level: Level) -> None:
-    """Raise `MemoryNeedError` if the seat on this mesh does not fit; half sections always do."""
+def check_elastic(body: Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str) -> None:
+    """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do.
+
+    ``method``: of the reduction.
+    """
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
-    found = applicable(seat) if isinstance(seat, DrawnSeat) else ()
-    levels = [a.level for a in found if a.applies and a.level in cheaper]
+    levels = [found.level for found in body.levels() if found.applies and found.level in cheaper]
     given: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(cast("SeatMesh", mesh)), method=seat.greens.method, size=given, levels=levels)
+    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=given, levels=levels)
 
 
-def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[Level], there: float) -> list[str]:
+def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[AnyLevel], there: float) -> list[str]:
     share = _share(counts, method, there)
     coarser = (
         f"make the mesh coarser, about {share * counts.dof:.2g} unknowns fit"

@@ -1,43 +1,12 @@
-"""A mesh file, read once in a process, and what of it counts for a plan."""
+"""What of a mesh from a file counts for a plan: its surface and its regions."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-from pathlib import Path
-
 import numpy as np
 
-from impact.progress import Progress, silent
-from seatfem.structures.formats.includes import with_included
-from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.shape import Array, Integers, Shape
-from seatfem.structures.kinds.seats import METRES, MeshFile
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-
-
-def mesh_of(seat: MeshFile, progress: Progress = silent) -> SeatMesh:
-    """The mesh in the seat's file, as `read_mesh`; it is read once, as long as the file and all it includes stay."""
-    states = tuple(state_of(part) for part in with_included(seat.file))
-    progress("meshing", 0.0)
-    mesh = _read(seat.file, seat.contact, seat.fixed or None, METRES[seat.unit], seat.merge, seat.parts, states)
-    progress("meshing", 1.0)
-    return mesh
-
-
-@lru_cache(maxsize=1)
-def _read(
-    file: Path,
-    contact: str,
-    fixed: str | None,
-    unit: float,
-    merge: float | None,
-    parts: int,
-    states: tuple[FileState, ...],
-) -> SeatMesh:
-    del states  # part of the key
-    return read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)
 
 
 def shape_of(mesh: SeatMesh) -> Shape:

@@ -1,24 +1,19 @@
-"""The faces of a part in whatever file it is: CAD, mesh, or the scene of a seat."""
+"""The faces of a part in whatever file it is, CAD or mesh."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
 
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
 from seatfem.structures.inspection.mesh_faces import faces_of
-from seatfem.structures.inspection.mesh_file import mesh_of, regions_of, shape_of
+from seatfem.structures.inspection.mesh_file import regions_of, shape_of
 from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.shapes import CadPart, GeometryError
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError
 from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
-from seatfem.study.scene import METRES, DrawnSeat, MeshFile, load_scene
-
-Unit = Literal["m", "mm", "um", "inch"]
-SCENES: Final = (".toml",)
-BY_FILE: Final = ("path", "unit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,40 +36,31 @@ class Part:
     numbered: bool = True
 
 
-def open_part(path: Path, unit: Unit | None = None) -> Part:
-    """The part in a STEP, BREP or mesh file, or of a scene's seat.
+def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
+    """The part in a STEP, BREP or mesh file.
 
     Args:
         unit: length unit of a file that states none; millimetres are assumed of BREP files, metres of meshes.
 
     Raises:
-        GeometryError, MeshError: a file that cannot be read, or a seat that has no faces.
-        SceneError: a scene that is not sound.
+        GeometryError, MeshError: a file that cannot be read.
         MeshingError, OSError: gmsh cannot be run; the file is not there.
     """
-    if path.suffix.lower() in SCENES:
-        return _of_scene(path)
     if path.suffix.lower() in STEP_SUFFIXES + BREP_SUFFIXES:
         return _of_cad(path, unit)
-    length: Unit = unit or "m"
+    length: LengthUnit = unit or "m"
     notes = () if unit else (_assumed(path, length, "--unit mm"),)
-    return _of_mesh(path.name, read_mesh(path, contact=None, fixed=None, unit=METRES[length]), notes)
+    return of_mesh(path.name, read_mesh(path, contact=None, fixed=None, unit=METRES[length]), notes)
 
 
-def _of_scene(path: Path) -> Part:
-    seat = load_scene(path).seat
-    if isinstance(seat, MeshFile):
-        return _of_mesh(seat.file.name, mesh_of(seat), ())
-    if not isinstance(seat, DrawnSeat):
-        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; those of cad, mesh and drawn seats have")
-    found = inspect_geometry(seat.geometry(), picture=True)
-    file = getattr(seat, "file", None)
-    return _of_found(file.name if file else f"seat, kind = {seat.kind!r}", found, "seat.", ())
+def of_geometry(geometry: Geometry, name: str) -> Part:
+    """The faces of a geometry, with the keys of a scene that select none."""
+    return _of_found(name, inspect_geometry(geometry, picture=True), "seat.", ())
 
 
-def _of_cad(path: Path, unit: Unit | None) -> Part:
+def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in BREP_SUFFIXES
-    length: Unit | None = "mm" if brep and unit is None else unit
+    length: LengthUnit | None = "mm" if brep and unit is None else unit
     part = CadPart(path, None if length is None else METRES[length])
     found = inspect_geometry(part, picture=True)
     notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
@@ -89,7 +75,8 @@ def _of_found(name: str, found: Inspected, keys: str | None, notes: tuple[str, .
     return Part(name, found.faces, found.shape, found.parts, found.regions, (*notes, *told))
 
 
-def _of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
+def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
+    """The faces of a mesh: parts of its surface without a sharp edge within."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
     return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)

@@ -1,13 +1,12 @@
-"""The tables inside [seat]: material, damping, mesh, Green's function, and ways of naming faces."""
+"""Tables inside those of structures: material, damping, supports, mesh, Green's function."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Annotated, ClassVar, Literal, Self, TypeVar
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
-from annotated_types import Ge, Le
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -28,10 +27,9 @@ from seatfem.fields import (
     Tolerance,
     default,
 )
+from seatfem.structures import materials
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
 
-_Spec = TypeVar("_Spec")
-_Channel = Annotated[int, Ge(0), Le(255)]
 Direction = tuple[float, float, float]
 
 
@@ -59,6 +57,26 @@ class Material(Table):
             return {**_constants(name), **given}
         except ValueError as problem:
             raise KeyProblem("name", str(problem)) from None
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether it is the same in all directions."""
+        return True
+
+    @property
+    def solid(self) -> materials.Material:
+        """The material as finite elements take it."""
+        return materials.Material(self.young, self.poisson, self.density, loss_factor=self.loss_factor)
+
+    @property
+    def mean(self) -> materials.Material:
+        """An isotropic material of about the same stiffness."""
+        return self.solid
+
+    @property
+    def young_across(self) -> float:
+        """Young's modulus along the third axis [Pa]."""
+        return self.young
 
 
 def _constants(name: str) -> dict[str, object]:
@@ -99,6 +117,36 @@ class OrthotropicMaterial(Table):
             raise KeyProblem("axes", f"{self.axes} are not at right angles to each other")
         return self
 
+    @property
+    def isotropic(self) -> bool:
+        """Whether it is the same in all directions."""
+        return False
+
+    @property
+    def solid(self) -> materials.Orthotropic:
+        """The material as finite elements take it."""
+        rows = np.asarray(self.axes, dtype=float)
+        unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        return materials.Orthotropic(
+            young=self.young,
+            poisson=self.poisson,
+            shear=self.shear,
+            density=self.density,
+            axes=tuple(tuple(float(x) for x in row) for row in unit),
+            name="seat.material",
+            loss_factor=self.loss_factor,
+        )
+
+    @property
+    def mean(self) -> materials.Material:
+        """An isotropic material of about the same stiffness: the means of moduli and ratios."""
+        return materials.Material(sum(self.young) / 3, sum(self.poisson) / 3, self.density)
+
+    @property
+    def young_across(self) -> float:
+        """Young's modulus along the third axis [Pa]."""
+        return self.young[2]
+
 
 def _kind_of_material(value: object) -> str:
     if isinstance(value, Mapping):
@@ -120,6 +168,11 @@ class FoundationSupport(Table):
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
 
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return self.normal
+
     damps: ClassVar[bool] = False
     """Whether it has dashpots, which couple the modes."""
 
@@ -136,6 +189,11 @@ class BoltedSupport(Table):
     on: str = Field(description="name of the face")
     normal: Bedding = Field(description="stiffness per area, normal to the face")
     tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return self.normal
 
     damps: ClassVar[bool] = False
     """Whether it has dashpots, which couple the modes."""
@@ -157,6 +215,11 @@ class AbsorbingSupport(Table):
         description="where the waves come from; with it the face holds the seat against slow motion too",
     )
 
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return 0.0
+
     damps: ClassVar[bool] = True
     """Whether it has dashpots, which couple the modes."""
 
@@ -174,6 +237,11 @@ class DashpotSupport(Table):
     normal: AreaDamping = Field(description="damping per area, normal to the face")
     tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
 
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return 0.0
+
     damps: ClassVar[bool] = True
     """Whether it has dashpots, which couple the modes."""
 
@@ -188,6 +256,11 @@ class SlidingSupport(Table):
 
     kind: Literal["sliding"]
     on: str = Field(description="name of the face")
+
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return 0.0
 
     damps: ClassVar[bool] = False
     """Whether it has dashpots, which couple the modes."""
@@ -252,3 +325,8 @@ class GreensSettings(Table):
     max_vectors: int | None = Field(
         None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: 800, second_order 500, lanczos 20000"
     )
+
+
+METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
+"""Metres per length unit of a CAD or mesh file."""
+LengthUnit = Literal["m", "mm", "um", "inch"]

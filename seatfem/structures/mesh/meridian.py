@@ -18,7 +18,7 @@ from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.seat_mesh import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import GeometryError, Profile, Revolved, encode, fingerprint
+from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode, fingerprint
 from seatfem.structures.shapes.profile import profile_of
 
 PlaneMesh: TypeAlias = MeshTri | MeshTri2 | MeshQuad | MeshQuad2
@@ -60,7 +60,7 @@ class MeridianMesh:
 
 
 def make_meridian(
-    geometry: Revolved, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
+    geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
 ) -> MeridianMesh:
     """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
 
@@ -122,7 +122,7 @@ def _facets(mesh: PlaneMesh, ends: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.flatnonzero(np.isin(keys, wanted))
 
 
-def _content_hash(geometry: Revolved, spec: MeshSpec) -> str:
+def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
     text = json.dumps({"meridian": fingerprint(geometry), "spec": asdict(spec)}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -13,23 +13,22 @@ from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
-from seatfem.structures.seats.statics import beyond_level
+from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, Source, measured
-from seatfem.study.impacts.validity import shear_error
-from seatfem.study.method import RunMethod, as_stated, is_meshed
+from seatfem.study.method import RunMethod
 from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
-    from seatfem.structures.seats.seat import SeatAnswer
+    from seatfem.structures.solved import Solved
 
 
 def error_budget(
     scene: Scene,
     method: RunMethod,
-    seat: SeatAnswer,
+    seat: Solved,
     striker: impact.Body,
     result: ImpactResult,
     stress: ReedStress | None = None,
@@ -44,7 +43,7 @@ def error_budget(
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
     - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
-      (`seatfem.structures.seats.statics.beyond_level`); a thick reed's shear.
+      (`seatfem.structures.statics.beyond_level`); a thick reed's shear.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
@@ -67,7 +66,7 @@ def error_budget(
     return Budget(values, {s: left.parts[s] for s in SOURCES if s in left.parts}, SOURCES)
 
 
-def _finer_step(scene: Scene, method: RunMethod, seat: SeatAnswer, result: ImpactResult) -> Values:
+def _finer_step(scene: Scene, method: RunMethod, seat: Solved, result: ImpactResult) -> Values:
     """Twice what half the step changes in the impact of a reed, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -83,29 +82,30 @@ def _finer_step(scene: Scene, method: RunMethod, seat: SeatAnswer, result: Impac
     return times(2.0, changes(here, finer))
 
 
-def _of_mesh(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+def _of_mesh(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
     if seat.coarser is None:
         return of_body(problem, problem.target, seat.greens.error_estimate.mesh)
     return ((_with_seat(scene, problem, seat.coarser, 1 / (seat.refinement - 1)),),)
 
 
-def _of_reduction(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+def _of_reduction(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
     greens = seat.greens
     stated = of_body(problem, problem.target, greens.error_estimate.reduction)
     modal = greens.modal
-    if stated is None or not is_meshed(scene) or modal is None or len(modal.omega) == 0:
+    if stated is None or not scene.seat.is_meshed or modal is None or len(modal.omega) == 0:
         return stated
     highest = float(modal.frequencies_hz.max())
     return (*stated, (_with_seat(scene, problem, narrowed(modal, highest / NARROWER)),))
 
 
-def _of_model(scene: Scene, method: RunMethod, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
     level = of_body(problem, problem.target, seat.level_error)
     if level is None:
         return None
-    if (shear := shear_error(scene)) > SHEAR_SHARE * scene.accuracy.target:
+    if (shear := scene.reed.shear_error(scene.contact.at)) > SHEAR_SHARE * scene.accuracy.target:
         level = (*level, *(of_body(problem, problem.striker, shear) or ()))
-    if (better := beyond_level(as_stated(scene, method), seat.greens)) is not None:
+    better = with_start(seat.greens) or scene.seat.beyond(method.seat.level)
+    if better is not None:
         level = (*level, (_with_seat(scene, problem, better),))
     if method.reed.n_modes is None:
         return level
@@ -116,7 +116,7 @@ def _of_model(scene: Scene, method: RunMethod, seat: SeatAnswer, problem: Contac
     return (*level, tuple(modes))
 
 
-def _of_patch(scene: Scene, seat: SeatAnswer, problem: ContactProblem) -> Terms | None:
+def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
     rings, model = rings_of(seat.greens), seat.in_rings
     if rings > 2:
         return ((_with_seat(scene, problem, with_fewer_rings(seat.greens, 1), left_by(rings)),),)

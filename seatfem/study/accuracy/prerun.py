@@ -74,6 +74,8 @@ def window_of(scene: Scene, force: Array, dt: float) -> Window:
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
+    if scene.reed.is_loaded or scene.contact.preload:  # its flight is not free
+        start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
 

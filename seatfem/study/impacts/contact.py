@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from functools import lru_cache
+
 import numpy as np
 
 import impact
 from impact.after.result import ImpactResult, as_one
-from impact.after.stresses import ReedStress, reed_stress
+from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
 from impact.march.laws import Law
@@ -15,10 +18,12 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
+from seatfem.structures.build import build
+from seatfem.structures.cache import key_of
+from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import values_of
-from seatfem.study.impacts.validity import thick_reed
-from seatfem.study.scene import Cantilever, ElasticSeat, Scene
+from seatfem.study.scene import Scene
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -34,30 +39,29 @@ class RunError(ValueError):
 def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
     """The scene's striker; ``n_modes``: of a body known by its own modes, in place of the number that it states."""
     reed = scene.reed
-    if isinstance(reed, Cantilever):
-        return impact.cantilever_reed(
-            young=reed.material.young,
-            density=reed.material.density,
-            length=reed.length,
-            width=reed.width,
-            thickness=reed.thickness,
-            damping_ratio=reed.damping_ratio,
-            n_modes=n_modes or reed.n_modes,
-            tip_deflection=reed.release.tip_deflection,
-            contact_at=scene.contact.at,
-        )
-    return impact.rigid_mass(mass=reed.mass, velocity=reed.velocity)
+    greens = _solved(_Asked(key_of(reed, reed.stated()), reed, scene.run.duration)) if reed.is_solved else None
+    return reed.body(greens, n_modes, scene.contact.at)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A striker whose Green's function is computed: once in a process, for it is asked for again and again."""
+
+    key: str
+    structure: Structure = field(compare=False)
+    duration: float
+
+
+@lru_cache(maxsize=2)
+def _solved(asked: _Asked) -> GreensFunction:
+    return build(asked.structure, asked.structure.stated(), asked.duration, mesh_error=False).greens
 
 
 def stress_of(
     scene: Scene, striker: impact.Body, force: Array, dt: float, *, coarsely: bool = False
 ) -> ReedStress | None:
     """The reed's largest bending stresses under a contact force (n + 1,); ``None`` for a rigid mass."""
-    reed = scene.reed
-    if not isinstance(reed, Cantilever):
-        return None
-    beam = impact.Cantilever(reed.material.young, reed.material.density, reed.length, reed.width, reed.thickness)
-    return reed_stress(force, dt, striker, beam, contact_at=scene.contact.at, coarsely=coarsely)
+    return scene.reed.stress(force, dt, striker, scene.contact.at, coarsely=coarsely)
 
 
 def law_of(scene: Scene, share: float = 1.0) -> Law:
@@ -111,10 +115,10 @@ def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.
     presses as a rigid body."""
     gap, rings = scene.contact.gap, rings_of(seat.greens)
     if rings == 1:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene))
+        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene), preload=scene.contact.preload)
     shares = ring_shares(rings)
     contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
-    return impact.ContactProblem(striker, contacts=contacts)
+    return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
 def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
@@ -157,13 +161,12 @@ def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float
 
 def check_step(scene: Scene) -> None:
     """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
-    if thick := thick_reed(scene):
+    if thick := scene.reed.too_thick():
         raise RunError(thick)
-    if isinstance(scene.seat, ElasticSeat) and not scene.seat.held:
+    if loose := scene.seat.loose:
         raise RunError(
-            "seat.fixed names no face and no entry of seat.supports holds the seat, so it has no static stiffness to "
-            "compare with; clamp a face or add a support (foundation, bolted, absorbing with centre). seatfem modes "
-            "shows the modes of a free body"
+            f"{loose}, so it has no static stiffness to compare with; clamp a face or add a support "
+            "(foundation, bolted, absorbing with centre). seatfem modes shows the modes of a free body"
         )
     step, width = scene.run.time_step, scene.run.filter_width
     if width > scene.run.duration:

@@ -5,24 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, cast
+from typing import Final
 
 from impact.greens.base import GreensFunction
 from seatfem.machine.rates import Machine
-from seatfem.structures.seats.rods import rod_of
-from seatfem.study.impacts.contact import striker_of, time_step
-from seatfem.study.method import SIZE, RunMethod, as_stated, has_key, is_meshed
-from seatfem.study.planning.plan import Cost
-from seatfem.study.planning.seat_costs import (
+from seatfem.structures.estimates.costs import (
     SeatModel,
     coarse_of,
-    discrete_level,
     highest_pole,
     seat_memory,
     seat_model,
     seat_seconds,
 )
-from seatfem.study.planning.surrogate import surrogate_of
+from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.method import RunMethod
+from seatfem.study.planning.plan import Cost
 from seatfem.study.scene import Scene
 
 __all__ = ["Cost", "predict_cost"]
@@ -60,7 +57,7 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
     rates, static = machine or Machine.known(), method.seat.level == "spring"
     seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
     parts = {"program start": rates.start, "plan": PLAN * rates.start}
-    if has_key(scene, SIZE) and has_key(scene, "seat.file"):  # its inspection, by a gmsh process of its own
+    if scene.seat.is_drawn and scene.seat.files():  # its inspection, by a gmsh process of its own
         parts["plan"] += rates.meshing_start
     if seat is not None and not kept:
         parts |= seat_seconds(seat, rates, static=static)
@@ -75,27 +72,21 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
 
 def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """The seat's in numbers; ``None`` of a closed form, and of matrices, whose size is not known yet."""
-    if not is_meshed(scene) or method.seat.level in ("rod", "closed form"):
+    if method.seat.level in ("rod", "closed form"):
         return None
-    stated = as_stated(scene, method)
-    return seat_model(stated, discrete_level(stated, method.seat.level))
+    return seat_model(scene.seat, method.seat, scene.run.duration)
 
 
 def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """The coarser ones behind the mesh error; ``None`` where no mesh is made for the run."""
-    if not has_key(scene, SIZE) or method.seat.level in ("rod", "closed form"):
+    if method.seat.level in ("rod", "closed form"):
         return None
-    stated = as_stated(scene, method)
-    return coarse_of(stated, discrete_level(stated, method.seat.level))
+    return coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
 def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
     """The seat's Green's function where that costs nothing to have; ``None`` of others, and of files."""
-    if method.seat.level == "rod":
-        return rod_of(cast(Any, scene.seat))
-    if method.seat.level != "closed form" or has_key(scene, "seat.file"):
-        return None
-    return surrogate_of(scene).greens
+    return scene.seat.closed_form() if method.seat.level in ("rod", "closed form") else None
 
 
 @dataclass(frozen=True)

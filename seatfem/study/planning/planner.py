@@ -10,22 +10,21 @@ from typing import Final
 from impact.progress import Progress, silent
 from impact.runs.budget import safety
 from seatfem.machine.rates import Machine
-from seatfem.structures.inspection.checks import check_files
+from seatfem.structures import cache
+from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.method import AnyLevel
-from seatfem.structures.seats.kept_files import kept_at, key_at
-from seatfem.structures.seats.store import Store
+from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
 from seatfem.study.impacts.validity import validity_advice
-from seatfem.study.method import BAND, SIZE, TOLERANCE, RunMethod, as_stated, has_key, is_given
+from seatfem.study.method import BAND, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
-from seatfem.study.planning.mesh_size import ERRORS
 from seatfem.study.planning.plan import Alternative, Plan
 from seatfem.study.planning.reasons import choices_of
 from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
-from seatfem.study.planning.surrogate import surrogate_of
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
+from seatfem.study.scene.files import check_files
 
 __all__ = ["plan_scene"]
 
@@ -58,7 +57,7 @@ def plan_scene(
     check_step(scene)
     check_files(scene)
     machine, target = machine or Machine.known(), scene.accuracy.target
-    surrogate = surrogate_of(scene)
+    surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
     choices = Choices(Seen.of(scene, surrogate, machine), without)
     wanted = decision = choices.cheapest(target)
@@ -100,15 +99,14 @@ def _at_hand(decision: Decision, folder: Path | None, store: Store) -> tuple[Run
     if decision.seat.mesh is None or seen.patch is None:
         return decision.method, ""
     file = None if folder is None else folder / "seat.h5"
-    here = key_at(file) if file is not None and file.is_file() else ""
+    here = cache.key_at(file) if file is not None and file.is_file() else ""
     if not (here or _holds_any(store.folder)):
         return decision.method, ""  # with nothing there, no key need be formed
     for method in _as_fine(decision):
-        scene = as_stated(seen.scene, method)
-        key = scene.seat_key()
-        if file is not None and here == key and kept_at(file, key, scene) is not None:
+        key, duration = cache.key_of(seen.scene.seat, method.seat), seen.scene.run.duration
+        if file is not None and here == key and cache.at(file, key, duration) is not None:
             return method, f"in {file.name}"
-        if kept_at(store.path(key), key, scene) is not None:
+        if cache.at(store.path(key), key, duration) is not None:
             return method, "in the store"
     return decision.method, ""
 
@@ -120,7 +118,7 @@ def _as_fine(decision: Decision) -> Iterator[RunMethod]:
     bands = () if is_given(seen.scene, BAND) else BANDS
     tolerances = () if is_given(seen.scene, TOLERANCE) else TOLERANCES
     for wider in _nearest(band, [b for b in bands if b > band]):
-        for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if has_key(seen.scene, SIZE) else []):
+        for denser in _nearest(mesh, [e for e in ERRORS if e < mesh] if seen.drawn else []):
             for stricter in _nearest(tolerance, [t for t in tolerances if t < tolerance]):
                 elements = seen.elements(wider, stricter, denser)
                 yield decision.with_seat(replace(elements, level=seat.level, rings=seat.rings))
@@ -155,11 +153,9 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         found.append(f"accuracy.target = {target:g} will be missed, predicted: {words}")
     if surrogate.patch is None and not surrogate.exact:
         found.append(f"{surrogate.words}: a rough plan; the run measures what is left")
-    if surrogate.patch is not None and not seen.drawn:
-        file = getattr(plan.scene.seat, "file", Path())
+    if given := plan.scene.seat.given_mesh:
         found.append(
-            f"what the mesh in {file.name} is off by is not known, and in no error bar: a finer mesh "
-            "of the same seat tells"
+            f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
         )
     if not seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")

@@ -10,7 +10,8 @@ import numpy as np
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
-from seatfem.structures.seats.needs import is_convolved
+from seatfem.structures.estimates.costs import ALL_MODES
+from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.method import (
     BAND,
@@ -24,15 +25,12 @@ from seatfem.study.method import (
     STEP,
     TOLERANCE,
     RunMethod,
-    as_stated,
     has_key,
     is_given,
 )
 from seatfem.study.planning.costs import closed_form, finite_elements
 from seatfem.study.planning.deciding import Decision
-from seatfem.study.planning.mesh_size import Sizes, per_wavelength
 from seatfem.study.planning.plan import Choice
-from seatfem.study.planning.seat_costs import ALL_MODES
 from seatfem.study.safety import FEW, FEWER, MANY
 from seatfem.study.scene import Scene
 
@@ -85,7 +83,7 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
 def _poles(decision: Decision, method: RunMethod, dt: float, steps: float) -> tuple[int | None, str] | None:
     """(poles that the seat marches, or ``None`` and why it has step weights); ``None`` before it can be known."""
     scene, surrogate = decision.seen.scene, decision.seen.surrogate
-    convolved = is_convolved(as_stated(scene, method))
+    convolved = scene.seat.is_convolved
     if decision.level not in ("rod", "closed form"):
         elements = None if decision.level == "spring" else finite_elements(scene, method)
         return (None, COUPLED) if convolved else (round(0.0 if elements is None else elements.poles), "")
@@ -169,7 +167,7 @@ def _order(decision: Decision, method: RunMethod) -> str:
 
 def _rings(decision: Decision, method: RunMethod) -> str:
     left = _of(decision, RINGS)
-    if method.seat.rings > 1:
+    if (method.seat.rings or 1) > 1:
         most = max(left, key=lambda name: left[name], default="")
         alone = decision.seen.of_rings(1).get(most, 0.0)
         return (

@@ -4,17 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, cast
+from typing import Final
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.method import Method
-from seatfem.structures.seats.levels import applicable, choose_level, clamp_error
-from seatfem.structures.seats.rods import love_rod, rod_of
-from seatfem.study.accuracy.sensitivity import Changes
-from seatfem.study.method import BAND, MODEL, RINGS, SIZE, TOLERANCE, is_given
-from seatfem.study.planning.costs import coarser_elements, finite_elements
-from seatfem.study.planning.mesh_size import ERRORS, mesh_error
-from seatfem.study.planning.seat_costs import (
+from seatfem.structures.estimates.costs import (
     PORTS_POWER,
     TOLERANCE_POWER,
     SeatModel,
@@ -22,6 +15,11 @@ from seatfem.study.planning.seat_costs import (
     seat_memory,
     seat_seconds,
 )
+from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
+from seatfem.structures.method import Method
+from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.method import BAND, MODEL, RINGS, SIZE, TOLERANCE, is_given
+from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
 
@@ -55,15 +53,15 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     Of finite elements, each also with every number of rings.
     """
     if not seen.reduced:
-        return (SeatOption(seen.stated.seat, f"seat.kind = {seen.scene.seat.kind!r}: nothing to discretise", {}),)
-    waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, "as the file has it")
+        return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", {}),)
+    waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, seen.scene.seat.level(0.0).reason)
     left = _left_by_rings(seen) if seen.patch is not None else {}
     return tuple(divided for option in waves for divided in _divided(option, left))
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
     """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
-    given = (seen.stated.seat.rings,) if is_given(seen.scene, RINGS) else RING_NUMBERS
+    given = (seen.stated.seat.rings or 1,) if is_given(seen.scene, RINGS) else RING_NUMBERS
     chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
     return {rings: seen.of_rings(rings) for rings in chosen}
 
@@ -86,13 +84,12 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
 
 def _levels(seen: Seen, without: tuple[str, ...]) -> Iterator[SeatOption]:
     """A stated level alone; else a spring, a closed form that leaves something out, and waves by finite elements."""
-    seat, stated = cast(Any, seen.scene.seat), seen.stated.seat
+    stated, waves = seen.stated.seat, seen.scene.seat.level(0.0)
     asked = stated.level if is_given(seen.scene, MODEL) else None
-    waves, is_rod = choose_level(seat, 0.0), any(found.level == "rod" and found.applies for found in applicable(seat))
     if asked in (None, "spring") and "spring" not in without:
         yield from _spring(seen, replace(stated, level="spring"))
-    if asked in (None, "rod") and "rod" not in without and is_rod:
-        yield _rod(seen, replace(stated, level="rod"))
+    if asked in (None, "rod") and "rod" not in without:
+        yield from _rod(seen, replace(stated, level="rod"))
     if asked not in ("spring", "rod"):
         yield from _waves(seen, replace(stated, level=waves.level), waves.reason)
 
@@ -106,14 +103,16 @@ def _spring(seen: Seen, seat: Method) -> Iterator[SeatOption]:
         yield elements.option(why, seen.tolerances[0], {MODEL: left, **mesh})
 
 
-def _rod(seen: Seen, method: Method) -> SeatOption:
+def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
     """A bar as a rod: lateral inertia and the clamped end are left out."""
-    seat = cast(Any, seen.scene.seat)
-    inertia, end = seen.sensitivity.between(rod_of(seat), love_rod(seat)), seen.per_g(clamp_error(seat))
+    form, better = seen.scene.seat.closed_form(), seen.scene.seat.beyond("rod")
+    if form is None or better is None:
+        return
+    inertia, end = seen.sensitivity.between(form, better), seen.per_g(seen.scene.seat.form_error)
     left = {name: value + end[name] for name, value in inertia.items()}
     name = max(seen.sensitivity.asked, key=lambda measure: left[measure])
     why = f"lateral inertia and the clamped end, which a rod leaves out, change {name} by {100 * left[name]:.2g} %"
-    return SeatOption(method, why, {MODEL: left})
+    yield SeatOption(method, why, {MODEL: left})
 
 
 def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:

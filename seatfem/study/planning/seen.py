@@ -10,6 +10,9 @@ from typing import Final
 from impact.runs.budget import SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
+from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
+from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
 from seatfem.study.accuracy.prerun import Bench, first_look
@@ -24,13 +27,9 @@ from seatfem.study.method import (
     STEP,
     TOLERANCE,
     RunMethod,
-    has_key,
     is_given,
     stated_method,
 )
-from seatfem.study.planning.mesh_size import Sizes, sizes_for
-from seatfem.study.planning.patch import Patch
-from seatfem.study.planning.surrogate import Surrogate
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
@@ -79,12 +78,12 @@ class Seen:
     @property
     def reduced(self) -> bool:
         """Whether the seat's matrices are reduced, which a band is needed for."""
-        return self.stated.seat.bandwidth is not None
+        return self.scene.seat.is_reduced
 
     @property
     def drawn(self) -> bool:
         """Whether a mesh is made for the run."""
-        return has_key(self.scene, SIZE)
+        return self.scene.seat.is_drawn
 
     @property
     def lowest_band(self) -> float:

@@ -13,7 +13,7 @@ from seatfem.pictures.cell_grid import CellGrid
 from seatfem.pictures.plots import animate_mode, plot_modes, write_vtu
 from seatfem.pictures.revolved_grid import revolve
 from seatfem.structures.model import Array
-from seatfem.structures.seats.natural_modes import Mode, NaturalModes
+from seatfem.structures.natural_modes import Mode, NaturalModes
 from seatfem.study.runs.pictures import draw_all, mesh_picture
 
 SHOWN = 12

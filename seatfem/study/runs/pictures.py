@@ -19,15 +19,13 @@ from seatfem.pictures.fit_plot import plot_fit
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes
 from seatfem.pictures.revolved_grid import revolve
 from seatfem.pictures.section_plot import plot_section
-from seatfem.structures.inspection.imported import response_of
-from seatfem.structures.kinds.imported import FrequencyResponseFile
-from seatfem.structures.kinds.seats import ElasticSeat, RevolvedSeat
+from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
-from seatfem.structures.seats.seat import SeatAnswer
-from seatfem.structures.seats.store import Store, StoreError
-from seatfem.study.method import RunMethod, as_stated
+from seatfem.structures.solved import Solved
+from seatfem.structures.store import Store, StoreError
+from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
@@ -37,7 +35,7 @@ BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VT
 def draw_run(
     scene: Scene,
     method: RunMethod,
-    seat: SeatAnswer,
+    seat: Solved,
     result: ImpactResult,
     baseline: ImpactResult,
     folder: Path,
@@ -58,9 +56,9 @@ def draw_run(
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
-    if not isinstance(scene.seat, ElasticSeat):
+    if not scene.seat.is_meshed:
         return files, gaps
-    names, key = [name for name, _ in of_seat], as_stated(scene, method).seat_key()
+    names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
         more = _through_store(key, [file for file in files if file.name in names], names, folder)
     except (StoreError, OSError) as problem:
@@ -76,18 +74,18 @@ def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) 
     return () if names else store.fetch(key, folder)
 
 
-def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
-    measured, fitted = scene.seat, seat.greens.modal or seat.greens.pole_sum
-    if isinstance(measured, FrequencyResponseFile) and fitted is not None:
+def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
+    response, fitted = scene.seat.measured(), seat.greens.modal or seat.greens.pole_sum
+    if response is not None and fitted is not None:
         width = scene.run.filter_width
-        return [("fit.png", lambda path: plot_fit(response_of(measured), fitted, path, width=width))]
+        return [("fit.png", lambda path: plot_fit(response, fitted, path, width=width))]
     if seat.model is None or seat.mesh is None:
         return []
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
     count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
-    frequencies, cut = _frequencies(seat, count), isinstance(scene.seat, RevolvedSeat)
+    frequencies, cut = _frequencies(seat, count), scene.seat.revolved
     try:
         grid, shapes = _shapes(seat, count)
     except Exception as problem:  # numbers are known already, as in `gap_of`
@@ -98,7 +96,7 @@ def _seat_pictures(scene: Scene, seat: SeatAnswer) -> list[Picture]:
     return pictures
 
 
-def _whole(seat: SeatAnswer) -> bool:
+def _whole(seat: Solved) -> bool:
     """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
     assert seat.modes is not None
     return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
@@ -115,7 +113,7 @@ def _raise(problem: Exception, path: Path) -> None:
     raise problem
 
 
-def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
+def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
     """In space, whatever the level of modelling."""
     assert seat.model is not None
     assert seat.modes is not None
@@ -126,7 +124,7 @@ def _shapes(seat: SeatAnswer, count: int) -> tuple[CellGrid, list[Array]]:
     return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
 
 
-def _frequencies(seat: SeatAnswer, count: int) -> list[float]:
+def _frequencies(seat: Solved, count: int) -> list[float]:
     assert seat.modes is not None
     return [float(f) for f in seat.modes.frequencies_hz[:count]]
 

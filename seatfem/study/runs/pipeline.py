@@ -15,19 +15,17 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.files.atomic import check_writable
 from impact.greens.base import GreensFunction
-from impact.pictures.drawing import text
 from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.inspection.checks import check_files
-from seatfem.structures.kinds.seats import DrawnSeat
+from seatfem.structures.build import Cache
+from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
-from seatfem.structures.seats.kept_seats import seat_of
-from seatfem.structures.seats.natural_modes import Mode, Wanted, natural_modes
 from seatfem.study.impacts.contact import RunError, check_step, run_contact, stress_of
 from seatfem.study.impacts.measures import KEYS, bar_keys
+from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.validity import validity_advice
-from seatfem.study.method import MODES, STEP, as_stated
+from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.mode_pictures import draw_modes
 from seatfem.study.runs.pictures import draw_run
@@ -41,7 +39,8 @@ from seatfem.study.runs.summary import (
     timing_keys,
     write_json,
 )
-from seatfem.study.scene import Cantilever, Matrices, MeshFile, Scene
+from seatfem.study.scene import Scene
+from seatfem.study.scene.files import check_files
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -160,7 +159,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "seat_static_stiffness_N_per_m": baseline.stiffness,
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
-        "seat_reused": done.reused,
+        "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
         **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
     }
@@ -172,12 +171,12 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     check_writable(path)
     with watch("plan"):
         plan = plan_scene(scene, progress=progress)
-    seat, reused = seat_of(as_stated(scene, plan.method), path, watch, progress)
+    seat = seat_of(scene, Cache(path), method=plan.method.seat, watch=watch, progress=progress)
     summary = {
         "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
         **greens_error_keys(seat.greens),
         **seat.about,
-        "seat_reused": reused,
+        "seat_reused": seat.reused,
     }
     return RunOutcome(summary, (), (path,), watch.stages)
 
@@ -193,14 +192,13 @@ def write_modes(
     """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
-    seat = scene.seat
-    if not isinstance(seat, DrawnSeat | MeshFile | Matrices):
-        raise RunError(
-            f"seat.kind = {seat.kind!r} has neither finite elements nor matrices to take modes from; use a geometry "
-            "(annular, bar, block, cad, ...), mesh or matrices"
-        )
     check_files(scene)
-    found = natural_modes(seat, Wanted.of(count, up_to_hz), watch, progress)
+    found = scene.seat.natural_modes(Wanted.of(count, up_to_hz), watch, progress)
+    if found is None:
+        raise RunError(
+            f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "
+            "geometry (annular, bar, block, cad, ...), mesh or matrices"
+        )
     with watch("pictures"):
         files, gaps = draw_modes(found, folder, progress)
     counted = "as many as inertia counts" if found.complete else "NOT counted: some may be missing"
@@ -250,13 +248,5 @@ def _advice(done: Round) -> tuple[str, ...]:
 
 def _assumed_reed(scene: Scene) -> tuple[str, ...]:
     """What of the reed was not given and taken from the paper's, with its value."""
-    reed = scene.reed
-    if not isinstance(reed, Cantilever):
-        return ()
-    values = {
-        "width": text(reed.width, "m"),
-        "thickness": text(reed.thickness, "m"),
-        "material": f"{text(reed.material.young, 'Pa')}, {reed.material.density:g} kg/m^3",
-    }
-    assumed = [f"reed.{key} = {value}" for key, value in values.items() if key not in reed.model_fields_set]
+    assumed = scene.reed.assumed()
     return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()

@@ -11,7 +11,7 @@ import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
-from seatfem.structures.seats.seat import SeatAnswer
+from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import KEYS, Source
 from seatfem.study.planning.plan import Plan
 
@@ -43,8 +43,7 @@ class Round:
     """
 
     plan: Plan
-    seat: SeatAnswer
-    reused: bool
+    seat: Solved
     striker: impact.Body
     result: ImpactResult
     stress: ReedStress | None

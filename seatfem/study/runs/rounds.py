@@ -13,12 +13,14 @@ from impact.runs.budget import Budget, Values
 from impact.storage.hdf5 import save_greens
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.build import Cache
+from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.seats.kept_seats import seat_of
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
 from seatfem.study.impacts.measures import Source
-from seatfem.study.method import TOLERANCE, as_stated
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
@@ -146,7 +148,7 @@ def _seat_again(done: Round, further: Plan, folder: Path) -> str:
 
 def _seat_key(plan: Plan) -> str:
     """What the plan's seat is kept under."""
-    return as_stated(plan.scene, plan.method).seat_key()
+    return key_of(plan.scene.seat, plan.method.seat)
 
 
 def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress) -> Round:
@@ -163,9 +165,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     """``before``: the round whose seat serves again if nothing of it has become finer."""
     scene, method = plan.scene, plan.method
     if before is not None and _seat_key(before.plan) == _seat_key(plan):
-        seat, reused = before.seat, before.reused
+        seat = before.seat
     else:
-        seat, reused = seat_of(as_stated(scene, method), folder / SEAT_FILE, watch, progress)
+        cache = Cache(folder / SEAT_FILE)
+        seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
     striker = striker_of(scene, method.reed.n_modes)
     dt = method.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
@@ -177,7 +180,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
         left = error_budget(scene, method, seat, striker, result, stress if wanted else None)
-    return Round(plan, seat, reused, striker, result, stress, _at_least_planned(plan, left), rings)
+    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

@@ -57,7 +57,8 @@ _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 def scene_page() -> str:
     """The whole page, as Markdown. A table that stands in several others is described once, at the end."""
-    sections = [(name, table) for name, field in Scene.model_fields.items() for table in _tables(field.annotation)]
+    tables = [(f"[{name}]", table) for name, field in Scene.model_fields.items() for table in _tables(field.annotation)]
+    sections = list(_once(tables))
     inner = dict.fromkeys(
         (name, part)
         for _, table in sections
@@ -65,7 +66,7 @@ def scene_page() -> str:
         for part in _tables(field.annotation)
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
-    parts += [_section(f"[{name}]", table) for name, table in sections]
+    parts += [_section(name, table) for name, table in sections]
     for name, table in _once(inner):
         if table is ByColour:
             parts.append(_FACES)
@@ -113,14 +114,14 @@ def _summary(table: type[BaseModel]) -> str:
 def _holds(field: FieldInfo) -> str:
     if elements := _elements(field):
         return _several(field, elements)
+    if _tables(field.annotation):
+        origin = get_origin(field.annotation)
+        return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     if (quantity := _measured(_notes(field))) is not None:
         return quantity
     options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
-    if _tables(field.annotation):
-        origin = get_origin(field.annotation)
-        return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
 
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import re
 import tomllib
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from pydantic import ValidationError
+from pydantic import ValidationError, create_model
 
 from impact.files.input_files import MB, read_text
+from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.locate import KeyPath, key_lines
-from seatfem.study.scene.models import Scene
+from seatfem.study.scene.models import BODIES, Scene, any_kind
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
 
+_BUILT_IN: Final = kinds_of()
 LIMIT: Final = 1 * MB
 DEEPEST: Final = 32
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
@@ -34,10 +37,20 @@ def load_scene(path: Path | str) -> Scene:
     path = Path(path)
     text = _read(path)
     data = _parse(text, path)
+    model = scene_of(kinds_of())
     try:
-        return Scene.model_validate(data, context={"folder": path.parent})
+        return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
-        raise SceneError(explain(error, Scene, data, path, _lines(text))) from None
+        raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+@lru_cache
+def scene_of(kinds: tuple[type[Structure], ...]) -> type[Scene]:
+    """A scene whose bodies may be of these kinds: those of the program, and what else is defined by now."""
+    if kinds == _BUILT_IN:
+        return Scene
+    fields: Any = {name: (any_kind(kinds), Scene.model_fields[name]) for name in BODIES}
+    return create_model("Scene", __base__=Scene, **fields)
 
 
 def located(error: SceneError, path: Path) -> SceneError:

@@ -1,62 +1,29 @@
-"""The tables of a scene beside [seat], and the scene itself."""
+"""The tables of a scene beside its structures, and the scene itself."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
-from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, Union
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import (
-    Approach,
-    DampingRatio,
-    Fraction,
-    Gap,
-    KeyProblem,
-    Length,
-    Mass,
-    Table,
-    Time,
-    default,
-)
-from seatfem.machine.code import numerics_version
-from seatfem.structures.kinds.parts import Material
-from seatfem.structures.kinds.seats import ElasticSeat, GreensFile, Seat
+from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default
+from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.scene.laws import AnyLaw
 
 
-class Release(Table):
-    """How the reed starts: at rest, in the static shape under a force at its tip."""
-
-    tip_deflection: Length = Field(description="deflection of the tip, away from the seat")
-
-
-class Cantilever(Table):
-    """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
-
-    kind: Literal["cantilever"]
-    length: Length = Field(description="free length")
-    width: Length = default("10 mm", "width")
-    thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
-    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
-    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
-    release: Release = Field(description="how the reed starts")
+def any_kind(kinds: tuple[type[Structure], ...]) -> Any:
+    """One of these kinds of structures, by its ``kind``."""
+    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
 
 
-class RigidMass(Table):
-    """A rigid striker in free flight, as in a drop test."""
-
-    kind: Literal["rigid_mass"]
-    mass: Mass = Field(description="mass")
-    velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
-
-
-Reed = Annotated[Cantilever | RigidMass, Field(discriminator="kind")]
+if TYPE_CHECKING:
+    Body = Structure
+else:
+    Body = any_kind(kinds_of())  # of those that the program has of its own
+BODIES: Final = ("seat", "reed")
+"""The roles: tables that take any kind of structure."""
 
 
 class Contact(Table):
@@ -65,6 +32,9 @@ class Contact(Table):
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
+    preload: bool = Field(
+        False, strict=True, description="whether the bodies start in equilibrium with the reed's loads and each other"
+    )
     rings: int = Field(
         1,
         strict=True,
@@ -123,26 +93,34 @@ class Scene(Table):
     """One impact: a reed, a seat, and how long to watch. All values are SI floats."""
 
     title: str = Field("", description="for reports and pictures")
-    seat: Seat = Field(description="what is struck")
-    reed: Reed = Field(description="what strikes")
+    seat: Body = Field(description="what is struck")
+    reed: Body = Field(description="what strikes")
     contact: Contact = default({}, "where and how the two touch")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
 
     @model_validator(mode="after")
+    def _in_their_roles(self) -> Self:
+        """What is struck is at rest, and what strikes moves."""
+        if self.seat.motion:
+            raise KeyProblem(f"seat.{self.seat.motion}", "what is struck is at rest; remove the key, or strike with it")
+        reed, moved_by = self.reed, self.reed.moved_by
+        if not moved_by:
+            raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
+        if not reed.motion:
+            others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
+            words = type(reed).model_fields[moved_by[0]].description or ""
+            raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
+        return self
+
+    @model_validator(mode="after")
     def _contact_on_the_reed(self) -> Self:
-        at = self.contact.at
-        if at is None:
-            return self
-        if isinstance(self.reed, RigidMass):
-            raise KeyProblem("contact.at", "a rigid mass has no positions; remove the key")
-        if at > self.reed.length:
-            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reed.length:g} m")
+        self.reed.check_contact(self.contact.at)
         return self
 
     @model_validator(mode="after")
     def _rings_of_a_patch(self) -> Self:
-        if self.contact.rings > 1 and not isinstance(self.seat, ElasticSeat | GreensFile):
+        if self.contact.rings > 1 and not self.seat.has_rings:
             raise KeyProblem(
                 "contact.rings",
                 f"of a seat of kind {self.seat.kind!r} no patch is known that could be divided; remove the key",
@@ -151,31 +129,8 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _stress_of_what_bends(self) -> Self:
-        if isinstance(self.reed, RigidMass) and "stress" in self.accuracy.measures:
-            raise KeyProblem(
-                "accuracy.measures",
-                "a rigid mass does not bend, it has no stress: remove it, or use a cantilever",
-            )
+        if "stress" in self.accuracy.measures and not self.reed.has_stress:
+            name = self.reed.kind.replace("_", " ")
+            bends = "has no stress that is known" if self.reed.reach else "does not bend, it has no stress"
+            raise KeyProblem("accuracy.measures", f"a {name} {bends}: remove it, or use a cantilever")
         return self
-
-    def seat_key(self) -> str:
-        """A hash of everything the seat's Green's function depends on, the code included; files count by content, not
-        by name, with all that they include."""
-        seat = self.seat.model_dump(mode="json")
-        if self.contact.rings > 1:
-            seat["rings"] = self.contact.rings
-        for key in type(self.seat).model_fields:
-            if isinstance(file := getattr(self.seat, key), Path):
-                from seatfem.structures.formats.includes import (
-                    with_included,  # with readers that take half a second to load
-                )
-
-                parts = [_hash(part) for part in with_included(file)]
-                seat[key] = parts[0] if len(parts) == 1 else sorted(parts)
-        text = json.dumps([numerics_version(), seat], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _hash(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -11,15 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Final, get_args
+from typing import Final
 
 from impact.march.engines import Engine
-from seatfem.structures.seats.levels import Level, applicable
-from seatfem.structures.seats.needs import PER_WAVELENGTH
-from seatfem.structures.seats.solids import solid
-from seatfem.study.method import is_given
-from seatfem.study.scene import BarSeat, Cantilever, DrawnSeat, ElasticSeat, Matrices, Rod, Scene
-from seatfem.study.trade.column import column_of
+from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.levels import PER_WAVELENGTH
+from seatfem.structures.method import AnyLevel, Method
+from seatfem.study.method import BAND, is_given, stated_method
+from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point
 from seatfem.study.trade.settings import Settings, written
 
@@ -44,7 +43,7 @@ class Centre:
     ``level``: the cheapest that leaves nothing out; ``None`` for seats that are not drawn.
     """
 
-    level: Level | None
+    level: AnyLevel | None
     size: float | None
     contact_size: float | None
     bandwidth: float | None
@@ -68,26 +67,25 @@ class Centre:
 
 def centre_of(scene: Scene) -> Centre:
     """What the file states; what it leaves open follows the filter's band, the waves in it and the struck face."""
-    seat, reed = scene.seat, scene.reed
-    n_modes = reed.n_modes if isinstance(reed, Cantilever) else None
-    if not isinstance(seat, ElasticSeat | Matrices):
+    seat, n_modes = scene.seat, scene.reed.beam_modes
+    stated = stated_method(scene).seat
+    if not seat.is_reduced:
         return Centre(None, None, None, None, None, n_modes)
-    given, tolerance = is_given(scene, "seat.greens.bandwidth"), seat.greens.tolerance
-    bandwidth = seat.greens.bandwidth if given else BAND_PER_FILTER / scene.run.filter_width
-    if not isinstance(seat, DrawnSeat):
-        return Centre(None, None, None, bandwidth, tolerance, n_modes)
-    level = next(a.level for a in applicable(seat) if a.applies and a.error == 0.0)
-    size, contact = _sizes(seat, level, bandwidth)
+    given = stated.bandwidth if is_given(scene, BAND) else None
+    bandwidth = given or BAND_PER_FILTER / scene.run.filter_width
+    if not seat.is_drawn:
+        return Centre(None, None, None, bandwidth, stated.tolerance, n_modes)
+    level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
+    tolerance, (size, contact) = stated.tolerance, _sizes(seat, stated, level, bandwidth)
     return Centre(level, size, contact, bandwidth, tolerance, n_modes)
 
 
-def _sizes(seat: DrawnSeat, level: Level, bandwidth: float) -> tuple[float, float]:
+def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
     """Bulk and contact: `ACROSS` the column's height and the patch's width, and what the slowest wave needs."""
-    slowest = min(solid(m).c_s for m in (seat.material, *seat.materials.values()))
-    wave, column = slowest / (PER_WAVELENGTH[level] * bandwidth), column_of(seat)
+    wave, column = seat.slowest / (PER_WAVELENGTH[seat.discrete(level)] * bandwidth), seat.column()
     across = ACROSS[level in SOLID]
-    size = seat.mesh.size or (wave if column is None else min(wave, column.height / across))
-    contact = seat.mesh.contact_size or (0.4 * size if column is None else min(size, column.width / across))
+    size = stated.size or (wave if column is None else min(wave, column.height / across))
+    contact = stated.contact_size or (0.4 * size if column is None else min(size, column.width / across))
     return size, min(contact, size)
 
 
@@ -107,13 +105,10 @@ _QUICK: Final = ("order 1", "reed modes 10", "2 steps per filter", "32 steps per
 def _by_hand(scene: Scene) -> Iterator[Point]:
     """The column as a spring and as a rod."""
     seat = scene.seat
-    if isinstance(seat, Rod):
-        stiffness = seat.young * seat.cross_section / seat.length
-        yield _spring_point("spring, E A/L", stiffness)
-    if not isinstance(seat, DrawnSeat) or (column := column_of(seat)) is None:
+    if (column := seat.column()) is None:
         return
-    yield _spring_point("spring, column E A/h", column.stiffness)
-    if isinstance(seat, BarSeat):  # its column is what the level "rod" is
+    yield _spring_point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", column.stiffness)
+    if seat.closed_form() is not None:  # its column is what the rod is
         return
     rod = {
         "kind": "rod",
@@ -121,7 +116,7 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
         "density": f"{column.density!r} kg/m^3",
         "length": f"{column.height!r} m",
         "area": f"{column.area!r} m^2",
-        "damping_ratio": seat.damping_ratio,
+        "damping_ratio": seat.loss,
     }
     yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
 
@@ -135,11 +130,9 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
     if centre.size is None:
         yield Point("as given", "as given", "diagonal", centre.settings())
         return
-    assert isinstance(scene.seat, DrawnSeat)
-    if "spring" in get_args(type(scene.seat).model_fields["model"].annotation):
-        for k in (-1, 0):
-            yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
-    for found in applicable(scene.seat):
+    for k in (-1, 0):
+        yield replace(_rung(replace(centre, level=None), "spring", k), name=_name("spring, statics", k))
+    for found in scene.seat.levels():
         if found.applies and found.error > 0:  # a closed form: nothing to refine
             yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
         elif found.applies and found.level != centre.level:
@@ -195,7 +188,7 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
         for tolerance in TOLERANCES:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
         yield from (replace(p, settings={**base, **p.settings}) for p in _roads(scene, centre, family))
-    if isinstance(scene.reed, Cantilever):
+    if scene.reed.beam_modes is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
     yield from _in_time(scene, base, family)
@@ -208,7 +201,7 @@ def _roads(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
     seat = scene.seat
     for road in ("krylov", "modes", "second_order"):
         yield Point(f"road {road}", family, "road", {"seat.greens.method": road})
-    if isinstance(seat, ElasticSeat) and seat.damping_ratio == 0 and seat.rayleigh is not None:
+    if seat.loss == 0 and seat.loss_at(1.0) > 0:
         yield Point("road transient", family, "road", {"seat.greens.method": "transient"})
     hexes = {"seat.mesh.shape": "hex"}
     if solid_level(centre):
@@ -226,7 +219,7 @@ def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
     number = max(2, min(64, math.floor(ENGINE_STEPS * width / duration)))
     step = written("run.time_step", width / number)
     for engine in ENGINES:
-        if engine != "poles" or not isinstance(scene.seat, Rod):
+        if engine != "poles" or scene.seat.is_drawn or scene.seat.column() is None:  # of a rod by hand there are none
             yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
 
 

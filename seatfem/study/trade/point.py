@@ -19,10 +19,10 @@ from impact.march.engines import Engine
 from seatfem.jobs.worker import end_with_parent
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.seats.seat import build_seat
 from seatfem.study.impacts.contact import check_length, check_step, run_contact, stress_of, striker_of, time_step
 from seatfem.study.impacts.measures import measured
-from seatfem.study.method import as_stated, stated_method
+from seatfem.study.impacts.seat import seat_of
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.trade.settings import Settings, scene_with
 
@@ -97,7 +97,7 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
 def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float], dict[str, object]]:
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
-    seat = build_seat(as_stated(scene, method), watch, mesh_error=False)
+    seat = seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
     striker = striker_of(scene, method.reed.n_modes)
     longest = scene.run.filter_width / point.least_steps
     step = method.time_step or min(longest, time_step(scene, striker.greens, seat.greens))

@@ -12,7 +12,7 @@ from typing import Final
 from impact.brief import brief
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
-from seatfem.structures.seats.store import Store
+from seatfem.structures.store import Store
 from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene

@@ -1,0 +1,43 @@
+"""From a structure and a method to its Green's function: computed, or found where it was computed before."""
+
+from __future__ import annotations
+
+from impact.progress import Progress, silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.cache import Cache
+from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.method import Method
+from seatfem.structures.solved import Solved
+
+__all__ = ["Cache", "Solved", "build"]
+
+
+def build(
+    structure: Structure,
+    method: Method,
+    duration: float,
+    cache: Cache | None = None,
+    *,
+    watch: Stopwatch | None = None,
+    progress: Progress = silent,
+    mesh_error: bool = True,
+) -> Solved:
+    """A structure's Green's function.
+
+    Args:
+        structure: of any kind.
+        method: how it is computed.
+        duration: of the runs that it must serve [s].
+        cache: where it may be, and is kept; ``None``: it is computed.
+        watch: for the time of each stage.
+        progress: told of each stage.
+        mesh_error: whether a drawn body is solved on a coarser mesh, too.
+
+    Raises:
+        What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+    """
+    found = None if cache is None else cache.find(structure, method, duration)
+    if found is not None:
+        return found
+    solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+    return solved if cache is None else cache.keep(structure, method, solved)

@@ -1,0 +1,152 @@
+"""Structures computed before: in a file of the run, or in the store, by the hash of all they depend on."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from impact.greens.base import GreensFunction
+from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.method import Method
+from seatfem.structures.rings import rings_of, with_fewer_rings
+from seatfem.structures.solved import Solved
+from seatfem.structures.store import Store, StoreError, Tell, content_key
+
+# h5py takes long to load, and is rarely needed: what reads and writes functions is imported by what does so.
+
+
+class CacheWarning(UserWarning):
+    """Something in the cache that could not be used, or not be put there; it costs time, no result."""
+
+
+def warn(text: str) -> None:
+    """As a `CacheWarning`."""
+    warnings.warn(text, CacheWarning, stacklevel=4)
+
+
+def key_of(structure: Structure, method: Method) -> str:
+    """A hash of everything a structure's Green's function depends on, the code included.
+
+    Files count by content, not by name, with all that they include; what the method leaves open counts not at all.
+    """
+    how = {key: value for key, value in vars(method).items() if value is not None and key != "n_modes"}
+    if how.get("rings") == 1:
+        del how["rings"]
+    parts: dict[str, object] = {**structure.content(), "method": how}
+    for key in type(structure).model_fields:
+        if isinstance(file := getattr(structure, key), Path):
+            from seatfem.structures.formats.includes import with_included  # with readers that take half a second
+
+            parts[key] = sorted(_hash(part) for part in with_included(file))
+    return content_key(parts)
+
+
+def _hash(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def at(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
+    """The function at ``path``, if it has this key, is sealed and sound, and is known for a run of ``duration`` [s].
+
+    What is sound and another's is no news.
+    """
+    if not path.is_file():
+        return None
+    from impact.storage.hdf5 import OtherKeyError, StorageError, load_greens
+
+    try:
+        return _serving(load_greens(path, key=key), key, duration)
+    except OtherKeyError:
+        return None
+    except (StorageError, OSError) as problem:
+        if tell is not None:
+            tell(f"not used again: {problem}")
+        return None
+
+
+def key_at(path: Path) -> str:
+    """Which structure the function at ``path`` says it is; "" where none can be read."""
+    from impact.storage.hdf5 import StorageError, load_greens
+
+    try:
+        return str(load_greens(path).provenance.get("seat_key", ""))
+    except (StorageError, OSError):
+        return ""
+
+
+def _serving(greens: GreensFunction | None, key: str, duration: float) -> GreensFunction | None:
+    """``greens``, if it is there, has this key and is known for a run of ``duration`` [s]."""
+    if greens is None or greens.provenance.get("seat_key") != key:
+        return None
+    return greens if greens.valid_for >= duration * (1 - 1e-9) else None
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Where computed structures are looked for and kept.
+
+    A store that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
+    of another key: it is computed again.
+
+    Attributes:
+        path: file of the run, which holds the function afterwards, whatever its origin.
+        store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
+            coarser mesh and of the patch in rings, so that error bars stay known.
+    """
+
+    path: Path
+    store: Store = field(default_factory=lambda: Store.default(warn))
+
+    def find(self, structure: Structure, method: Method, duration: float) -> Solved | None:
+        """What was computed before and serves a run of ``duration`` [s]."""
+        key, own = key_of(structure, method), self._is_own(structure)
+        here = at(self.path, key, duration, None if own else warn)
+        found = here if here is not None else _serving(self.store.get(key), key, duration)
+        if found is None:
+            return None
+        if found is not here:
+            from impact.storage.hdf5 import save_greens
+
+            save_greens(found, self.path, key=key)
+        return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {self.path.name}"})
+
+    def keep(self, structure: Structure, method: Method, solved: Solved) -> Solved:
+        """``solved``, its function marked with its key and on file."""
+        from impact.storage.hdf5 import save_greens
+
+        key, greens = key_of(structure, method), solved.greens
+        if not greens.closed_form:  # one costs nothing to make again
+            greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
+        if structure.is_meshed and not greens.closed_form:
+            try:
+                if solved.in_rings is not None:  # first: a function without it would lose its error bars
+                    self.store.put(_beside(key), solved.in_rings)
+                self.store.put(key, greens)
+            except StoreError as problem:
+                warn(f"the seat is not kept for later runs: {problem}")
+        if not self._is_own(structure):
+            save_greens(greens, self.path, key=key)
+        return replace(solved, greens=greens)
+
+    def _is_own(self, structure: Structure) -> bool:
+        """Whether the file of the run is one that the structure itself is read from."""
+        return self.path.resolve() in structure.files()
+
+
+def _beside(key: str) -> str:
+    """The key of the model that tells the errors of mesh and patch."""
+    return hashlib.sha256(f"beside {key}".encode()).hexdigest()
+
+
+def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Mapping[str, object]) -> Solved:
+    """With the model in rings; one that states a ratio of the two meshes' sizes is of a coarser mesh."""
+    stated = None if beside is None else beside.provenance.get("refinement")
+    if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
+        return Solved(found, in_rings=beside, about=about, reused=True)
+    coarser = with_fewer_rings(beside, rings_of(found))
+    return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)

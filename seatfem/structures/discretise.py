@@ -1,0 +1,134 @@
+"""From a drawn structure to mesh and matrices, at the level of modelling that was chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from impact.progress import Progress, silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
+from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.opened import naming
+from seatfem.structures.kinds.parts import AnySupport
+from seatfem.structures.levels import COARSENING
+from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
+from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.method import Level, Method
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.shapes import GeometryError
+
+AnyMesh = SeatMesh | MeridianMesh
+
+
+def draw(
+    body: Drawn,
+    spec: MeshSpec,
+    level: Level,
+    progress: Progress = silent,
+    gmsh: Gmsh = run_gmsh,
+    method: Method | None = None,
+) -> AnyMesh:
+    """The mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
+
+    ``method``: of the reduction, which tells the memory that is needed; by default as the body's table states it.
+    """
+    try:
+        check_before_meshing(body, spec, level, method)
+        if level in ("axisymmetric", "harmonics"):
+            return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
+        return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)
+    except (GeometryError, MeshingError) as error:
+        named = next((text for file in body.files() if (text := naming(file, str(error))) != str(error)), None)
+        if named is not None:
+            raise type(error)(named) from error
+        raise
+
+
+def draw_both(
+    body: Drawn, spec: MeshSpec, level: Level, watch: Stopwatch, progress: Progress, *, method: Method, coarser: bool
+) -> tuple[AnyMesh, AnyMesh | None]:
+    """The mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
+    with GmshSession() as gmsh:
+        with watch("mesh"):
+            mesh = draw(body, spec, level, progress, gmsh, method)
+        if not coarser:
+            return mesh, None
+        with watch("mesh error"):
+            coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+            return mesh, draw(body, coarse, level, gmsh=gmsh, method=method)
+
+
+def matrices(
+    body: Elastic, mesh: AnyMesh, level: Level, progress: Progress = silent, *, rings: int = 1
+) -> SecondOrderModel:
+    """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level."""
+    try:
+        return _assembled(body, mesh, level, rings, progress)
+    except ModelError as error:
+        place = next(iter(body.files()), None) if body.given_mesh else f"seat.model = {level!r}"
+        raise ModelError(f"{place}: {error}") from error
+
+
+def _assembled(body: Elastic, mesh: AnyMesh, level: Level, rings: int, progress: Progress) -> SecondOrderModel:
+    if isinstance(mesh, MeridianMesh):
+        return assemble_axisymmetric(
+            mesh,
+            body.solids(regions_of(mesh)),
+            sliding=sliding_faces(body),
+            supports=supports_of(body),
+            rayleigh=rayleigh_of(body),
+            rings=rings,
+            progress=progress,
+        )
+    copies = body.copies.get(level, 1)
+    cuts = ("symmetry_0", "symmetry_1") if copies > 1 else ()
+    return assemble(
+        mesh,
+        body.solids(regions_of(mesh)),
+        fixed=("fixed",) if body.clamped else (),
+        sliding=(*sliding_faces(body), *cuts),
+        supports=supports_of(body),
+        mass="nodal" if mesh.shape == "hexahedron" else "consistent",
+        rayleigh=rayleigh_of(body),
+        ports={"contact": body.struck_face},
+        copies=copies,
+        rings=rings,
+        progress=progress,
+    )
+
+
+def rayleigh_of(body: Elastic) -> tuple[float, float] | None:
+    """(alpha [1/s], beta [s]), or ``None``."""
+    return None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
+
+
+def sliding_faces(body: Elastic) -> tuple[str, ...]:
+    """Names of the faces that cannot leave their planes."""
+    return tuple(support.on for support in body.supports if support.kind == "sliding")
+
+
+def supports_of(body: Elastic) -> tuple[Support, ...]:
+    """What holds the body beside its fixed and sliding faces."""
+    return tuple(found for support in body.supports if (found := _support(support)) is not None)
+
+
+def _support(given: AnySupport) -> Support | None:
+    match given.kind:
+        case "foundation":
+            return Foundation(given.on, given.normal, given.tangential)
+        case "dashpot":
+            return Dashpot(given.on, given.normal, given.tangential)
+        case "bolted":
+            return Bolted(given.on, given.normal, given.tangential)
+        case "absorbing":
+            return Absorbing(given.on, given.centre)
+        case "sliding":
+            return None

@@ -1,0 +1,188 @@
+"""What the Green's function of a body of finite elements costs: seconds by stage, and bytes at the peak."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from seatfem.machine.rates import Machine
+from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
+from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.levels import COARSENING, DISCRETE
+from seatfem.structures.method import Method
+from seatfem.structures.rings import rings_behind
+from seatfem.structures.shapes.profile import profile_of
+
+if TYPE_CHECKING:
+    from seatfem.structures.mesh.seat_mesh import SeatMesh
+
+__all__ = ["ALL_MODES", "DISCRETE", "PORTS_POWER", "TOLERANCE_POWER", "Numbers", "SeatModel", "seat_model"]
+
+SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
+SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
+SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
+FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
+ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
+FAST: Final = 1.8  # speed of pressure waves over that of shear waves
+PORTS_POWER: Final = 0.6  # of the number of rings in the number of vectors
+TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
+HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
+HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
+STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
+ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatfem.structures.reduction.modal` says
+
+
+@dataclass(frozen=True)
+class SeatModel:
+    """A seat's finite elements in numbers.
+
+    Attributes:
+        sizes: of the mesh.
+        vectors: Krylov vectors, of one harmonic.
+        runs: harmonics, 1 elsewhere.
+        section: whether it is a half section.
+        hexahedra: whether elements are hexahedra or quadrilaterals.
+        drawn: whether gmsh makes the mesh.
+    """
+
+    sizes: Sizes
+    vectors: float
+    runs: float = 1.0
+    section: bool = False
+    hexahedra: bool = False
+    drawn: bool = True
+
+    def stricter(self, ratio: float) -> SeatModel:
+        """With the tolerance of the reduction times ``ratio``."""
+        return replace(self, vectors=min(self.vectors * ratio**TOLERANCE_POWER, self.sizes.counts.dof))
+
+    @property
+    def poles(self) -> float:
+        """Poles of its Green's function."""
+        return 0.85 * self.vectors * self.runs
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """A body's finite elements, as far as its kind tells them.
+
+    Attributes:
+        sizes: of the mesh.
+        modes: in the band, by Weyl's law.
+        harmonics: reduced one by one; 1 where there are none.
+        section: whether it is a half section.
+        hexahedra: whether elements are hexahedra or quadrilaterals.
+        drawn: whether gmsh makes the mesh.
+    """
+
+    sizes: Sizes
+    modes: float
+    harmonics: float = 1.0
+    section: bool = False
+    hexahedra: bool = False
+    drawn: bool = True
+
+
+def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
+    """The finite elements of a structure by a method, with elements ``coarser`` times as large; ``None``: no such.
+
+    ``duration``: of the run [s].
+    """
+    found = structure.numbers(method, coarser)
+    if found is None:
+        return None
+    rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
+    vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
+    vectors = min(vectors, found.sizes.counts.dof)
+    return SeatModel(found.sizes, vectors, found.harmonics, found.section, found.hexahedra, found.drawn)
+
+
+def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
+    """Of a body that gmsh meshes, by what is known of its size field."""
+    assert method.bandwidth is not None
+    level, spec = body.discrete(method.level), body.mesh_spec(method)
+    spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
+    sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
+    section, inside = level in ("axisymmetric", "harmonics"), body.measures_inside(level)
+    modes = (_of_area if section else _of_volume)(inside, method.bandwidth, body.slowest)
+    around = 1.0
+    if level == "harmonics":
+        lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
+        around = max(FEWEST_HARMONICS, 0.9 * lengths)
+    return Numbers(sizes, modes, around, section, spec.shape == "hex")
+
+
+def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
+    """Of a mesh that is given; ``slowest``: of its waves [m/s]."""
+    assert method.bandwidth is not None
+    return Numbers(_sizes_of(mesh), _of_volume(mesh.quality.volume, method.bandwidth, slowest), drawn=False)
+
+
+def highest_pole(model: SeatModel | None, tolerance: float) -> float:
+    """Frequency of the highest pole of a reduction, over the band edge."""
+    if model is not None and model.sizes.counts.dof <= ALL_MODES:
+        return HIGHEST_OF_ALL
+    stricter = STRICTER if model is not None and model.runs > 1 else 1.0
+    return HIGHEST * math.sqrt(stricter / tolerance)
+
+
+def _of_area(area: float, band: float, slow: float) -> float:
+    """Modes in the band of a section, Weyl's law: A k^2 (1/c_s^2 + 1/c_p^2)/(4 pi), k = 2 pi times the bandwidth."""
+    return area * (2 * math.pi * band) ** 2 * (slow**-2 + (FAST * slow) ** -2) / (4 * math.pi)
+
+
+def _of_volume(volume: float, band: float, slow: float) -> float:
+    """The same of a solid, V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
+
+    Source: M. Dupuis, R. Mazo, L. Onsager, J. Chem. Phys. 33 (1960) 1452.
+    """
+    return volume * (2 * math.pi * band) ** 3 * (2 * slow**-3 + (FAST * slow) ** -3) / (6 * math.pi**2)
+
+
+def krylov_vectors(structure: Structure, method: Method, duration: float, modes: float) -> float:
+    """Of one port: a law fitted to bodies of all levels (within a third of them), the undamped ones only roughly."""
+    assert method.bandwidth is not None
+    k, memory = 2 * math.pi * method.bandwidth, structure.memory(method, duration)
+    modes = min(modes, method.bandwidth * memory)
+    ratio = min(1.0, structure.loss_at(k) + 0.15 / (k * memory))
+    return float(3.2 * (modes + 8) ** 0.4 * ratio**-0.286 * method.tolerance**TOLERANCE_POWER)
+
+
+@lru_cache(maxsize=1)
+def _sizes_of(mesh: SeatMesh) -> Sizes:
+    surface = float(mesh.mesh.boundary_facets().size)
+    return Sizes(mesh.quality.elements, mesh.quality.nodes, surface, counts_of(mesh))
+
+
+def seat_seconds(model: SeatModel, rates: Machine, *, static: bool = False) -> Mapping[str, float]:
+    """Mesh, assembly and reduction [s]; ``static``: a factorization alone."""
+    counts, sizes = model.sizes.counts, model.sizes
+    weight = SECTION_ELEMENT if model.section else (HEXAHEDRON if model.hexahedra else 1.0)
+    effort = SECTION_FACTOR if model.section else 1.0
+    assembly = counts.nnz * rates.entry * (SECTION_ENTRY if model.section else 1.0)
+    n, vectors = counts.dof, 1.0 if static else model.vectors
+    factor = rates.factor_start + effort * rates.factor * n**1.47
+    vector = effort * rates.solve * n ** (4 / 3) + rates.product * counts.nnz + rates.check + rates.inner * n * vectors
+    mesh = (rates.meshing_start if model.drawn else 0.0) + sizes.elements * weight * rates.element
+    if model.runs == 1.0:
+        return {"mesh": mesh, "assembly": assembly, "reduction": factor + vectors * vector}
+    around = model.runs * (factor + vectors * vector + assembly) + STATIC_HARMONICS * (factor + assembly)
+    return {"mesh": mesh, "reduction": around}
+
+
+def coarse_of(structure: Structure, method: Method, duration: float) -> SeatModel | None:
+    """The coarser one behind the mesh error, where there is one."""
+    return seat_model(structure, method, duration, COARSENING) if structure.is_drawn else None
+
+
+def seat_memory(model: SeatModel) -> tuple[float, float]:
+    """Bytes at the peak of the reduction, and those that stay: matrices, modes, mesh."""
+    counts = model.sizes.counts
+    room = ROOM * 2 ** max(0, math.ceil(math.log2(max(model.vectors, 1.0) / ROOM)))
+    peak = memory_need(counts).factorized + 8 * counts.dof * max(0.0, room - KRYLOV_VECTORS)
+    return peak, MATRIX_ENTRY * (counts.nnz + counts.mass_nnz) + 8 * 60 * counts.dof

@@ -1,0 +1,214 @@
+"""Structures of finite elements: from mesh or drawing to the Green's function, with the error of the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import ErrorEstimate, GreensFunction
+from impact.progress import Progress
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.counts.memory_need import check_elastic
+from seatfem.structures.discretise import (
+    AnyMesh,
+    draw_both,
+    matrices,
+    rayleigh_of,
+    sliding_faces,
+    supports_of,
+)
+from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.levels import COARSENING, NAMES
+from seatfem.structures.mesh.meridian import MeridianMesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.method import Method
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.greens import reduce_model
+from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.reducer import Reduction
+from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.rings import rings_behind, with_fewer_rings
+from seatfem.structures.solved import Solved
+from seatfem.structures.static_spring import static_greens
+from seatfem.structures.statics import without_waves
+
+LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
+MESH_SAFETY: Final = 1.75  # found by benchmarks/honesty.py: 98 % of its seats are covered, and all of those held out
+RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
+SPRING: Final = "static compliance of the finite elements, a spring"
+
+
+def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: float, progress: Progress) -> Reduction:
+    """A model of a body, reduced as its method says, for runs of ``duration`` [s]."""
+    assert method.bandwidth is not None
+    return reduce_model(
+        model,
+        bandwidth=method.bandwidth,
+        duration=body.memory(method, duration),
+        tolerance=method.tolerance,
+        damping_ratio=body.damping_ratio,
+        method=method.reduction,
+        max_vectors=method.max_vectors,
+        progress=progress,
+    )
+
+
+def from_mesh(
+    body: Elastic, mesh: SeatMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
+) -> Solved:
+    """On a mesh that is given, with the patch in rings on the same mesh."""
+    rings = method.rings or 1
+    solved = _solved(body, mesh, method, duration, watch, progress)
+    if rings_behind(rings) == rings:
+        return replace(solved, in_rings=solved.greens)
+    with watch("patch error"):
+        return replace(solved, in_rings=_in_rings(body, mesh, method, duration, progress))
+
+
+def _in_rings(
+    body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
+) -> GreensFunction | None:
+    """The patch in rings on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
+    rings = rings_behind(method.rings or 1)
+    loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE), rings=rings)
+
+    def quiet(stage: str, done: float) -> None:
+        progress("patch in rings, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    try:
+        return _solved(body, mesh, loose, duration, Stopwatch(), quiet).greens
+    except ConvergenceError:
+        return None
+    finally:
+        progress("patch in rings, for the error estimate", 1.0)
+
+
+def from_geometry(
+    body: Drawn, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool
+) -> Solved:
+    """On the mesh of a drawing at the level of its method.
+
+    With ``mesh_error`` it is solved once more on a mesh coarser by `COARSENING`. Their difference after the Hann pulse
+    of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times `MESH_SAFETY`, is
+    the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
+    """
+    level = body.discrete(method.level)
+    reason = next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+    about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
+    spec = body.mesh_spec(method)
+    mesh, coarse = draw_both(body, spec, level, watch, progress, method=method, coarser=mesh_error)
+    solved = _solved(body, mesh, method, duration, watch, progress)
+    solved = replace(solved, about={**solved.about, **about})
+    if coarse is None:
+        return solved
+    with watch("mesh error"):
+        return _with_mesh_error(body, coarse, method, duration, solved, progress)
+
+
+def _solved(
+    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
+) -> Solved:
+    level = body.discrete(method.level)
+    if level == "harmonics":
+        return _around(body, mesh, method, duration, watch, progress)
+    check_elastic(body, mesh, level, method.reduction)
+    with watch("assembly"):
+        model = matrices(body, mesh, level, progress, rings=method.rings or 1)
+    about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
+    if method.level == "spring":
+        with watch("reduction"):
+            spring = static_greens(model, body.damping_ratio)
+        return Solved(_from_mesh(spring, mesh), None, mesh, model, about={**about, "seat_model": SPRING})
+    with watch("reduction"):
+        reduction = reduced(body, model, method, duration, progress)
+    return Solved(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
+
+
+def _around(
+    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
+) -> Solved:
+    """An arc of the ring, by Fourier harmonics."""
+    arc = body.struck_arc
+    assert arc is not None
+    assert method.bandwidth is not None
+    with watch("reduction"):
+        try:
+            greens = ring_greens(
+                mesh,
+                body.solids(regions_of(mesh)),
+                {"contact": RingPatch(0.0, arc)},
+                bandwidth=method.bandwidth,
+                duration=body.memory(method, duration),
+                tolerance=method.tolerance,
+                damping_ratio=body.damping_ratio,
+                max_vectors=method.max_vectors,
+                sliding=sliding_faces(body),
+                supports=supports_of(body),
+                rayleigh=rayleigh_of(body),
+                rings=method.rings or 1,
+                progress=progress,
+            )
+        except ConvergenceError as error:
+            raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
+    about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
+    if method.level == "spring":
+        greens, about = without_waves(greens), {**about, "seat_model": SPRING}
+    return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
+    quality = mesh.quality
+    return {
+        "seat_nodes": quality.nodes,
+        "seat_elements": quality.elements,
+        "seat_min_scaled_jacobian": quality.min_scaled_jacobian,
+    }
+
+
+def _from_mesh(greens: GreensFunction, mesh: AnyMesh) -> GreensFunction:
+    """``greens`` that knows the mesh it came from."""
+    known = {"mesh": mesh.provenance.source, "mesh_hash": mesh.provenance.content_hash}
+    return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
+
+
+def _with_mesh_error(
+    body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
+) -> Solved:
+    """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
+
+    def quiet(stage: str, done: float) -> None:
+        progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    rings = method.rings or 1
+    coarse = _solved(body, mesh, replace(method, rings=rings_behind(rings)), duration, Stopwatch(), quiet)
+    progress("coarser mesh, for the error estimate", 1.0)
+    assert method.bandwidth is not None
+    width = 1.0 / method.bandwidth
+    t = np.linspace(0.0, min(body.memory(method, duration), 60 * width), 600)
+    fine, other = (with_fewer_rings(g, 1).filtered(t, width) for g in (solved.greens, coarse.greens))
+    difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
+    assert solved.mesh is not None
+    ratio = refinement_of(solved.mesh, mesh)
+    mesh_error = MESH_SAFETY * difference / (ratio - 1)
+    greens, coarser = solved.greens, coarse.greens
+    greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
+    coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
+    about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
+    same = with_fewer_rings(coarser, rings)
+    return replace(solved, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
+
+
+def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
+    """Ratio of the element sizes in truth, from the numbers of elements: at most `COARSENING`, at least 1.1.
+
+    A mesh that the geometry forbids to be coarser, a thin plate or a narrow land, is hardly another one: the little
+    that it changes says little.
+    """
+    ratio = fine.quality.elements / coarse.quality.elements
+    return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))

@@ -1,0 +1,37 @@
+"""The annular seat: a plate with a port and a lip around it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from seatfem.fields import Gap, Length, default
+from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.shapes import AnnularSeat
+
+
+class Annular(Turned):
+    """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
+
+    kind: Literal["annular"]
+    bore_radius: Length = Field(description="radius of the port")
+    lip_width: Length = Field(description="radial width of the lip, its rounded edges included")
+    lip_height: Gap = default("0.5 mm", "height of the lip above the plate; 0 mm for a flat seat")
+    lip_edge_radius: Gap = default("0.1 mm", "radius of the lip's upper edges; 0 mm for sharp ones")
+    outer_radius: Length = default("12 mm", "radius of the plate")
+    thickness: Length = default("8 mm", "thickness of the plate")
+
+    def geometry(self) -> AnnularSeat:
+        return AnnularSeat(
+            bore_radius=self.bore_radius,
+            lip_width=self.lip_width,
+            lip_height=self.lip_height,
+            lip_edge_radius=self.lip_edge_radius,
+            outer_radius=self.outer_radius,
+            thickness=self.thickness,
+        )
+
+    def struck_part(self) -> tuple[float, float, float]:
+        width = self.lip_width - (2 * self.lip_edge_radius if self.lip_height else 0.0)
+        return self.struck_area, width, self.thickness + self.lip_height

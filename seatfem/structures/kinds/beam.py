@@ -1,0 +1,202 @@
+"""Flat reeds and springs: beams in closed form, their release and their loads."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final, Self
+
+from pydantic import Field, model_validator
+
+from impact.advice import Advice
+from impact.bodies.body import Body
+from impact.greens.base import GreensFunction
+from seatfem.fields import Acceleration, DampingRatio, KeyProblem, Length, Position, Table, default
+from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
+from seatfem.structures.kinds.parts import Material
+from seatfem.structures.kinds.structure import Structure
+
+if TYPE_CHECKING:
+    from impact.bodies import reeds
+    from impact.bodies.loads import ReedLoad
+
+STIFFENING: Final = 36 / 35  # of a cantilever under a tip force, over (deflection/length)^2
+DEFLECTED: Final = 0.1  # deflection over length from which on that is 1 %
+SLENDER: Final = 0.2  # thickness over length beyond which a reed is no beam: shear adds 3 % to its compliance
+SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # of the tip's compliance, over (thickness/length)^2; Poisson ratio 0.3
+
+
+class Release(Table):
+    """How a reed starts: at rest, in the static shape under a force at its tip or in the shape of one mode."""
+
+    tip_deflection: Length | None = Field(None, description="deflection of the tip, away from the seat")
+    mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection")
+    deflection: Position | None = Field(None, description="of the tip (or the middle) in that mode")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_way(cls, given: object) -> object:
+        if not isinstance(given, Mapping):
+            return given
+        if "mode" in given or "deflection" in given:
+            if "tip_deflection" in given:
+                raise KeyProblem("tip_deflection", "mode is given too; keep one of the two")
+            for key, other in (("mode", "deflection"), ("deflection", "mode")):
+                if key not in given:
+                    raise KeyProblem(key, f"required key is missing beside {other}")
+        elif "tip_deflection" not in given:
+            raise KeyProblem("tip_deflection", "required key is missing: deflection of the tip, away from the seat")
+        return given
+
+    @property
+    def largest(self) -> float:
+        """Deflection of the tip at the start [m]."""
+        return abs(self.tip_deflection if self.tip_deflection is not None else self.deflection or 0.0)
+
+
+class Beam(Structure):
+    """What all beams have that bend about their thin side."""
+
+    length: Length = Field(description="free length")
+    width: Length = default("10 mm", "width")
+    thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
+    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
+    release: Release | None = Field(None, description="how the reed starts; absent: at rest, under its loads")
+    pressure: AnyPressure | None = Field(None, description="on the whole reed; a constant one may be written as text")
+    point_force: AnyPointForce | None = Field(None, description="on one place of the reed")
+    gravity: Acceleration | None = Field(
+        None, description="component of the acceleration along the normal; negative presses the reed on the seat"
+    )
+
+    @abstractmethod
+    def beam(self) -> reeds.Beam:
+        """The beam in closed form."""
+
+    @property
+    def motion(self) -> str:
+        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        return ("release", "pressure", "point_force", "gravity")
+
+    @property
+    def is_loaded(self) -> bool:
+        return any(load is not None for load in (self.pressure, self.point_force, self.gravity))
+
+    @property
+    def beam_modes(self) -> int | None:
+        return self.n_modes
+
+    @property
+    def loss(self) -> float:
+        return self.damping_ratio
+
+    @property
+    def face(self) -> Face:
+        return Face(self.width, self.material.young, self.material.density)
+
+    @property
+    def reach(self) -> float | None:
+        return self.length
+
+    def closed_form(self) -> GreensFunction | None:
+        return self._body(None, None, moved=False).greens
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+        return self._body(n_modes, at)
+
+    def _body(self, n_modes: int | None, at: float | None, *, moved: bool = True) -> Body:
+        from impact.bodies.reeds import reed  # scenes are read without it
+
+        return reed(
+            self.beam(),
+            damping_ratio=self.damping_ratio,
+            n_modes=n_modes or self.n_modes,
+            contact_at=at,
+            release=self._release() if moved else None,
+            loads=self._loads() if moved else (),
+        )
+
+    def _release(self) -> reeds.Release | None:
+        from impact.bodies.reeds import ModeShape, StaticShape  # as above
+
+        if self.release is None:
+            return None
+        if self.release.tip_deflection is not None:
+            return StaticShape(self.release.tip_deflection)
+        assert self.release.mode is not None
+        assert self.release.deflection is not None
+        return ModeShape(self.release.mode, self.release.deflection)
+
+    def _loads(self) -> list[ReedLoad]:
+        from impact.bodies import loads  # as above
+
+        found: list[ReedLoad] = []
+        if self.pressure is not None:
+            found.append(loads.Pressure(self.pressure.course))
+        if self.point_force is not None:
+            at = self.beam().free_point if self.point_force.at is None else self.point_force.at
+            found.append(loads.PointForce(self.point_force.course, at))
+        if self.gravity is not None:
+            found.append(loads.Gravity(self.gravity))
+        return found
+
+    @model_validator(mode="after")
+    def _force_on_the_reed(self) -> Self:
+        at = None if self.point_force is None else self.point_force.at
+        if at is not None and at > self.length:
+            raise KeyProblem("point_force.at", f"{at:g} m lies beyond the reed, which ends at {self.length:g} m")
+        return self
+
+    def too_thick(self) -> str:
+        if self.thickness <= SLENDER * self.length:
+            return ""
+        return (
+            f"reed.thickness = {1e3 * self.thickness:g} mm over reed.length = {1e3 * self.length:g} mm is "
+            f"{self.thickness / self.length:.2g} (limit {SLENDER:g}): a beam so thick bends by shear too, which is not "
+            "modelled; take a thinner or longer reed, or a rigid mass"
+        )
+
+    def shear_error(self, at: float | None) -> float:
+        """3 EI/(kappa G A L^2), L to the contact.
+
+        Source: S. P. Timoshenko, Phil. Mag. 41 (1921) 744; kappa = 5/6, Poisson ratio 0.3.
+        """
+        return SHEAR * (self.thickness / (self.length if at is None else at)) ** 2
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Of the deflection at release.
+
+        The elastica of a cantilever under a tip force needs (1 + (36/35)(d/L)^2) of the linear force for the deflection
+        d, to second order; of its thickness this is independent. Source: K. E. Bisshopp and D. C. Drucker, Large
+        deflection of cantilever beams, Quart. Appl. Math. 3 (1945) 272.
+        """
+        deflection = 0.0 if self.release is None else self.release.largest
+        if (relative := deflection / self.length) <= DEFLECTED:
+            return ()
+        strain = 1.5 * relative * self.thickness / self.length
+        return (
+            Advice(
+                "release.tip_deflection over reed.length",
+                relative,
+                DEFLECTED,
+                f"the reed's theory is linear; at {deflection / self.thickness:.3g} thicknesses "
+                f"it is stiffer by about {STIFFENING * relative**2:.2g} of itself (strain {strain:.2g}), and "
+                "no bar knows",
+                f"release it from at most {1e3 * DEFLECTED * self.length:.3g} mm, or take a longer reed",
+            ),
+        )
+
+    def assumed(self) -> tuple[str, ...]:
+        from impact.pictures.drawing import text  # of runs only
+
+        values = {
+            "width": text(self.width, "m"),
+            "thickness": text(self.thickness, "m"),
+            "material": f"{text(self.material.young, 'Pa')}, {self.material.density:g} kg/m^3",
+        }
+        return tuple(f"reed.{key} = {value}" for key, value in values.items() if key not in self.model_fields_set)

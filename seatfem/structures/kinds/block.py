@@ -1,0 +1,41 @@
+"""The block with a rectangular patch."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from seatfem.fields import Length
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.levels import QUARTERS
+from seatfem.structures.shapes import Block
+
+
+class BlockSeat(Drawn):
+    """A block with a rectangular contact patch in the middle of its top."""
+
+    kind: Literal["block"]
+    width: Length = Field(description="side of the block")
+    depth: Length = Field(description="other side of the block")
+    thickness: Length = Field(description="height of the block")
+    patch_width: Length = Field(description="side of the contact patch, along width")
+    patch_depth: Length = Field(description="other side of the contact patch, along depth")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    def geometry(self) -> Block:
+        return Block(
+            width=self.width,
+            depth=self.depth,
+            thickness=self.thickness,
+            patch_width=self.patch_width,
+            patch_depth=self.patch_depth,
+        )
+
+    def struck_part(self) -> tuple[float, float, float]:
+        sides = (self.patch_width, self.patch_depth)
+        return sides[0] * sides[1], min(sides), self.thickness
+
+    @property
+    def sectors(self) -> int:
+        return QUARTERS

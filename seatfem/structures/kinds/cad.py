@@ -1,0 +1,93 @@
+"""A solid drawn in a CAD program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final, Literal
+
+from pydantic import Field
+
+from seatfem.fields import ExistingFile, default
+from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Patch, of_shape
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.opened import naming
+from seatfem.structures.kinds.parts import METRES, LengthUnit
+from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.shapes import CadPart, GeometryError, Group
+
+if TYPE_CHECKING:
+    from seatfem.structures.inspection.parts import Part
+
+OTHER_NAMES: Final = {"path": "file"}
+"""Keys that are called otherwise in the geometry's specification."""
+
+
+class Cad(Drawn):
+    """A solid drawn in a CAD program, read from a STEP or BREP file."""
+
+    kind: Literal["cad"]
+    file: ExistingFile = Field(description="the file, relative to the scene's folder")
+    unit: LengthUnit | None = Field(None, description="length unit of the file; a STEP file states its own")
+    contact: FaceSelector = Field(RED_FACES, description="faces that are struck; by default those painted pure red")
+    fixed: ClampSelector = Field(BLUE_FACES, description="faces that are clamped; by default those painted pure blue")
+    groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
+    regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
+
+    @property
+    def clamped(self) -> bool:
+        return self.fixed.kind != "nothing"
+
+    def geometry(self) -> CadPart:
+        return CadPart(
+            path=self.file,
+            unit=None if self.unit is None else METRES[self.unit],
+            contact=self.contact.selectors(),
+            fixed=self.fixed.selectors(),
+            groups=tuple(Group(name, faces.selectors()) for name, faces in self.groups.items()),
+            regions=tuple(region.named(name) for name, region in self.regions.items()),
+        )
+
+    def problems(self) -> Iterator[Finding]:
+        from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
+        from seatfem.structures.mesh.gmsh_process import MeshingError
+
+        try:
+            found = inspect_geometry(self.geometry())
+        except (MeshingError, OSError) as error:
+            yield ("file",), naming(self.file, str(error))
+            return
+        alone = len(found.problems) == 1
+        for field, message in found.problems:
+            first, *rest = field.split(".", 1)
+            key = OTHER_NAMES.get(first, first)
+            if key == "unit" and self.unit is None:
+                key = "file"
+            told = message if alone else _without_list(message, f"seatfem faces {self.file.name}")
+            yield (key, *rest), naming(self.file, told)
+        if found.faces:
+            yield from self.unknown_names(self.geometry().patches, found.regions)
+
+    def part(self) -> Part | None:
+        from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
+
+        return of_geometry(self.geometry(), self.file.name)
+
+    def patch(self) -> Patch | None:
+        """As the faces in the file are; raises `GeometryError` without any."""
+        from seatfem.structures.inspection.cad import inspect_geometry  # of drawings in files only
+
+        found = inspect_geometry(self.geometry())
+        if "contact" not in found.shape.groups:
+            raise GeometryError("\n".join(message for _, message in found.problems))
+        return of_shape(found.shape, self.supports, self.material.mean)
+
+    def column(self) -> Column | None:
+        return None
+
+
+def _without_list(message: str, command: str) -> str:
+    """Where several selectors are wrong, the faces are not listed with each."""
+    first, _, more = message.partition("\n")
+    return f"{first} {command} shows them" if more else message

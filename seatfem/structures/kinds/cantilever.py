@@ -1,0 +1,31 @@
+"""The flat reed that is clamped at its root."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+import impact
+from impact.bodies.body import Body
+from impact.greens.base import Array
+from seatfem.structures.kinds.beam import Beam
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+
+
+class Cantilever(Beam):
+    """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
+
+    kind: Literal["cantilever"]
+
+    def beam(self) -> impact.Cantilever:
+        return impact.Cantilever(self.material.young, self.material.density, self.length, self.width, self.thickness)
+
+    @property
+    def has_stress(self) -> bool:
+        return True
+
+    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
+        from impact.after.stresses import reed_stress  # compiled code, of runs only
+
+        return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely)

@@ -1,0 +1,18 @@
+"""The leaf that is clamped at both ends and strikes with its middle."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from impact.beams.clamped import ClampedClamped as ClampedClampedBeam
+from seatfem.structures.kinds.beam import Beam
+
+
+class ClampedClamped(Beam):
+    """A flat leaf, clamped at both ends: an Euler-Bernoulli beam; where nothing is said it strikes with its middle."""
+
+    kind: Literal["clamped_clamped"]
+
+    def beam(self) -> ClampedClampedBeam:
+        material = self.material
+        return ClampedClampedBeam(material.young, material.density, self.length, self.width, self.thickness)

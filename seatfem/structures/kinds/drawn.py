@@ -1,0 +1,246 @@
+"""Structures that gmsh meshes, and among them the solids of revolution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, Self
+
+from pydantic import Field, model_validator
+
+from impact.progress import Progress
+from seatfem.fields import Angle, KeyProblem, default
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Patch, bulky
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.parts import Mesh
+from seatfem.structures.kinds.selectors import in_scene_words
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.levels import DISCRETE, PER_WAVELENGTH, QUARTERS, Applicability, choose_level
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.shapes import Geometry, Revolved
+from seatfem.structures.solved import Solved
+
+if TYPE_CHECKING:
+    from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+
+class Drawn(Elastic):
+    """What all bodies have that gmsh meshes."""
+
+    mesh: Mesh = default({}, "how fine the finite elements are")
+    model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
+        "auto", description="how much of the body is modelled; auto: the cheapest that serves; spring: its statics only"
+    )
+
+    def geometry(self) -> Geometry:
+        """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
+        raise NotImplementedError
+
+    def struck_part(self) -> tuple[float, float, float]:
+        """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _geometry_can_be_built(self) -> Self:
+        in_scene_words(self.geometry)
+        return self
+
+    @property
+    def is_drawn(self) -> bool:
+        return True
+
+    @property
+    def sectors(self) -> int:
+        """Equal sectors between planes of symmetry that the body and its load can be cut into; 1: none."""
+        return 1
+
+    @property
+    def copies(self) -> Mapping[AnyLevel, int]:
+        return {"sector": self.sectors}
+
+    def content(self) -> dict[str, object]:
+        return {**super().content(), "shape": self.mesh.shape}
+
+    def problems(self) -> Iterator[Finding]:
+        yield from self.unknown_names(self.geometry().patches, ("seat",))
+
+    def part(self) -> Part | None:
+        from seatfem.structures.inspection.parts import of_geometry  # of `seatfem faces` only
+
+        return of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
+
+    # Levels of modelling
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        edge = self.greens.bandwidth if band is None else band
+        return (self._rod(edge), self._axisymmetric(), self._harmonics(), self._sector(), self._solid())
+
+    def level(self, error: float) -> Applicability:
+        return choose_level(self.levels(), error, self.model)
+
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        found, given = super().stated(error, rings), self.mesh
+        level = "spring" if self.model == "spring" else found.level
+        return replace(found, level=level, size=given.size, contact_size=given.contact_size, order=given.order)
+
+    def discrete(self, level: AnyLevel) -> Level:
+        found = next((name for name in DISCRETE if name == level), None)
+        if found is not None:
+            return found
+        applying = [each.level for each in self.levels() if each.applies]
+        return next(name for name in DISCRETE if name in applying)
+
+    def _rod(self, band: float) -> Applicability:
+        return Applicability("rod", False, math.inf, "only a straight bar struck on its whole end is a rod")
+
+    def _axisymmetric(self) -> Applicability:
+        return Applicability("axisymmetric", False, math.inf, "the geometry is no solid of revolution")
+
+    def _harmonics(self) -> Applicability:
+        return Applicability("harmonics", False, math.inf, "the geometry is no solid of revolution")
+
+    def _sector(self) -> Applicability:
+        if self.sectors < 2:
+            return Applicability("sector", False, math.inf, "body and load cannot be cut into equal sectors")
+        if not self.isotropic:
+            return Applicability("sector", False, math.inf, "an orthotropic material turns from sector to sector")
+        reason = f"one of {self.sectors} sectors between planes of symmetry stands for the whole"
+        return Applicability("sector", True, 0.0, reason)
+
+    def _solid(self) -> Applicability:
+        return Applicability("3d", True, 0.0, "the whole body")
+
+    # What is known without a mesh
+
+    def patch(self) -> Patch | None:
+        area, width, depth = self.struck_part()
+        return bulky(self.material.mean, area, width, depth)
+
+    def column(self) -> Column | None:
+        area, width, depth = self.struck_part()
+        return Column(area, depth, width, self.material.young_across, self.material.density)
+
+    def mesh_spec(self, method: Method) -> MeshSpec:
+        """The mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
+        assert method.bandwidth is not None
+        per_wavelength = PER_WAVELENGTH[self.discrete(method.level)]
+        size = method.size or self.slowest / (per_wavelength * method.bandwidth)
+        contact = method.contact_size or 0.4 * size
+        return MeshSpec(size, contact, order=method.order, shape=self.mesh.shape, rings=method.rings or 1)
+
+    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
+        from seatfem.structures.estimates.costs import numbers_of_drawn  # of plans only
+
+        return numbers_of_drawn(self, method, coarser)
+
+    def measures_inside(self, level: Level) -> float:
+        """Volume of what is modelled [m^3], or area of a half section [m^2]."""
+        from seatfem.structures.counts.element_counts import body_in_numbers  # of plans only
+
+        copies = self.copies.get(level, 1)
+        return body_in_numbers(self.geometry()).inner.total / copies
+
+    # Computing it
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        from seatfem.structures.finite_elements import from_geometry  # plans load no finite elements
+
+        return from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import in_space  # of `seatfem modes` only
+
+        return in_space(self, wanted, watch, progress)
+
+
+class Turned(Drawn):
+    """What all solids of revolution have."""
+
+    arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
+    fixed: Literal["underside"] = Field("underside", description="the clamped face")
+
+    def geometry(self) -> Revolved:
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _arc_of_a_ring(self) -> Self:
+        if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
+            raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg is not between 0 and 360 deg")
+        return self
+
+    @property
+    def revolved(self) -> bool:
+        return True
+
+    @property
+    def sectors(self) -> int:
+        return QUARTERS
+
+    @property
+    def struck_share(self) -> float:
+        """Part of the ring that is struck."""
+        return 1.0 if self.arc is None else self.arc / (2 * math.pi)
+
+    @property
+    def struck_area(self) -> float:
+        """Of the struck face [m^2]."""
+        return self.struck_share * self.geometry().profile.area("contact")
+
+    @property
+    def struck_arc(self) -> float | None:
+        return self.arc
+
+    def _axisymmetric(self) -> Applicability:
+        if obstacle := self._in_meridians():
+            return Applicability("axisymmetric", False, math.inf, obstacle)
+        if self.arc is not None:
+            reason = "only an arc of the ring is struck: the load is not the axis's"
+            return Applicability("axisymmetric", False, math.inf, reason)
+        reason = "body, supports and load are symmetric about the axis: nothing is left out"
+        return Applicability("axisymmetric", True, 0.0, reason)
+
+    def _harmonics(self) -> Applicability:
+        if obstacle := self._in_meridians():
+            return Applicability("harmonics", False, math.inf, obstacle)
+        if self.arc is None:
+            reason = "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
+            return Applicability("harmonics", False, math.inf, reason)
+        reason = "a body of revolution, loaded off its axis: Fourier harmonics in the angle"
+        return Applicability("harmonics", True, 0.0, reason)
+
+    def _sector(self) -> Applicability:
+        if self.arc is not None:
+            reason = "only an arc of the ring is struck: the sectors differ"
+            return Applicability("sector", False, math.inf, reason)
+        return super()._sector()
+
+    def _solid(self) -> Applicability:
+        if self.arc is not None:
+            reason = "the drawn contact face is the whole ring, not an arc of it"
+            return Applicability("3d", False, math.inf, reason)
+        return super()._solid()
+
+    def _in_meridians(self) -> str:
+        return "" if self.isotropic else "an orthotropic material need not be the same in every meridian"
+
+    def measures_inside(self, level: Level) -> float:
+        from seatfem.structures.counts.bodies import section_of  # of plans only
+
+        if level in ("axisymmetric", "harmonics"):
+            return section_of(self.geometry().profile).inner.total
+        return super().measures_inside(level)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import by_harmonics  # of `seatfem modes` only
+
+        if self.isotropic and self.model != "3d":
+            return by_harmonics(self, wanted, watch, progress)
+        return super().natural_modes(wanted, watch, progress)

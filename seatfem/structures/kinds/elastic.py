@@ -1,0 +1,114 @@
+"""Structures of finite elements: material, damping, supports."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import KeyProblem, default
+from seatfem.structures.errors import ModelError
+from seatfem.structures.estimates.surrogate import Face, Surrogate, of_patch
+from seatfem.structures.kinds.opened import listed
+from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, Rayleigh
+from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.method import AnyLevel
+
+if TYPE_CHECKING:
+    from seatfem.structures.materials import Material, Orthotropic
+
+
+class Elastic(Reduced):
+    """What all bodies made of finite elements have."""
+
+    material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
+    materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
+    rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
+    supports: tuple[AnySupport, ...] = default((), "what holds the body beside its clamped faces")
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> Self:
+        if self.rayleigh is not None and self.damping_ratio > 0.0:
+            raise KeyProblem("rayleigh", "damping_ratio is given too; keep one of the two")
+        return self
+
+    @property
+    def is_meshed(self) -> bool:
+        return True
+
+    @property
+    def needs_gmsh(self) -> bool:
+        return True
+
+    @property
+    def clamped(self) -> bool:
+        """Whether some face is."""
+        return True
+
+    @property
+    def loose(self) -> str:
+        if self.clamped or any(support.holds for support in self.supports):
+            return ""
+        return "seat.fixed names no face and no entry of seat.supports holds the seat"
+
+    @property
+    def struck_face(self) -> str:
+        """Name of the face that is struck."""
+        return "contact"
+
+    @property
+    def struck_arc(self) -> float | None:
+        """Angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
+        return None
+
+    @property
+    def copies(self) -> Mapping[AnyLevel, int]:
+        """By level, how many of what is modelled make the whole; where nothing is said, one."""
+        return {}
+
+    @property
+    def couples(self) -> bool:
+        return any(support.damps for support in self.supports)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether every material is the same in all directions."""
+        return all(material.isotropic for material in (self.material, *self.materials.values()))
+
+    @property
+    def slowest(self) -> float:
+        """Shear waves of its materials [m/s]."""
+        return min(material.solid.c_s for material in (self.material, *self.materials.values()))
+
+    def loss_at(self, frequency: float) -> float:
+        if self.rayleigh is None:
+            return self.damping_ratio
+        return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
+
+    def solids(self, regions: tuple[str, ...]) -> Material | Orthotropic | dict[str, Material | Orthotropic]:
+        """The material of the body, or of each region: what ``materials`` does not name is ``material``.
+
+        Raises:
+            ModelError: a name that is no region.
+        """
+        if not self.materials:
+            return self.material.solid
+        if unknown := [name for name in self.materials if name not in regions]:
+            raise ModelError(f"seat.materials.{unknown[0]}: the mesh has no such region; it has {', '.join(regions)}")
+        return {name: self.materials.get(name, self.material).solid for name in regions}
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        patch = self.patch()
+        assert patch is not None
+        return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
+
+    def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[Finding]:
+        """Supports on faces that are not there, materials of regions that are not there."""
+        for number, support in enumerate(self.supports):
+            if support.on not in faces:
+                yield ("supports", number, "on"), f"no face named {support.on!r}; there are: {listed(faces)}"
+        for name in self.materials:
+            if name not in regions:
+                yield ("materials", name), f"no region named {name!r}; there are: {listed(regions)}"

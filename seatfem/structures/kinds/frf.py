@@ -1,0 +1,89 @@
+"""A body known by a measured frequency response."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+from pydantic import Field
+
+from impact.greens.base import GreensFunction
+from impact.progress import Progress
+from seatfem.fields import ExistingFile, Tolerance, default
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
+from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.kinds.modes import Direction
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.opened import opened
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.method import Method
+from seatfem.structures.solved import Solved
+
+if TYPE_CHECKING:
+    from impact.measured.frf import FrequencyResponse
+
+UNIVERSAL: Final = (".uff", ".unv")
+
+
+class FrequencyResponseFile(Moving):
+    """A measured frequency response of the contact: poles are fitted to it."""
+
+    kind: Literal["frf"]
+    file: ExistingFile = Field(description="CSV file with quantities and units in its header, or a universal file (58)")
+    node: int | None = Field(None, strict=True, description="of a universal file: number of the contact's node")
+    direction: Direction = Field("+z", description="of a universal file: outward normal of the contact")
+    tolerance: Tolerance = default("1 %", "misfit of the poles")
+    free: bool | None = Field(None, description="whether the body is free to move; told from the record if absent")
+
+    def problems(self) -> Iterator[Finding]:
+        yield from opened(self.measured, {"file": self.file})
+
+    def measured(self) -> FrequencyResponse:
+        """The measured response of the contact, read once in a process.
+
+        Raises:
+            FrequencyResponseError: what `read_frf` raises; a universal file without a node.
+            UffError, OSError: as the readers.
+        """
+        return _read(self.file, self.node, self.direction, state_of(self.file))
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return unknown("poles are fitted to the response by the run", face)
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        with watch("pole fit"):
+            return Solved(self.fitted(), about={"seat_model": f"poles fitted to {self.file.name}"})
+
+    def fitted(self) -> GreensFunction:
+        """Poles through the response. Raises `FrequencyResponseError`."""
+        from impact.measured.frf import FrequencyResponseError  # of such bodies only
+        from impact.measured.pole_fit import fit_poles
+
+        response = self.measured()
+        try:
+            return fit_poles(response, tolerance=self.tolerance, free=self.free)
+        except FrequencyResponseError as problem:
+            raise FrequencyResponseError(f"{self.file}: {problem}") from problem
+        except np.linalg.LinAlgError as problem:
+            raise FrequencyResponseError(
+                f"{self.file}: no poles can be fitted ({problem}): some values are beyond all measure; check the units"
+            ) from problem
+
+
+@lru_cache(maxsize=1)
+def _read(file: Path, node: int | None, direction: Direction, state: FileState) -> FrequencyResponse:
+    from impact.measured.frf import FrequencyResponseError, read_frf  # of such bodies only
+    from seatfem.structures.formats.uff import read_frf_uff
+
+    del state  # part of the key
+    if file.suffix.lower() not in UNIVERSAL:
+        return read_frf(file)
+    if node is None:
+        raise FrequencyResponseError(f"{file}: a universal file needs seat.node, the contact's node number")
+    return read_frf_uff(file, ports={"contact": (node, direction)})

@@ -1,0 +1,60 @@
+"""A Green's function on file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from impact.greens.base import GreensFunction, GreensFunctionError
+from impact.progress import Progress
+from seatfem.fields import ExistingFile
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.surrogate import Face, Surrogate
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.opened import opened
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.method import Method
+from seatfem.structures.rings import with_fewer_rings
+from seatfem.structures.solved import Solved
+
+
+class GreensFile(Moving):
+    """A Green's function computed or measured before."""
+
+    kind: Literal["greens"]
+    file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
+
+    @property
+    def has_rings(self) -> bool:
+        return True
+
+    def problems(self) -> Iterator[Finding]:
+        yield from opened(self._read, {"file": self.file})
+
+    def _read(self) -> GreensFunction:
+        from impact.storage.hdf5 import load_greens  # h5py takes long to load
+
+        return load_greens(self.file)
+
+    def function(self, duration: float) -> GreensFunction:
+        """The function in the file; raises `GreensFunctionError` if it is not known for a run of ``duration`` [s]."""
+        greens = self._read()
+        if greens.valid_for < duration * (1 - 1e-9):
+            raise GreensFunctionError(
+                f"seat.file = {self.file.name}: the run lasts {duration:g} s (run.duration) but g is known up to "
+                f"{greens.valid_for:.6g} s only: shorten the run to that, or make the file anew for all of it (seatfem "
+                f"greens, with this run.duration): {greens.lengthened}"
+            )
+        return greens
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        return Surrogate(self.function(duration), True, f"the function in {self.file.name}")
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        greens = self.function(duration)
+        asked = greens if method.rings is None else with_fewer_rings(greens, method.rings)
+        return Solved(asked, about={"seat_model": f"Green's function from {self.file.name}"})

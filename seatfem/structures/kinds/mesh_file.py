@@ -1,0 +1,128 @@
+"""A mesh made elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from impact.progress import Progress, silent
+from seatfem.fields import ExistingFile, Gap
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.patch import Patch, of_shape
+from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.opened import naming
+from seatfem.structures.kinds.parts import METRES, LengthUnit
+from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.levels import Applicability
+from seatfem.structures.method import Method
+from seatfem.structures.solved import Solved
+
+if TYPE_CHECKING:
+    from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+# Readers of meshes take half a second to load: each is imported by the function that needs it.
+
+
+class MeshFile(Elastic):
+    """A mesh made elsewhere, with named surface groups."""
+
+    kind: Literal["mesh"]
+    file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
+    unit: LengthUnit = Field("m", description="length unit of the file")
+    contact: str = Field("contact", description="name of the surface group that is struck")
+    fixed: str = Field("fixed", description="name of the surface group that is clamped; empty for a free body")
+    merge: Gap | None = Field(
+        None, description="nodes nearer than this become one; 0 mm keeps all; absent: coincident nodes are an error"
+    )
+    parts: int = Field(1, strict=True, ge=1, description="number of parts that share no node")
+
+    @property
+    def clamped(self) -> bool:
+        return bool(self.fixed)
+
+    @property
+    def given_mesh(self) -> str:
+        return self.file.name
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        return (Applicability("3d", True, 0.0, "as the file has it"),)
+
+    def read(self, progress: Progress = silent) -> SeatMesh:
+        """The mesh in the file; it is read once, as long as the file and all it includes stay."""
+        from seatfem.structures.formats.includes import with_included
+
+        states = tuple(state_of(part) for part in with_included(self.file))
+        progress("meshing", 0.0)
+        mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
+        progress("meshing", 1.0)
+        return mesh
+
+    def problems(self) -> Iterator[Finding]:
+        from seatfem.structures.inspection.mesh_file import regions_of
+        from seatfem.structures.mesh.gmsh_process import MeshingError
+        from seatfem.structures.mesh.io import MeshError
+
+        try:
+            mesh = self.read()
+        except MeshError as error:
+            for field, message in error.problems:
+                yield (field or "file",), naming(self.file, message)
+        except (MeshingError, OSError) as error:
+            yield ("file",), naming(self.file, str(error))
+        else:
+            yield from self.unknown_names(mesh.mesh.boundaries or {}, regions_of(mesh))
+
+    def part(self) -> Part | None:
+        from seatfem.structures.inspection.parts import of_mesh
+
+        return of_mesh(self.file.name, self.read(), ())
+
+    def patch(self) -> Patch | None:
+        from seatfem.structures.inspection.mesh_file import shape_of
+
+        return of_shape(shape_of(self.read()), self.supports, self.material.mean)
+
+    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
+        from seatfem.structures.estimates.costs import numbers_of_mesh
+
+        return numbers_of_mesh(self.read(), self.slowest, method)
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        from seatfem.structures.finite_elements import from_mesh
+
+        with watch("mesh"):
+            mesh = self.read(progress)
+        return from_mesh(self, mesh, method, duration, watch, progress)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import of_mesh
+
+        with watch("mesh"):
+            mesh = self.read(progress)
+        return of_mesh(self, mesh, wanted, watch, progress)
+
+
+@lru_cache(maxsize=1)
+def _read(
+    file: Path,
+    contact: str,
+    fixed: str | None,
+    unit: float,
+    merge: float | None,
+    parts: int,
+    states: tuple[FileState, ...],
+) -> SeatMesh:
+    from seatfem.structures.formats.mesh_files import read_mesh
+
+    del states  # part of the key
+    return read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)

@@ -1,0 +1,141 @@
+"""How a striker starts and what drives it: velocities, deflections, courses of forces and pressures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from impact.bodies.body import Body, Load, ModalState
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from seatfem.fields import Approach, ExistingFile, Force, KeyProblem, Length, Position, SignedPressure, Table
+from seatfem.structures.kinds.structure import Structure
+
+
+def _as_value(given: object) -> object:
+    """pressure = "0.2 bar" is pressure = { value = "0.2 bar" }."""
+    return given if isinstance(given, Mapping | Table) else {"value": given}
+
+
+class _Course(Table):
+    """Constant, or in time from a CSV file."""
+
+    file: ExistingFile | None = Field(None, description="CSV file, its header as in `time [ms],pressure [bar]`")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.constant is None) == (self.file is None):
+            raise KeyProblem("value", "give exactly one of value and file")
+        return self
+
+    @property
+    def constant(self) -> float | None:
+        """The value where it is constant."""
+        raise NotImplementedError
+
+    def _course(self, quantity: Any) -> Callable[[Array], Array]:
+        if self.file is None:
+            value = self.constant
+            return lambda t: np.full(np.shape(t), value)
+        from impact.bodies.time_series import read_time_series  # of scenes with records only
+
+        return read_time_series(self.file, quantity, outside="hold")
+
+
+class PressureCourse(_Course):
+    """A pressure, constant or in time; positive away from the seat."""
+
+    value: SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
+
+    @property
+    def constant(self) -> float | None:
+        return self.value
+
+    @property
+    def course(self) -> Callable[[Array], Array]:
+        """p(t) [Pa], times (n,) [s]."""
+        return self._course("pressure")
+
+
+class ForceCourse(_Course):
+    """A force, constant or in time; positive away from the seat."""
+
+    value: Force | None = Field(None, description="where it is constant; negative towards the seat")
+
+    @property
+    def constant(self) -> float | None:
+        return self.value
+
+    @property
+    def course(self) -> Callable[[Array], Array]:
+        """F(t) [N], times (n,) [s]."""
+        return self._course("force")
+
+
+class PointForce(ForceCourse):
+    """A force at one place of a reed, constant or in time; positive away from the seat."""
+
+    at: Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
+
+
+AnyPressure = Annotated[PressureCourse, BeforeValidator(_as_value)]
+AnyForce = Annotated[ForceCourse, BeforeValidator(_as_value)]
+AnyPointForce = Annotated[PointForce, BeforeValidator(_as_value)]
+
+
+class Moving(Structure):
+    """What all bodies have that may strike with a motion of their contact alone."""
+
+    velocity: Approach | None = Field(
+        None, description='as a striker that is free to move: at the start; towards the seat negative, as in "-2 m/s"'
+    )
+    deflection: Position | None = Field(
+        None, description="as a striker that is held: released from a static deflection of its contact"
+    )
+    force: AnyForce | None = Field(None, description="as a striker: on its contact; a constant one may be text")
+
+    @property
+    def motion(self) -> str:
+        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        return ("velocity", "deflection", "force")
+
+    @property
+    def is_loaded(self) -> bool:
+        return self.force is not None
+
+    @property
+    def is_solved(self) -> bool:
+        return True
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+        known = self.closed_form() if greens is None else greens
+        assert known is not None
+        state: ModalState | None = None
+        loads: tuple[Load, ...] = ()
+        if self.deflection is not None:
+            state = _deflected(known, self.deflection, self.kind)
+        if self.force is not None:
+            loads = (Load(_shape(known, self.kind, "force"), self.force.course),)
+        return Body(known, self.velocity or 0.0, state, loads)
+
+
+def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
+    """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
+    if (modal := greens.modal) is None or len(modal.omega) == 0:
+        raise GreensFunctionError(f"reed.{key}: a body of kind {kind!r} has no modes to be set in motion; use velocity")
+    return np.asarray(modal.shapes[:, 0])
+
+
+def _deflected(greens: GreensFunction, deflection: float, kind: str) -> ModalState:
+    """At rest in the static shape under a force at the contact, q_k = F phi_k/omega_k^2."""
+    shape, modal = _shape(greens, kind, "deflection"), greens.modal
+    assert modal is not None
+    if not modal.omega.all():
+        raise GreensFunctionError(f"reed.deflection: a body of kind {kind!r} is free to move; give it a velocity")
+    each = shape / modal.omega**2
+    return ModalState(deflection / float(shape @ each) * each, np.zeros(len(shape)))

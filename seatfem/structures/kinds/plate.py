@@ -1,0 +1,73 @@
+"""The valve plate with several ports."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import KeyProblem, Length
+from seatfem.structures.estimates.patch import Patch, on_plate
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.levels import QUARTERS
+from seatfem.structures.shapes import ValvePlate
+
+
+class Plate(Drawn):
+    """A flat valve plate with several round ports, a sealing land around each, and webs between them."""
+
+    kind: Literal["plate"]
+    ports: int = Field(strict=True, ge=1, le=200, description="number of ports")
+    port_radius: Length = Field(description="radius of each port")
+    pitch: Length = Field(description="distance of neighbouring ports, centre to centre")
+    margin: Length = Field(description="from the outer ports to the plate's edge")
+    thickness: Length = Field(description="thickness of the plate")
+    land_width: Length = Field(description="width of the land around each port")
+    clamp_width: Length = Field(description="width of the clamped rim of the underside")
+    layout: Literal["circle", "row"] = Field("circle", description="of the ports")
+    struck: int | None = Field(None, strict=True, ge=1, description="port whose land is struck; all lands if absent")
+    fixed: Literal["rim"] = Field("rim", description="the clamped face: the rim of the underside")
+
+    @model_validator(mode="after")
+    def _struck_is_a_port(self) -> Self:
+        if self.struck is not None and self.struck > self.ports:
+            raise KeyProblem("struck", f"there is no port {self.struck}, the plate has {self.ports}")
+        return self
+
+    @property
+    def struck_face(self) -> str:
+        """The lands of all ports, or of one."""
+        return "contact" if self.struck is None else f"land_{self.struck}"
+
+    @property
+    def sectors(self) -> int:
+        if self.struck is not None:
+            return 1
+        return QUARTERS if self.layout == "row" else 2 * self.ports
+
+    def geometry(self) -> ValvePlate:
+        return ValvePlate(
+            ports=self.ports,
+            port_radius=self.port_radius,
+            pitch=self.pitch,
+            margin=self.margin,
+            thickness=self.thickness,
+            land_width=self.land_width,
+            clamp_width=self.clamp_width,
+            layout=self.layout,
+        )
+
+    def struck_part(self) -> tuple[float, float, float]:
+        reach = self.port_radius + self.land_width
+        lands = self.ports if self.struck is None else 1
+        return lands * math.pi * (reach**2 - self.port_radius**2), self.land_width, self.thickness
+
+    def patch(self) -> Patch | None:
+        """A bulky body on a clamped round plate of the same reach, thinned by its ports."""
+        local, geometry = super().patch(), self.geometry()
+        assert local is not None
+        round_plate = self.layout == "circle"
+        radius = (geometry.outer_radius if round_plate else min(geometry.half_sides)) - self.clamp_width
+        solidity = max(1 - self.ports * self.port_radius**2 / geometry.outer_radius**2, 0.2) if round_plate else 0.5
+        return on_plate(local, self.material.mean, radius, solidity)

@@ -1,0 +1,54 @@
+"""Structures whose Green's function is a reduction of mass, damping and stiffness matrices."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from pydantic import Field
+
+from seatfem.fields import DampingRatio, default
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.parts import GreensSettings
+from seatfem.structures.method import Method
+from seatfem.structures.reduction.memory import memory as forgotten_after
+
+
+class Reduced(Moving):
+    """What all bodies have that are known by their matrices."""
+
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    greens: GreensSettings = default({}, "how the Green's function is computed")
+
+    @property
+    def is_reduced(self) -> bool:
+        return True
+
+    @property
+    def loss(self) -> float:
+        return self.damping_ratio
+
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        given = self.greens
+        return replace(
+            super().stated(error, rings),
+            bandwidth=given.bandwidth,
+            tolerance=given.tolerance,
+            reduction=given.method,
+            max_vectors=given.max_vectors,
+        )
+
+    @property
+    def couples(self) -> bool:
+        """Whether damping couples its modes."""
+        return False
+
+    @property
+    def is_convolved(self) -> bool:
+        from seatfem.structures.reduction.registry import AUTO, named  # for load time
+
+        return self.couples if self.greens.method == AUTO else not named(self.greens.method).oscillators
+
+    def memory(self, method: Method, duration: float) -> float:
+        """The run, or the time in which uniform damping forgets the band's tail [s]."""
+        assert method.bandwidth is not None
+        return min(duration, forgotten_after(self.damping_ratio, method.bandwidth))

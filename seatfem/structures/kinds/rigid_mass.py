@@ -1,0 +1,39 @@
+"""The rigid striker in free flight."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+import impact
+from impact.bodies.body import Body
+from impact.greens.base import GreensFunction
+from seatfem.fields import Approach, Mass
+from seatfem.structures.kinds.structure import Structure
+
+
+class RigidMass(Structure):
+    """A rigid striker in free flight, as in a drop test."""
+
+    kind: Literal["rigid_mass"]
+    mass: Mass = Field(description="mass")
+    velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
+
+    @property
+    def motion(self) -> str:
+        return "velocity"
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        return ("velocity",)
+
+    @property
+    def loose(self) -> str:
+        return "seat.kind = 'rigid_mass' is free to move"
+
+    def closed_form(self) -> GreensFunction | None:
+        return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+        return impact.rigid_mass(mass=self.mass, velocity=self.velocity)

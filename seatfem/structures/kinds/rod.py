@@ -1,0 +1,74 @@
+"""The elastic rod in closed form."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+import impact
+from impact.greens.base import GreensFunction
+from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
+from seatfem.structures.estimates.column import Column
+from seatfem.structures.kinds.motion import Moving
+
+
+class Rod(Moving):
+    """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
+
+    kind: Literal["rod"]
+    young: Pressure = Field(description="Young's modulus")
+    density: Density = Field(description="mass per volume")
+    length: Length = Field(description="length along the impact")
+    area: Area | None = Field(None, description="cross-section; or give width and thickness")
+    width: Length | None = Field(None, description="width of a rectangular cross-section")
+    thickness: Length | None = Field(None, description="thickness of a rectangular cross-section")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    far_end: Literal["fixed", "free"] = Field("fixed", description="a free rod strikes with a velocity")
+
+    @model_validator(mode="after")
+    def _one_cross_section(self) -> Self:
+        if self.area is not None and (self.width or self.thickness):
+            raise KeyProblem("area", "width or thickness is given too; keep the area or both of these")
+        if self.area is None and not (self.width and self.thickness):
+            raise KeyProblem("area", "the cross-section is missing: give area, or width and thickness")
+        return self
+
+    @property
+    def cross_section(self) -> float:
+        """Area in square metres."""
+        return self.area if self.area is not None else (self.width or 0.0) * (self.thickness or 0.0)
+
+    @property
+    def loose(self) -> str:
+        return "" if self.far_end == "fixed" else "seat.far_end = 'free' holds nothing"
+
+    @property
+    def is_solved(self) -> bool:
+        return False
+
+    @property
+    def plane(self) -> bool:
+        return True
+
+    @property
+    def loss(self) -> float:
+        return self.damping_ratio
+
+    def column(self) -> Column | None:
+        return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
+
+    def closed_form(self) -> GreensFunction | None:
+        constants = (self.young, self.density, self.cross_section, self.length, self.damping_ratio)
+        return (fixed_rod if self.far_end == "fixed" else free_rod)(*constants)
+
+
+def fixed_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
+    """The rod that is clamped at its far end."""
+    return impact.fixed_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
+
+
+def free_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
+    """The rod whose far end is free."""
+    return impact.free_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)

@@ -1,0 +1,26 @@
+"""The massless spring."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+import impact
+from impact.greens.base import GreensFunction
+from seatfem.fields import Stiffness
+from seatfem.structures.kinds.structure import Structure
+
+
+class Spring(Structure):
+    """A massless spring: the model of the seat that has no waves."""
+
+    kind: Literal["spring"]
+    stiffness: Stiffness = Field(description="force per displacement of the contact")
+
+    @property
+    def plane(self) -> bool:
+        return True
+
+    def closed_form(self) -> GreensFunction | None:
+        return impact.spring(stiffness=self.stiffness)

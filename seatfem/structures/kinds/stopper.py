@@ -1,0 +1,32 @@
+"""The disc that limits a valve's lift."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from seatfem.fields import Length
+from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.shapes import Stopper
+
+
+class StopperSeat(Turned):
+    """A disc, flat or domed, struck around its axis: the stop that limits a valve's lift."""
+
+    kind: Literal["stopper"]
+    radius: Length = Field(description="radius of the disc")
+    thickness: Length = Field(description="thickness of the disc, at its axis")
+    contact_radius: Length = Field(description="radius of the patch that is struck")
+    dome_radius: Length | None = Field(None, description="radius of the spherical top; a flat one if absent")
+
+    def geometry(self) -> Stopper:
+        return Stopper(
+            radius=self.radius,
+            thickness=self.thickness,
+            contact_radius=self.contact_radius,
+            dome_radius=self.dome_radius,
+        )
+
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.contact_radius, self.thickness

@@ -1,0 +1,303 @@
+"""What every kind of structure answers, whatever role it plays: reed, seat or stopper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args, get_origin
+
+from impact.advice import Advice
+from impact.bodies.body import Body
+from impact.greens.base import Array, GreensFunction
+from impact.progress import Progress
+from seatfem.fields import KeyProblem, Table
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
+from seatfem.structures.levels import Applicability
+from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.solved import Solved
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+    from impact.measured.frf import FrequencyResponse
+    from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+Finding = tuple[tuple[str | int, ...], str]
+"""A key, from the structure's own table on, and what is wrong with it."""
+
+
+class Structure(Table):
+    """A body: its table in a scene, and what the program asks of it.
+
+    A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter of docs/scene.md.
+    What is said here holds for a body in closed form without files, patch and motion.
+    """
+
+    kind: str
+
+    not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
+    """Keys that say how a body is computed, and how it moves: what its Green's function does not depend on."""
+
+    # What it is
+
+    def files(self) -> tuple[Path, ...]:
+        """The files that it names."""
+        return tuple(file for key in type(self).model_fields if isinstance(file := getattr(self, key), Path))
+
+    def problems(self) -> Iterator[Finding]:
+        """What is wrong with its files, once they are opened."""
+        return iter(())
+
+    def content(self) -> dict[str, object]:
+        """What its Green's function depends on beside the method, as JSON values; files stand for themselves."""
+        return self.model_dump(mode="json", exclude=set(self.not_of_greens))
+
+    def part(self) -> Part | None:
+        """Its faces, to be shown; ``None`` of a body without any."""
+        return None
+
+    @property
+    def loose(self) -> str:
+        """Why it is certain to move away when it is struck; "" where something may hold it."""
+        return ""
+
+    @property
+    def needs_gmsh(self) -> bool:
+        """Whether gmsh must run to compute it."""
+        return False
+
+    @property
+    def revolved(self) -> bool:
+        """Whether it is a solid of revolution, which pictures cut open."""
+        return False
+
+    # How it is modelled
+
+    @property
+    def is_reduced(self) -> bool:
+        """Whether its Green's function is a reduction of matrices, for a band and a tolerance."""
+        return False
+
+    @property
+    def is_meshed(self) -> bool:
+        """Whether it has finite elements, whose cost is known beforehand."""
+        return False
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether its mesh is made from a drawing, as fine as it is asked for."""
+        return False
+
+    @property
+    def given_mesh(self) -> str:
+        """Name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is none."""
+        return ""
+
+    @property
+    def plane(self) -> bool:
+        """Whether its patch moves as a plane, whatever presses it."""
+        return False
+
+    @property
+    def has_rings(self) -> bool:
+        """Whether its struck patch may be divided into rings."""
+        return self.is_meshed
+
+    @property
+    def beam_modes(self) -> int | None:
+        """Modes of a body that is known by its own, as a beam; ``None`` of others."""
+        return None
+
+    @property
+    def loss(self) -> float:
+        """Modal damping ratio, as far as it is uniform."""
+        return 0.0
+
+    def loss_at(self, frequency: float) -> float:
+        """Damping ratio of modes at a frequency [rad/s]."""
+        return self.loss
+
+    @property
+    def slowest(self) -> float:
+        """Slowest waves in it [m/s]; infinite where they are not known."""
+        return math.inf
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        """Every level of modelling with what speaks for or against it, the cheapest first; ``band``: edge [Hz]."""
+        return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
+
+    def level(self, error: float) -> Applicability:
+        """The cheapest level whose own error is at most ``error``, or the one that the table names."""
+        return self.levels()[0]
+
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        """The method that the table states, at the cheapest level whose own error is at most ``error``."""
+        return Method(self.level(error).level, rings=rings, n_modes=self.beam_modes)
+
+    def discrete(self, level: AnyLevel) -> Level:
+        """The level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
+        return "3d"
+
+    def memory(self, method: Method, duration: float) -> float:
+        """How long its g must be right in a run of ``duration`` [s]."""
+        return duration
+
+    @property
+    def is_convolved(self) -> bool:
+        """Whether its g will be no sum of oscillators: damping couples its modes, or it is stepped in time."""
+        return False
+
+    # What is known of it before it is computed
+
+    def patch(self) -> Patch | None:
+        """The struck patch and the body behind it; ``None`` where no face is known."""
+        return None
+
+    def column(self) -> Column | None:
+        """The column of material under the struck face, where that is what it is guessed by."""
+        return None
+
+    def closed_form(self) -> GreensFunction | None:
+        """The body in closed form, where there is one."""
+        return None
+
+    @property
+    def form_error(self) -> float:
+        """Relative error of g by the closed form, beside what `beyond` knows."""
+        return 0.0
+
+    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+        """What a level leaves out, to first order: a body that has it; ``None``: nothing is known."""
+        return None
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        """The body itself where that costs nothing, else what stands for it in pre-runs of ``duration`` [s].
+
+        ``face``: of what touches it.
+        """
+        if (exact := self.closed_form()) is not None:
+            return Surrogate(exact, True, f"the {self.kind} itself")
+        return unknown(f"kind = {self.kind!r} does not tell how large the struck face is", face)
+
+    def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
+        """Its finite elements in numbers, with elements ``coarser`` times as large; ``None`` where they have none."""
+        return None
+
+    def measured(self) -> FrequencyResponse | None:
+        """The response that its poles are fitted to."""
+        return None
+
+    # Computing it
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        """Its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh, too."""
+        greens = self.closed_form()
+        assert greens is not None
+        words = self.kind.replace("_", " ")
+        about = {"seat_model": words if self.kind == "spring" else f"{words}, closed form"}
+        return Solved(greens, about=about, plane=self.plane)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""
+        return None
+
+    # As a striker
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether its Green's function must be computed or read before it strikes."""
+        return False
+
+    @property
+    def face(self) -> Face:
+        """The face that it touches with."""
+        return Face()
+
+    @property
+    def reach(self) -> float | None:
+        """Length along which a contact may lie [m]; ``None`` of a body without positions."""
+        return None
+
+    @property
+    def motion(self) -> str:
+        """The key that states how it starts or what drives it; "" of a body at rest."""
+        return ""
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        """The keys that would state it; none of a body that cannot strike."""
+        return ()
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether known forces drive it."""
+        return False
+
+    @property
+    def has_stress(self) -> bool:
+        """Whether its bending stress is known."""
+        return False
+
+    def check_contact(self, at: float | None) -> None:
+        """Raises `KeyProblem` for a contact at a place that it does not have."""
+        if at is None:
+            return
+        if self.reach is None:
+            raise KeyProblem("contact.at", f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
+        if at > self.reach:
+            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+        """The body with the motion that the table states.
+
+        Args:
+            greens: its Green's function, where it has to be computed.
+            n_modes: beam modes in place of the table's.
+            at: of the contact, from its root [m].
+        """
+        known = self.closed_form() if greens is None else greens
+        assert known is not None
+        return Body(known)
+
+    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
+        """Its largest bending stresses under a contact force (n + 1,) [N]; ``None`` where it has none that is known."""
+        return None
+
+    def too_thick(self) -> str:
+        """Why its theory cannot serve; "" where it can."""
+        return ""
+
+    def shear_error(self, at: float | None) -> float:
+        """Relative error of its compliance for want of shear."""
+        return 0.0
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Where it is asked for more than its theory holds."""
+        return ()
+
+    def assumed(self) -> tuple[str, ...]:
+        """Keys that were not given, with the values that stand for them, as far as a reader must be told."""
+        return ()
+
+
+def kinds_of(base: type[Structure] = Structure) -> tuple[type[Structure], ...]:
+    """Every kind that there is, by name: subclasses whose ``kind`` is stated."""
+    found: list[type[Structure]] = []
+    for each in base.__subclasses__():
+        found += [*([each] if kind_of(each) else []), *kinds_of(each)]
+    return tuple(sorted(dict.fromkeys(found), key=kind_of))
+
+
+def kind_of(table: type[Structure]) -> str:
+    """The name of a kind; "" of what several kinds have in common."""
+    annotation = table.__annotations__.get("kind")
+    field = table.model_fields.get("kind")
+    annotation = field.annotation if field is not None else annotation
+    return str(get_args(annotation)[0]) if get_origin(annotation) is Literal else ""

@@ -1,0 +1,24 @@
+"""The flat reed that carries a mass at its tip."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from impact.beams.tip_mass import TipMassCantilever
+from seatfem.fields import Mass
+from seatfem.structures.kinds.beam import Beam
+
+
+class TipMass(Beam):
+    """A flat reed, clamped at its root, with a point mass at its tip: an Euler-Bernoulli beam."""
+
+    kind: Literal["tip_mass"]
+    tip_mass: Mass = Field(description="mass at the tip")
+
+    def beam(self) -> TipMassCantilever:
+        material = self.material
+        return TipMassCantilever(
+            material.young, material.density, self.length, self.width, self.thickness, self.tip_mass
+        )

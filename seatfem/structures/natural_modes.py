@@ -1,0 +1,279 @@
+"""The modes of a seat, all of them: whole bodies, and every harmonic of a body of revolution.
+
+A port's load excites few of a body's modes, and a symmetric half or sector holds but those of its symmetry. So what is
+asked for its modes is modelled whole: in space, or harmonic by harmonic with torsion, whose pairs count as two.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from impact.progress import Progress, silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.counts.memory_need import check_elastic
+from seatfem.structures.discretise import draw, matrices, sliding_faces, supports_of
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.kinds.drawn import Drawn, Turned
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.levels import Level
+from seatfem.structures.mesh.meridian import MeridianMesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.method import Method
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.reduction.ring_patches import RingPatch
+
+DEFAULT_COUNT: Final = 20
+_EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which no higher one has any
+_FEWEST: Final = 5  # harmonics looked at: the lowest frequency of each first falls, then rises
+_SAMPLED: Final = (16, 32, 64, 128, 256)  # harmonics whose static compliance is computed for an arc
+_ALL: Final = 20000  # harmonics of its sum
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One natural mode.
+
+    Attributes:
+        frequency_hz: [Hz]; 0 for a rigid motion.
+        residual: of the eigenproblem, see `Modes`.
+        share: of the port's static compliance that it holds, phi^2/(w^2 S); ``None``: rigid, or no port.
+        diameters: nodal diameters of a body of revolution, ``None`` for others.
+        family: "cos" and "sin" of a pair, "torsion", "" else.
+        shape: its displacements among the unknowns of ``model``.
+    """
+
+    frequency_hz: float
+    residual: float
+    share: float | None
+    diameters: int | None = None
+    family: str = ""
+    model: SecondOrderModel | None = field(default=None, repr=False)
+    shape: Array | None = field(default=None, repr=False)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is the second of a pair that differs by the angle alone."""
+        return self.family == "sin"
+
+
+@dataclass(frozen=True)
+class NaturalModes:
+    """The lowest modes of a seat.
+
+    Attributes:
+        modes: the lowest first.
+        complete: whether inertia counted as many.
+        mesh: what they were computed on; ``None`` for matrices.
+        dof: unknowns; of one harmonic.
+        searched: in words.
+    """
+
+    modes: tuple[Mode, ...]
+    complete: bool
+    mesh: SeatMesh | MeridianMesh | None
+    dof: int
+    searched: str
+
+    @cached_property
+    def frequencies_hz(self) -> Array:
+        """(m,) [Hz]."""
+        return np.array([mode.frequency_hz for mode in self.modes])
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How many modes, or up to which frequency [Hz]; of both, what ends first."""
+
+    count: int | None = None
+    up_to_hz: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.count is not None and self.count < 1:
+            raise ModelError(f"--count {self.count}: ask for at least one mode")
+
+    @property
+    def limit(self) -> float:
+        """Modes at most."""
+        return math.inf if self.count is None else self.count
+
+    @staticmethod
+    def of(count: int | None, up_to_hz: float | None) -> Wanted:
+        """The 20 lowest where nothing is said."""
+        return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
+
+
+def in_space(body: Drawn, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
+    """The modes of a drawn body, complete by inertia, whatever excites them."""
+    with watch("mesh"):
+        mesh = _drawn(body, "3d", wanted, progress)
+    assert not isinstance(mesh, MeridianMesh)
+    return of_mesh(body, mesh, wanted, watch, progress)
+
+
+def of_mesh(
+    body: Elastic, mesh: SeatMesh, wanted: Wanted, watch: Stopwatch, progress: Progress = silent
+) -> NaturalModes:
+    """The same on a mesh of the whole body."""
+    check_elastic(body, mesh, "3d", body.greens.method)
+    with watch("assembly"):
+        model = matrices(body, mesh, "3d", progress)
+    with watch("modes"):
+        return of_one(model, mesh, wanted, progress)
+
+
+def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes:
+    """The same of a solid of revolution, harmonic by harmonic."""
+    with watch("mesh"):
+        section = _drawn(body, "harmonics", wanted, progress)
+    assert isinstance(section, MeridianMesh)
+    with watch("modes"):
+        return _around(body, section, wanted, progress)
+
+
+def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
+    """Elements as fine as the highest frequency asks, where the scene gives no size."""
+    band = max(body.greens.bandwidth, wanted.up_to_hz or 0.0)
+    given = body.mesh
+    method = Method(level, band, size=given.size, contact_size=given.contact_size, order=given.order)
+    return draw(body, body.mesh_spec(method), level, progress, method=method)
+
+
+def of_one(model: SecondOrderModel, mesh: SeatMesh | None, wanted: Wanted, progress: Progress) -> NaturalModes:
+    """The modes of a model of the whole body."""
+    found = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
+    static = _elastic_compliance(model, found)
+    modes = tuple(_listed(model, found, static))
+    return NaturalModes(modes, found.complete, mesh, model.size, "the whole body")
+
+
+def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
+    """Harmonic by harmonic, until none has a mode below what is asked for."""
+
+    solids = body.solids(regions_of(mesh))
+
+    def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
+        return assemble_axisymmetric(
+            mesh,
+            solids,
+            harmonic=harmonic,
+            torsion=torsion,
+            sliding=sliding_faces(body),
+            supports=supports_of(body),
+        )
+
+    patch = RingPatch(0.0, 2 * math.pi if body.arc is None else body.arc)
+    found: list[Mode] = []
+    compliances: dict[int, float] = {}
+    complete, empty, harmonic, dof = True, 0, 0, 0
+    while harmonic < _FEWEST or empty < _EMPTY:
+        highest = _bound(found, wanted)
+        for torsion in (False, True) if harmonic == 0 else (False,):
+            model = build(harmonic, torsion)
+            dof = max(dof, model.size)
+            most = wanted.count if highest is None else None
+            modes = solve_modes(model, most, up_to_hz=highest or wanted.up_to_hz)
+            complete = complete and modes.complete
+            static = _elastic_compliance(model, modes)
+            weight = float(patch.coefficients(harmonic)) ** 2 if body.arc is not None else float(harmonic == 0)
+            if model.ports:
+                compliances[harmonic] = static or 0.0
+            found += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
+        found = _kept(found, wanted)
+        empty = 0 if any(mode.diameters == harmonic for mode in found) else empty + 1
+        harmonic += 1
+        progress("harmonics", harmonic / (harmonic + 4))
+    progress("harmonics", 1.0)
+    found = _shared(found, patch, compliances, build, arc=body.arc is not None)
+    searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
+    return NaturalModes(tuple(found), complete, mesh, dof, searched)
+
+
+def _bound(found: list[Mode], wanted: Wanted) -> float | None:
+    """Frequency [Hz] above which nothing is asked for, once that is known."""
+    if wanted.count is None or len(found) < wanted.count:
+        return wanted.up_to_hz
+    return max(found[wanted.count - 1].frequency_hz, 1e-3)
+
+
+def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
+    """The lowest of them; a pair at the end stays whole."""
+    ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
+    count = int(min(wanted.limit, len(ordered)))
+    if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":
+        count += 1
+    return ordered[:count]
+
+
+def _listed(
+    model: SecondOrderModel,
+    modes: Modes,
+    static: float | None,
+    harmonic: int | None = None,
+    torsion: bool = False,
+    weight: float = 1.0,
+) -> Iterator[Mode]:
+    """Modes of one model; ``static`` the port's compliance, which shares are parts of, ``weight`` the port's in it."""
+    phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
+    for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
+        held = None
+        if frequency > 0 and static is not None:
+            held = weight * float(phi[k] / modes.omega[k]) ** 2 / static
+        elif frequency > 0 and torsion:
+            held = 0.0
+        family = "torsion" if torsion else "cos" if harmonic else ""
+        shape = modes.shapes[:, k]
+        yield Mode(float(frequency), float(residual), held, harmonic, family, model, shape)
+        if harmonic:
+            yield Mode(float(frequency), float(residual), None if held is None else 0.0, harmonic, "sin", model, shape)
+
+
+def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float | None:
+    """The first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
+    if not model.ports or not len(modes.omega):
+        return None if not model.ports else _compliance(model, 0.0, np.zeros(0))
+    elastic = modes.omega[modes.omega > 0]
+    rigid = modes.shapes[:, modes.omega == 0].T @ model.port_matrix[:, 0]
+    if not len(rigid):
+        return _compliance(model, 0.0, rigid)
+    return _compliance(model, (1e-3 * float(elastic.min())) ** 2 if len(elastic) else 1.0, rigid)
+
+
+def _compliance(model: SecondOrderModel, square: float, rigid: Array) -> float:
+    factor = factorize(model.K + square * model.M if square else model.K, name="K")
+    port = model.port_matrix[:, 0]
+    whole = float(port @ factor.solve(port))
+    return whole - float(np.sum(rigid**2)) / square if square else whole
+
+
+def _shared(
+    found: list[Mode],
+    patch: RingPatch,
+    compliances: dict[int, float],
+    build: Callable[[int], SecondOrderModel],
+    arc: bool,
+) -> list[Mode]:
+    """With shares of the whole patch's compliance in the place of each harmonic's own."""
+    if not arc:
+        return found
+    for harmonic in _SAMPLED:
+        if harmonic not in compliances:
+            compliances[harmonic] = _compliance(build(harmonic), 0.0, np.zeros(0))
+    known = np.array(sorted(compliances))
+    scaled = np.array([compliances[int(n)] * max(n, 1) for n in known])  # tends to a constant
+    all_n = np.arange(_ALL)
+    each = np.interp(all_n, known, scaled) / np.maximum(all_n, 1)
+    total = float(np.sum(patch.coefficients(all_n) ** 2 * each))
+
+    def of_all(mode: Mode) -> float | None:
+        return None if mode.share is None else mode.share * compliances[mode.diameters or 0] / total
+
+    return [Mode(m.frequency_hz, m.residual, of_all(m), m.diameters, m.family, m.model, m.shape) for m in found]

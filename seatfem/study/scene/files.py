@@ -1,0 +1,33 @@
+"""The files that a scene names, opened and checked before anything is planned: all that is wrong at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatfem.structures.shapes import GeometryError
+from seatfem.study.scene.load import load_scene
+from seatfem.study.scene.models import BODIES, Scene
+from seatfem.study.scene.problems import Problem, SceneError
+
+if TYPE_CHECKING:
+    from seatfem.structures.inspection.parts import Part
+
+
+def check_files(scene: Scene) -> None:
+    """Open what the scene names, and look for the faces, groups and regions that it speaks of.
+
+    Raises:
+        SceneError: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
+    """
+    findings = [((role, *path), text) for role in BODIES for path, text in getattr(scene, role).problems()]
+    if findings:
+        raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
+
+
+def part_of_scene(path: Path) -> Part:
+    """The faces of a scene's seat. Raises `GeometryError` of a seat that has none, `SceneError`."""
+    seat = load_scene(path).seat
+    if (found := seat.part()) is None:
+        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; those of cad, mesh and drawn seats have")
+    return found
