@@ -65,8 +65,8 @@ def bending_stress(
     modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp.
 
     Args:
-        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before: where
-            that is not zero the reed starts preloaded, in equilibrium with it and with its loads.
+        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
+            where that is not zero the reed starts preloaded, in equilibrium with it and with its loads.
         dt: step [s].
         reed: the striker of that run, made of ``beam``, in contact at one point.
         beam: its geometry and material.
