@@ -12,7 +12,7 @@ from impact import ContactProblem
 from impact.exact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens.base import StepKernel
 from impact.greens.exact_port import step_weights
-from impact.march.replay import port_displacement
+from impact.march.motion import port_displacement
 
 STEPS = (12_000, 48_000, 200_000)
 POLES = (250, 500, 1000, 2000)

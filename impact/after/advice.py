@@ -6,6 +6,7 @@ import numpy as np
 
 from impact.advice import Advice
 from impact.after.energy import pressed_in
+from impact.after.measures import closed_steps
 from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
@@ -24,10 +25,10 @@ def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
     total = float(force.sum())
     short, shortest = 0.0, FEWEST_STEPS
     for column in force.T:
-        lengths, sums = _contacts(column)
-        brief = lengths < FEWEST_STEPS
-        short += float(sums[brief].sum())
-        shortest = min(shortest, int(lengths[brief].min(initial=FEWEST_STEPS)))
+        first, end = closed_steps(column).T
+        brief, running = end - first < FEWEST_STEPS, np.concatenate([[0.0], np.cumsum(column)])
+        short += float((running[end] - running[first])[brief].sum())
+        shortest = min(shortest, int((end - first)[brief].min(initial=FEWEST_STEPS)))
     share = short / total if total > 0 else 0.0
     if share <= UNRESOLVED_LIMIT:
         return ()
@@ -120,12 +121,3 @@ def unsolved_advice(unsolved: int, steps: int) -> tuple[Advice, ...]:
             "merge contacts that coincide, use a shorter step or a softer law",
         ),
     )
-
-
-def _contacts(force: Array) -> tuple[Array, Array]:
-    """Lengths [steps] and sums of the contacts of one force (n,)."""
-    closed = np.concatenate([[False], force > 0, [False]])
-    edges = np.flatnonzero(closed[1:] != closed[:-1])
-    starts, stops = edges[::2], edges[1::2]
-    running = np.concatenate([[0.0], np.cumsum(force)])
-    return np.asarray(stops - starts, dtype=float), running[stops] - running[starts]

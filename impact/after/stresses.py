@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from impact.after.result import ImpactResult
 from impact.beams.cantilever import Cantilever
 from impact.bodies.body import Body
-from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction
-from impact.greens.modal import ModalGreens
-from impact.march.loop import FLOOR
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.replay import Replay, blocks
 
-POINTS_PER_WAVE = 8  # of the shortest wave kept: where a peak is looked for along the reed
-TIMES_PER_RADIAN = 2  # of the highest frequency kept: when it is looked for
+POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
+TIMES_PER_RADIAN = 2  # of the highest frequency retained: when it is looked for
 ROUND_OFF = 1e-12  # relative, of sums over modes
 _BLOCK = 1024  # times held at once
 
@@ -67,7 +65,8 @@ def bending_stress(
     modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp.
 
     Args:
-        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before.
+        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
+            where that is not zero the reed starts preloaded, in equilibrium with it and with its loads.
         dt: step [s].
         reed: the striker of that run, made of ``beam``, in contact at one point.
         beam: its geometry and material.
@@ -97,8 +96,8 @@ def reed_stress(
 ) -> ReedStress:
     """The largest |`bending_stress`| along the reed, before the first touch and after it.
 
-    It is looked for at `POINTS_PER_WAVE` of the shortest wave kept and at `TIMES_PER_RADIAN` of the highest frequency,
-    ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+    It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at `TIMES_PER_RADIAN` of the highest
+    frequency, ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
@@ -148,20 +147,25 @@ def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         raise StressError(
             f"force {force.shape} and a reed with {len(greens.ports)} contacts: the stress is that of a single one"
         )
-    rates = greens.residual.rates
-    decay = float(np.exp(-dt * (rates[0] if rates.size else 2 * greens.omega.max())))
+    rate = _following(greens)
+    followed = replace(greens, residual=Residual(np.full((1, 1), rate), np.array([rate]), np.zeros((1, 1))))
     start = reed.modal_start()
-    q, v = start.displacement + greens.shapes[:, 0] / greens.omega**2 * force[0], start.velocity.copy()
-    transition, gain = oscillator.transition(dt, greens.omega, greens.zeta)
-    step = np.array([transition[0, 0], transition[0, 1], transition[1, 0], transition[1, 1], gain[0], gain[1]])
-    shapes = np.vstack([greens.shapes.T, *(load.shape for load in reed.loads)])
-    slow = np.array([force[0]])
-    yield np.append(q, slow)[None, :]
-    for first in range(1, len(force), _BLOCK * stride):
-        part = slice(first, min(first + _BLOCK * stride, len(force)))
-        middle = np.asarray(dt * (np.arange(part.start, part.stop) - 0.5), dtype=np.float64)
-        channels = np.stack([force[part], *(load.amplitude(middle) for load in reed.loads)])
-        yield _advance(step, decay, shapes, channels, q, v, slow, stride)
+    pull = greens.shapes[:, 0] * force[0]
+    if force[0] > 0:  # a preload: the loads were carried since ever, as the contact force was
+        pull = pull + sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in reed.loads)
+    start = replace(start, displacement=start.displacement + pull / greens.omega**2)
+    replay = Replay(followed, dt, start, force[:1], force[:1], [load.shape for load in reed.loads])
+    yield np.append(start.displacement, force[0])[None, :]
+    for part in blocks(len(force) - 1, _BLOCK * stride):
+        middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
+        amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
+        yield replay.coordinates(force[None, 1:][:, part], amplitudes, stride)
+
+
+def _following(greens: ModalGreens) -> float:
+    """The rate at which the reed's residual compliance follows the force [1/s]."""
+    rates = greens.residual.rates
+    return float(rates[0] if rates.size else 2 * greens.omega.max())
 
 
 def _modal(reed: Body) -> ModalGreens:
@@ -171,32 +175,6 @@ def _modal(reed: Body) -> ModalGreens:
             f"a reed known by a {type(reed.greens).__name__} has no modes of bending; make it by cantilever_reed"
         )
     return modal
-
-
-@njit(cache=True)
-def _advance(step, decay, shapes, channels, q, v, slow, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """(times, M + 1) modal coordinates and the followed force after every ``stride``-th step; the states go on."""
-    a11, a12, a21, a22, b1, b2 = step[0], step[1], step[2], step[3], step[4], step[5]
-    steps, modes = channels.shape[1], q.size
-    seen, drive = np.empty((steps // stride, modes + 1)), np.empty(modes)
-    for m in range(steps):
-        slow[0] = channels[0, m] + decay * (slow[0] - channels[0, m])
-        f, shape = channels[0, m], shapes[0]
-        for k in range(modes):
-            drive[k] = shape[k] * f
-        for c in range(1, channels.shape[0]):
-            f, shape = channels[c, m], shapes[c]
-            for k in range(modes):
-                drive[k] += shape[k] * f
-        for k in range(modes):
-            x, y, g = q[k], v[k], drive[k]
-            q[k] = a11[k] * x + a12[k] * y + b1[k] * g + FLOOR
-            v[k] = a21[k] * x + a22[k] * y + b2[k] * g + FLOOR
-        if (m + 1) % stride == 0:
-            row = (m + 1) // stride - 1
-            seen[row, :modes] = q
-            seen[row, modes] = slow[0]
-    return seen
 
 
 def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: float = 1.0) -> Array:

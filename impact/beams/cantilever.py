@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beams.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
+from impact.beams.euler_bernoulli import EulerBernoulliBeam
 from impact.beams.modes import clamped_curvature, clamped_shape
 from impact.greens.base import Array
 
@@ -21,11 +21,6 @@ class Cantilever(EulerBernoulliBeam):
     """
 
     family: ClassVar[str] = "cantilever"
-
-    @property
-    def free_point(self) -> float:
-        """The tip [m]."""
-        return self.length
 
     def wave_numbers(self, n_modes: int) -> Array:
         """(n,) k_n L: roots of cos x cosh x = -1 by Newton on cos x + 1/cosh x."""
@@ -59,7 +54,3 @@ class Cantilever(EulerBernoulliBeam):
         denominator = 1 + growth**2 + 2 * growth * np.cos(k)
         ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
         return k, ratio * growth, ratio
-
-    def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
-        return cantilever_compliance(self.rigidity, x, load)

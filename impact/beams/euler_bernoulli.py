@@ -43,17 +43,16 @@ class EulerBernoulliBeam(RectangularBeam, ABC):
             tip_mass=self.end_mass,
         )
 
+    def compliance(self, x: float, load: float) -> float:
+        """Static deflection at ``x`` per unit force at ``load`` [m/N], of a cantilever: a^2 (3b - a)/(6 EI), a <= b."""
+        a, b = sorted((x, load))
+        return a * a * (3 * b - a) / (6 * self.rigidity)
+
     def residual(self, compliance: Array, at: tuple[float, ...], damping_ratio: float, highest: float) -> Residual:
-        """The exponential that relaxes within half a radian of the highest mode kept, tau = 1/(2 highest).
+        """The exponential that relaxes within half a radian of the highest mode retained, tau = 1/(2 highest).
 
         The continuum has no finite impedance at t = 0 (g starts like t^(1/2)); the higher modes carry energy away. A
-        bare spring in their place rings against the contact at the highest frequency kept instead (docs/methods.md).
+        bare spring in their place would ring against the contact at the highest of them (docs/methods.md).
         At a tip mass the residual is small, for g starts there like t/tip_mass.
         """
         return Residual.relaxing(compliance, 2 * highest)
-
-
-def cantilever_compliance(rigidity: float, x: float, load: float) -> float:
-    """Static deflection at ``x`` per unit force at ``load`` [m/N]: a^2 (3b - a)/(6 EI), a <= b."""
-    a, b = sorted((x, load))
-    return a * a * (3 * b - a) / (6 * rigidity)

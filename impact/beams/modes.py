@@ -37,6 +37,11 @@ class RectangularBeam:
         return {"kind": self.family, **asdict(self)}
 
     @property
+    def free_point(self) -> float:
+        """Where it is touched and measured unless stated: the tip [m]."""
+        return self.length
+
+    @property
     def area(self) -> float:
         """A = w h [m^2]."""
         return self.width * self.thickness

@@ -55,11 +55,6 @@ class TimoshenkoCantilever(RectangularBeam):
         """Angular frequency sqrt(kappa G A/(rho I)) above which both wave families travel [rad/s]."""
         return math.sqrt(self.shear_rigidity / self.line_inertia)
 
-    @property
-    def free_point(self) -> float:
-        """The tip [m]."""
-        return self.length
-
     def waves(self, omega: Array) -> Waves:
         """Wave numbers at the angular frequencies ``omega`` [rad/s]."""
         rotary = self.thickness**2 / (12 * self.length**2)

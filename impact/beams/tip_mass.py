@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.beams.euler_bernoulli import EulerBernoulliBeam, cantilever_compliance
+from impact.beams.euler_bernoulli import EulerBernoulliBeam
 from impact.beams.modes import bisected, clamped_shape, positive
 from impact.greens.base import Array
 
@@ -39,11 +39,6 @@ class TipMassCantilever(EulerBernoulliBeam):
     def end_mass(self) -> float:
         """The tip mass [kg]."""
         return self.tip_mass
-
-    @property
-    def free_point(self) -> float:
-        """The tip [m]."""
-        return self.length
 
     def wave_numbers(self, n_modes: int) -> Array:
         """(n,) k_n L, one between each clamped-pinned root (mu = inf) and clamped-free root (mu = 0), by bisection."""
@@ -79,7 +74,3 @@ class TipMassCantilever(EulerBernoulliBeam):
         modal_mass = self.mass / 4 * ((1 + mu) * tip**2 + 2 * mu * tip * slope)
         scale = np.reshape(np.sqrt(modal_mass), (-1, *[1] * xi.ndim))
         return np.asarray(clamped_shape(k, delta, ratio, xi) / scale)
-
-    def compliance(self, x: float, load: float) -> float:
-        """Static deflection at ``x`` per unit force at ``load`` [m/N]."""
-        return cantilever_compliance(self.rigidity, x, load)

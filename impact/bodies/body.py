@@ -138,7 +138,11 @@ class AtRest(Body):
 
 
 def rigid_mass(*, mass: float, velocity: float) -> Body:
-    """Rigid striker: g = t/m; ``velocity`` < 0 approaches the target [kg, m/s]."""
+    """Rigid striker of ``mass`` m [kg]: g = t/m; ``velocity`` < 0 approaches the target [m/s].
+
+    Raises:
+        GreensFunctionError: a mass that is not positive, or a number that is not finite.
+    """
     if not (mass > 0 and math.isfinite(mass)):
         raise GreensFunctionError(f"mass = {mass:g} kg must be positive and finite")
     shape = np.array([[1.0 / math.sqrt(mass)]])

@@ -83,7 +83,7 @@ class ModeShape:
     at: float | None = None
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
-        """Initial modal state; `GreensFunctionError` if the mode is not among those kept or has a node at ``at``."""
+        """Initial modal state; `GreensFunctionError` if the reed has no such mode, or it has a node at ``at``."""
         n = len(modes.omega)
         if not 1 <= self.number <= n:
             raise GreensFunctionError(f"release in mode {self.number}: the reed has modes 1..{n}; raise n_modes")
@@ -132,7 +132,7 @@ def reed(
     Args:
         beam: `Cantilever`, `TipMassCantilever`, `ClampedClamped`, `TimoshenkoCantilever`, or your own.
         damping_ratio: of every mode.
-        n_modes: modes kept.
+        n_modes: how many of the lowest modes are retained.
         contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip (the middle of a
             clamped-clamped reed). The ports are "contact", or "contact_1", "contact_2", ... in the order given.
         release: `StaticShape`, `ModeShape`, `GivenShape`; ``None`` is straight and at rest.
@@ -233,7 +233,7 @@ def cantilever_reed(
     Args:
         young, density, length, width, thickness: SI.
         damping_ratio: of every mode.
-        n_modes: modes kept.
+        n_modes: how many of the lowest modes are retained.
         tip_deflection: at release [m]; > 0 is away from the seat.
         contact_at: distance of the contact point from the clamp [m], or several; ``None`` is the tip.
         release: another release than the static shape; then ``tip_deflection`` stays 0.

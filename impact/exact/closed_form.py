@@ -1,4 +1,8 @@
-"""Green's functions in closed form: rods, springs, rigid bodies, infinite beams and plates."""
+"""Green's functions in closed form: rods, springs, rigid bodies, infinite beams and plates.
+
+Arguments are SI. Every function here raises `GreensFunctionError`, naming the argument and its value, for one that is
+not a positive, finite number (a damping ratio of 0 is none at all).
+"""
 
 from __future__ import annotations
 
@@ -77,7 +81,10 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
 
 
 def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0) -> ModalGreens:
-    """One damped oscillator of modal ``mass`` [kg] at the port; a bare one needs a compliant law or a residual."""
+    """One damped oscillator of modal ``mass`` m [kg]: g(t) = exp(-zeta w t) sin(wd t)/(m wd), w = 2 pi frequency_hz.
+
+    As g(0+) = 0, it needs a law that yields, or a partner that does.
+    """
     _positive(frequency_hz=frequency_hz, mass=mass)
     omega = np.array([2 * np.pi * frequency_hz])
     shapes = np.array([[1.0 / math.sqrt(mass)]])
@@ -90,7 +97,11 @@ def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0)
 def fixed_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFixedRod:
-    """Elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping."""
+    """Elastic rod struck at one end, fixed at the other; exact, with or without uniform modal damping.
+
+    Undamped, g(t) = (1/Z) (H(t) + 2 sum_k (-1)^k H(t - 2 k l/c)) [m/(N s)], Z = A sqrt(E rho), c = sqrt(E/rho): the
+    wave and its reflections (d'Alembert); damped, as `DampedFixedRod` says. S(inf) = l/(EA).
+    """
     rod = _delay_rod(young, density, area, length, reflection=-1.0)
     if damping_ratio == 0.0:
         return rod
@@ -101,7 +112,11 @@ def fixed_rod(
 def free_rod(
     *, young: float, density: float, area: float, length: float, damping_ratio: float = 0.0
 ) -> DelayRod | DampedFreeRod:
-    """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping."""
+    """Elastic rod struck at one end, free at the other; exact, with or without uniform modal damping.
+
+    Undamped, g(t) = (1/Z) (H(t) + 2 sum_k H(t - 2 k l/c)) [m/(N s)], Z = A sqrt(E rho), c = sqrt(E/rho): the wave and
+    its reflections (d'Alembert), on the mean t/(rho A l); damped, as `DampedFreeRod` says.
+    """
     rod = _delay_rod(young, density, area, length, reflection=1.0)
     if damping_ratio == 0.0:
         return rod
@@ -112,7 +127,10 @@ def free_rod(
 def rod_with_end_impedance(
     *, young: float, density: float, area: float, length: float, end_impedance: float
 ) -> DelayRod:
-    """Elastic rod whose far end moves against a dashpot ``end_impedance`` [N s/m]; 0 free, inf fixed."""
+    """Elastic rod whose far end moves against a dashpot ``end_impedance`` Z_e [N s/m] >= 0; 0 free, inf fixed.
+
+    g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - 2 k l/c)) [m/(N s)], R = (Z - Z_e)/(Z + Z_e).
+    """
     _positive(young=young, density=density, area=area, length=length)
     if not end_impedance >= 0:
         raise GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")

@@ -14,7 +14,8 @@ import numpy as np
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.motion import Discrete, translate
+from impact.march.motion import Discrete
+from impact.march.replay import resting, translate
 
 BLOCK = 512  # steps
 
@@ -36,6 +37,33 @@ class Flight:
     others: Array
 
 
+@dataclass(frozen=True)
+class Flying:
+    """The loaded translations of one body: as a Green's function, seen by the contacts, from a start, under a drive.
+
+    Attributes:
+        free: the translations alone.
+        turn: (P, p) how the contacts act on its ports.
+        start: (2, R) modal coordinates and rates at t = 0.
+        drive: (R, n) modal forces of the loads, constant over each step.
+    """
+
+    free: ModalGreens
+    turn: Array
+    start: Array
+    drive: Array
+
+
+def parted(bodies: tuple[Discrete, ...], turns: list[Array]) -> tuple[tuple[Discrete, ...], list[Flying]]:
+    """The bodies without their loaded translations, and these; ``turns``: (P, p) of each body."""
+    parts, flying = list(bodies), []
+    for number, (body, turn) in enumerate(zip(bodies, turns, strict=True)):
+        if flies(body):
+            parts[number], translations = _split(body, turn)
+            flying.append(translations)
+    return tuple(parts), flying
+
+
 def flies(discrete: Discrete) -> bool:
     """Whether loads act on a translation of the body."""
     g = discrete.body.greens.modal if discrete.body.loads else None
@@ -45,24 +73,22 @@ def flies(discrete: Discrete) -> bool:
     return any(bool(np.any(load.shape[rigid])) for load in discrete.body.loads)
 
 
-def split(discrete: Discrete) -> tuple[Discrete, ModalGreens, Array, Array]:
-    """The body without its translations; these as a Green's function, their start (2, R) and their drive (R, n)."""
+def _split(discrete: Discrete, turn: Array) -> tuple[Discrete, Flying]:
+    """The body without its translations, and these."""
     body, g = discrete.body, discrete.body.greens.modal
     assert g is not None
-    rigid = g.omega == 0
-    start = body.modal_start()
-    state = ModalState(start.displacement[~rigid], start.velocity[~rigid])
+    rigid, start = g.omega == 0, body.modal_start()
     held = replace(g, omega=g.omega[~rigid], zeta=g.zeta[~rigid], shapes=g.shapes[~rigid])
-    loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads) if np.any(~rigid) else ()
-    rest = Body(held, state=state if np.any(~rigid) else None, loads=loads)
+    free = replace(held, omega=g.omega[rigid], zeta=g.zeta[rigid], shapes=g.shapes[rigid])
+    free = replace(free, residual=Residual.none(len(g.ports)))
+    bends = bool(np.any(~rigid))
+    state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
+    loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
+    amplitudes = discrete.loads[: len(loads)]
     kernel = held.step_kernel(discrete.dt, discrete.loads.shape[1])
-    amplitudes = discrete.loads if loads else discrete.loads[:0]
+    rest = Discrete(Body(held, 0.0, state, loads), kernel, discrete.dt, amplitudes, discrete.rest, np.zeros(len(loads)))
     drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
-    free = replace(
-        g, omega=g.omega[rigid], zeta=g.zeta[rigid], shapes=g.shapes[rigid], residual=Residual.none(len(g.ports))
-    )
-    still = Discrete(rest, kernel, discrete.dt, amplitudes, discrete.rest, np.zeros(len(loads)))
-    return still, free, np.array([start.displacement[rigid], start.velocity[rigid]]), drive
+    return rest, Flying(free, turn, np.array([start.displacement[rigid], start.velocity[rigid]]), drive)
 
 
 class Pilot:
@@ -102,6 +128,6 @@ class Pilot:
             return self.base.copy()
         places, rates = np.empty_like(drive), np.empty_like(drive)
         for row in range(len(drive)):
-            translate(h, self.base[0, row], self.base[1, row], drive[row], places[row], rates[row])
+            translate(h, resting(*self.base[:, row]), drive[row], places[row], rates[row])
         self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
         return np.array([places[:, -1], rates[:, -1]])

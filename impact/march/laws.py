@@ -88,58 +88,56 @@ class Signorini:
         return np.zeros_like(penetration)
 
 
+class _PowerLaw:
+    """N = k max(0, pen)^n: what the elastic laws have in common; ``stiffness`` is k, ``exponent`` n."""
+
+    elastic: ClassVar[bool] = True
+    stiffness: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        if not (self.stiffness > 0 and math.isfinite(self.stiffness)):
+            raise LawError(f"{type(self).__name__}.stiffness = {self.stiffness:g} must be positive and finite")
+
+    @property
+    def parameters(self) -> Parameters:
+        """k."""
+        return (self.stiffness, 0.0, 0.0)
+
+    def potential(self, penetration: Array) -> Array:
+        """k pen^(n + 1)/(n + 1) [J]."""
+        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (self.exponent + 1) / (self.exponent + 1))
+
+
 @dataclass(frozen=True)
-class LinearSpring:
+class LinearSpring(_PowerLaw):
     """N = k max(0, pen); ``stiffness`` k [N/m].
 
     Convex potential k pen^2/2. Passive rule: N = k pen_free/(1 + k W0); conserving rule: N = k times the mean
-    penetration of the step while closed.
+    penetration of the step while closed. Raises `LawError` for a stiffness that is not positive and finite.
     """
 
     stiffness: float
     code: ClassVar[int] = SPRING
-    elastic: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        _positive("LinearSpring.stiffness", self.stiffness)
-
-    @property
-    def parameters(self) -> Parameters:
-        """k."""
-        return (self.stiffness, 0.0, 0.0)
-
-    def potential(self, penetration: Array) -> Array:
-        """k pen^2/2."""
-        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** 2 / 2)
+    exponent: ClassVar[float] = 1.0  # type: ignore[misc]
 
 
 @dataclass(frozen=True)
-class Hertz:
+class Hertz(_PowerLaw):
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces;
-    a Green's function that holds it too must lose it first, see `impact.exact.half_space.without_patch`.
+    Convex potential (2/5) k pen^(5/2). The law holds the local compliance of both surfaces; a Green's function that
+    holds it too must lose it first, see `impact.exact.half_space.without_patch`. Raises `LawError` for a stiffness
+    that is not positive and finite.
     """
 
     stiffness: float
     code: ClassVar[int] = HERTZ
-    elastic: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        _positive("Hertz.stiffness", self.stiffness)
-
-    @property
-    def parameters(self) -> Parameters:
-        """k."""
-        return (self.stiffness, 0.0, 0.0)
-
-    def potential(self, penetration: Array) -> Array:
-        """(2/5) k pen^(5/2)."""
-        return np.asarray(0.4 * self.stiffness * np.maximum(penetration, 0.0) ** 2.5)
+    exponent: ClassVar[float] = 1.5  # type: ignore[misc]
 
 
 @dataclass(frozen=True)
-class HuntCrossley:
+class HuntCrossley(_PowerLaw):
     """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
 
     Every rule: the elastic part by convexity, the damping part d (pen')^2 >= 0 times it by itself, and where the
@@ -151,16 +149,18 @@ class HuntCrossley:
         stiffness: k [N/m^n].
         damping: d [s/m] >= 0; 3 (1 - e)/(2 V) gives the coefficient of restitution e near 1 at the speed V.
         exponent: n >= 1.
+
+    Raises:
+        LawError: a stiffness that is not positive, a negative damping, an exponent below 1, or one not finite.
     """
 
     stiffness: float
     damping: float = 0.0
     exponent: float = 1.5
     code: ClassVar[int] = HUNT_CROSSLEY
-    elastic: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _positive("HuntCrossley.stiffness", self.stiffness)
+        super().__post_init__()
         if not (self.damping >= 0 and math.isfinite(self.damping)):
             raise LawError(f"HuntCrossley.damping = {self.damping:g} s/m must be >= 0 and finite")
         if not (self.exponent >= 1 and math.isfinite(self.exponent)):
@@ -170,11 +170,6 @@ class HuntCrossley:
     def parameters(self) -> Parameters:
         """k, d, n."""
         return (self.stiffness, self.damping, self.exponent)
-
-    def potential(self, penetration: Array) -> Array:
-        """k pen^(n + 1)/(n + 1)."""
-        n = self.exponent
-        return np.asarray(self.stiffness * np.maximum(penetration, 0.0) ** (n + 1) / (n + 1))
 
 
 @dataclass(frozen=True)
@@ -214,7 +209,7 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
 class _Callback:
     """A Python function behind a C function pointer that the compiled march can call.
 
-    C cannot raise: the first exception is kept, and from then on the force is zero until `check` raises it.
+    C cannot raise: the first exception is remembered, and from then on the force is zero until `check` raises it.
     """
 
     def __init__(self, force: Callable[[float, float, float], float]) -> None:
@@ -297,8 +292,3 @@ def no_user_law() -> Any:
 
 def _zero(pen: float, pen_start: float, dt: float) -> float:
     return 0.0
-
-
-def _positive(name: str, value: float) -> None:
-    if not (value > 0 and math.isfinite(value)):
-        raise LawError(f"{name} = {value:g} must be positive and finite")

@@ -448,6 +448,24 @@ def _past(recent, force, rest, first, n):  # type: ignore[no-untyped-def]  # pra
     return u
 
 
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def displaced(rows, state, w0, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(n,) what the march of one contact adds to the gap under a known ``force`` (n,); rows and state as there."""
+    a11, a21, a22, c1, c2 = rows
+    q, p = state
+    out, last = np.empty(force.size), 0.0
+    for n in range(force.size):
+        u = w0 * force[n]
+        for k in range(q.size):  # `_advance`, written out: twice as fast without the march around it
+            qk, pk = q[k], p[k]
+            r = a11[k] * qk + (pk + c1[k] * last)
+            q[k] = r
+            p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * last + FLOOR))
+            u += r
+        out[n], last = u, force[n]
+    return out
+
+
 @njit(cache=True, nogil=True)
 def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.

@@ -1,7 +1,7 @@
-"""The motion and energy of one body under known forces, replayed mode by mode.
+"""The motion and energy of one body under known forces.
 
-Each energy term is integrated on its own, pole by pole and step by step; none is found by difference, so that the sum
-of all terms measures the solver's error.
+Each energy term is integrated on its own; none is found by difference, so that the sum of all terms measures the
+solver's error.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from impact.bodies.body import Body
+from impact.bodies.body import Body, ModalState
 from impact.brief import brief
-from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history
-from impact.march.loop import FLOOR
+from impact.march.loop import displaced
+from impact.march.replay import Replay, blocks
 
 _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 
@@ -103,7 +103,27 @@ class Discrete:
         return out
 
 
-def _start(discrete: Discrete, modal: ModalGreens) -> tuple[Array, Array]:
+def port_displacement(discrete: Discrete, force: Array) -> Array:
+    """(n + 1,) displacement [m] of the port of a held body at rest under ``force`` (n,), constant over each step.
+
+    Equal to ``discrete.motion(force[None]).displacement[0]``, which serves every other body; without the energies, by
+    the recursion of the march itself, it is several times cheaper.
+    """
+    kernel, body = discrete.kernel, discrete.body
+    free = kernel.modal is not None and not np.all(kernel.modal.omega)
+    if free or discrete.moves_by_itself or len(body.greens.ports) > 1:
+        return np.asarray(discrete.motion(force[None]).displacement[0])
+    out = np.zeros(len(force) + 1)
+    if kernel.modal is not None:
+        poles = history.Poles.of([(kernel.modal, np.ones((1, 1)))], discrete.dt, 1)
+        rows, state = history.streams(poles.folded())
+        out[1:] += displaced(rows, state, float(kernel.modal.step_matrix(discrete.dt)[0, 0]), force)
+    if kernel.weights is not None:
+        out[1:] += history.convolve(kernel.weights[0, 0], force)
+    return out
+
+
+def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
     """Modal coordinates and rates at t = 0, preload included."""
     pull = modal.shapes @ discrete.rest
     for load, amplitude in zip(discrete.body.loads, discrete.rest_loads, strict=True):
@@ -112,60 +132,40 @@ def _start(discrete: Discrete, modal: ModalGreens) -> tuple[Array, Array]:
         raise GreensFunctionError("a body free to move cannot carry a preload: nothing balances it; hold it somewhere")
     q = pull / np.where(modal.omega == 0, 1.0, modal.omega) ** 2
     start = discrete.body.modal_start(modal)
-    return q + start.displacement, start.velocity.copy()
+    return ModalState(q + start.displacement, start.velocity)
 
 
 def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array) -> Motion:
-    ports, n = force.shape
-    shapes = np.column_stack([modal.shapes, *(load.shape for load in discrete.body.loads)])
-    channels = np.concatenate([force, discrete.loads[:, :n]])
-    q, p = _start(discrete, modal)
-    u, stored, lost = np.zeros((len(channels), n + 1)), np.zeros(n + 1), np.zeros(n + 1)
-    u[:, 0] = shapes.T @ q
-    stored[0] = 0.5 * float(p @ p + (modal.omega * q) @ (modal.omega * q))
-    rigid = modal.omega == 0
-    for seen, place, rate in zip(shapes[rigid], q[rigid], p[rigid], strict=True):
-        places, rates = np.empty(n), np.empty(n)
-        translate(discrete.dt, place, rate, seen @ channels, places, rates)
-        u[:, 1:] += seen[:, None] * places
-        stored[1:] += 0.5 * rates**2
-    omega, zeta, bent = modal.omega[~rigid], modal.zeta[~rigid], shapes[~rigid]
-    a, b = oscillator.transition(discrete.dt, omega, zeta)
-    form = oscillator.dissipation_form(discrete.dt, omega, zeta)
-    steps = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2])
-    upper = np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
-    if len(omega):
-        _replay(steps, upper, np.ascontiguousarray(bent.T), q[~rigid], p[~rigid], channels, u, stored, lost)
-    load_work = np.zeros(n + 1)
-    load_work[1:] = np.cumsum(np.sum(channels[ports:] * np.diff(u[ports:], axis=1), axis=0))
-    u = u[:ports]
-    _add_relaxations(discrete, modal, force, u, stored, lost)
-    compliance = modal.residual.compliance
-    if np.any(compliance):
-        before = np.concatenate([discrete.rest[:, None], force], axis=1)
-        u += compliance @ before
-        stored += 0.5 * np.sum(before * (compliance @ before), axis=0)
-        jump = np.diff(before, axis=1)  # a spring loaded at once takes F^2 c and keeps half
-        lost[1:] += 0.5 * np.sum(jump * (compliance @ jump), axis=0)
-    return Motion(u, stored, np.cumsum(lost), load_work)
+    n, replay = force.shape[1], _replay(discrete, modal)
+    u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
+    u[:, 0], stored[0] = _first(discrete, modal)
+    for part in blocks(n):
+        block, now = replay.advance(force[:, part], discrete.loads[:, part]), slice(part.start + 1, part.stop + 1)
+        u[:, now], stored[now], lost[now], work[now] = block.displacement, block.stored, block.lost, block.load_work
+    return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
 
 
-def _add_relaxations(
-    discrete: Discrete, modal: ModalGreens, force: Array, u: Array, stored: Array, lost: Array
-) -> None:
-    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2."""
-    dt = discrete.dt
-    for amplitudes, rate in zip(modal.residual.shapes, modal.residual.rates, strict=True):
-        f, held = amplitudes @ force, float(amplitudes @ discrete.rest)
-        decay, gain = float(np.exp(-rate * dt)), dt * float(oscillator.expm1_over(np.array(-rate * dt)))
-        if held != 0.0 and rate == 0.0:
-            raise GreensFunctionError("a dashpot cannot carry a preload: hold the body somewhere")
-        start = held / rate if held != 0.0 else 0.0
-        y = np.concatenate([[start], _first_order(decay, gain, f, start)])
-        u += amplitudes[:, None] * y
-        stored += 0.5 * rate * y**2
-        square = dt * float(oscillator.expm1_over(np.array(-2 * rate * dt)))
-        lost[1:] += (f - rate * y[:-1]) ** 2 * square
+def _replay(discrete: Discrete, modal: ModalGreens) -> Replay:
+    loads = [load.shape for load in discrete.body.loads]
+    start, relaxed = _start(discrete, modal), _relaxed(discrete, modal)
+    return Replay(modal, discrete.dt, start, relaxed, discrete.rest, loads)
+
+
+def _relaxed(discrete: Discrete, modal: ModalGreens) -> Array:
+    """(R,) the relaxations at t = 0, under the preload."""
+    held, rates = modal.residual.shapes @ discrete.rest, modal.residual.rates
+    if np.any(held[rates == 0] != 0):
+        raise GreensFunctionError("a dashpot cannot carry a preload: hold the body somewhere")
+    return np.asarray(held / np.where(rates == 0, 1.0, rates))
+
+
+def _first(discrete: Discrete, modal: ModalGreens) -> tuple[Array, float]:
+    """Displacement (P,) and stored energy at t = 0."""
+    start, relaxed, rest = _start(discrete, modal), _relaxed(discrete, modal), modal.residual
+    spring = rest.compliance @ discrete.rest
+    u = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
+    swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
+    return u, 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
 
 
 def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Motion) -> Motion:
@@ -215,72 +215,6 @@ def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, 
 
 def _at(cumulative: Array, index: Array) -> Array:
     return np.interp(index, np.arange(len(cumulative)), cumulative)
-
-
-@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _replay(steps, form, shapes, q, p, force, u, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Oscillators under known channel forces, all at once: the loops over modes are vector code. shapes (C, M)."""
-    a11, a12, a21, a22, b1, b2, w2 = steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]
-    d11, d12, d13, d22, d23, d33 = form[0], form[1], form[2], form[3], form[4], form[5]
-    channels, n = force.shape
-    g = np.empty(q.size)
-    for m in range(n):
-        f, shape = force[0, m], shapes[0]
-        for k in range(q.size):
-            g[k] = shape[k] * f
-        for c in range(1, channels):
-            f, shape = force[c, m], shapes[c]
-            for k in range(q.size):
-                g[k] += shape[k] * f
-        gone, kept = 0.0, 0.0
-        for k in range(q.size):
-            x, v, y = q[k], p[k], g[k]
-            gone += x * (d11[k] * x + d12[k] * v + d13[k] * y) + v * (d22[k] * v + d23[k] * y) + d33[k] * y * y
-            r = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
-            s = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
-            q[k] = r
-            p[k] = s
-            kept += s * s + w2[k] * r * r
-        lost[m + 1] += gone
-        stored[m + 1] += 0.5 * kept
-        for c in range(channels):
-            shape, total = shapes[c], 0.0
-            for k in range(q.size):
-                total += shape[k] * q[k]
-            u[c, m + 1] += total
-
-
-@njit(cache=True)
-def translate(dt, place, rate, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """A rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
-
-    Bare sums drift: a steady force is rounded the same way at every step, and the position is off by eps n^2.
-    """
-    push, push_rest, way, way_rest = 0.0, 0.0, place, 0.0
-    speed = rate
-    for m in range(force.size):
-        step = dt * (speed + 0.5 * dt * force[m])
-        total = push + force[m]
-        part = total - push
-        push_rest += (push - (total - part)) + (force[m] - part)
-        push = total
-        speed = rate + dt * (push + push_rest)
-        total = way + step
-        part = total - way
-        way_rest += (way - (total - part)) + (step - part)
-        way = total
-        places[m] = way + way_rest
-        rates[m] = speed
-
-
-@njit(cache=True)
-def _first_order(decay, gain, f, start):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    out = np.empty_like(f)
-    y = start
-    for m in range(f.size):
-        y = decay * y + gain * f[m] + FLOOR
-        out[m] = y
-    return out
 
 
 @njit(cache=True)

@@ -1,60 +1,206 @@
-"""The displacement of a body under known forces, without the energies: several times cheaper than `motion`."""
+"""Modal coordinates under known forces: the one replay behind energies, displacements, bending stress and flight.
+
+The forces are constant over each step, and every recursion is exact for such. A replay goes on from block to block, so
+that its memory does not grow with the run; who asks takes from each block what it needs.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 
+from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march import history
 from impact.march.loop import FLOOR
-from impact.march.motion import Discrete
+
+BLOCK = 4096  # steps
 
 
-def port_displacement(discrete: Discrete, force: Array) -> Array:
-    """(n + 1,) displacement [m] of the port of a held body at rest under ``force`` (n,), constant over each step.
+@dataclass(frozen=True)
+class Block:
+    """What m steps of a replay bring.
 
-    Equal to ``discrete.motion(force[None]).displacement[0]``, which serves every other body.
+    Attributes:
+        displacement: (P, m) of the ports at the end of each step [m].
+        stored: (m,) elastic and kinetic energy at the end of each step [J].
+        lost: (m,) what damping took during each step [J].
+        load_work: (m,) work of the prescribed loads during each step [J].
     """
-    kernel, body = discrete.kernel, discrete.body
-    free = kernel.modal is not None and not np.all(kernel.modal.omega)
-    if free or discrete.moves_by_itself or body.loads or len(body.greens.ports) > 1:
-        return np.asarray(discrete.motion(force[None]).displacement[0])
-    out = np.zeros(len(force) + 1)
-    if kernel.modal is not None:
-        out[1:] += _modal(kernel.modal, discrete.dt, force)
-    if kernel.weights is not None:
-        out[1:] += history.convolve(kernel.weights[0, 0], force)
-    return out
+
+    displacement: Array
+    stored: Array
+    lost: Array
+    load_work: Array
 
 
-def _modal(modal: ModalGreens, dt: float, force: Array) -> Array:
-    a, b = oscillator.transition(dt, modal.omega, modal.zeta)
-    square, rates = modal.shapes[:, 0] ** 2, modal.residual.rates
-    modes = np.array([a[0, 0], a[0, 1] * a[1, 0], a[1, 1], square * b[0], square * a[0, 1] * b[1]])
-    none = np.zeros(len(rates))
-    gain = modal.residual.shapes[:, 0] ** 2 * dt * oscillator.expm1_over(-rates * dt)
-    rows, state = history.streams(
-        np.concatenate([modes, np.array([np.exp(-rates * dt), none, none, gain, none])], axis=1)
-    )
-    return np.asarray(_displaced(rows, state, force)) + float(modal.residual.compliance[0, 0]) * force
+class Replay:
+    """Oscillators, translations, relaxations and bare compliance of one body, advanced under known forces.
+
+    Each energy term is integrated on its own, pole by pole and step by step: none is found by difference.
+    """
+
+    def __init__(
+        self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
+    ) -> None:
+        """Where it begins: modal coordinates, relaxations (R,) and port forces (P,) so far; ``loads``: shapes (M,)."""
+        rigid, rest = modal.omega == 0, modal.residual
+        shapes = np.vstack([modal.shapes.T, *loads])
+        omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
+        a, b = oscillator.transition(dt, omega, zeta)
+        form = oscillator.dissipation_form(dt, omega, zeta)
+        self._dt, self._ports, self._compliance = dt, modal.shapes.shape[1], rest.compliance
+        self._shapes, self._rigid = np.ascontiguousarray(shapes[:, ~rigid]), shapes[:, rigid].T
+        self._steps = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2])
+        self._form = np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
+        self._q, self._p = start.displacement[~rigid].copy(), start.velocity[~rigid].copy()
+        self._bodies = [resting(q, v) for q, v in zip(start.displacement[rigid], start.velocity[rigid], strict=True)]
+        span = -rest.rates * dt
+        gains = (dt * oscillator.expm1_over(span), dt * oscillator.expm1_over(2 * span))
+        self._relaxing = np.array([np.exp(span), *gains, rest.rates])
+        self._amplitudes = np.ascontiguousarray(rest.shapes)
+        self._y, self._last = relaxed.astype(float), held.astype(float)
+        self._seen = shapes[self._ports :] @ start.displacement  # by the loads
+
+    def advance(self, force: Array, loads: Array) -> Block:
+        """On through m steps under port forces (P, m) and load amplitudes (L, m)."""
+        ports, m = force.shape
+        channels = np.concatenate([force, loads])
+        u, stored, lost = np.zeros_like(channels), np.zeros(m), np.zeros(m)
+        for body, seen in zip(self._bodies, self._rigid, strict=True):
+            places, rates = np.empty(m), np.empty(m)
+            translate(self._dt, body, seen @ channels, places, rates)
+            u += seen[:, None] * places
+            stored += 0.5 * rates**2
+        none = np.zeros((0, 0))
+        if self._q.size:
+            _oscillate(self._steps, self._form, self._shapes, self._q, self._p, channels, u, stored, lost, none, 1)
+        work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
+        self._seen = u[ports:, -1].copy()
+        if self._y.size:
+            _relax(self._relaxing, self._amplitudes, self._y, channels[:ports], u, stored, lost, none, 1)
+        if np.any(self._compliance):
+            jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps half of F^2 c
+            u[:ports] += self._compliance @ force
+            stored += 0.5 * np.sum(force * (self._compliance @ force), axis=0)
+            lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
+        self._last = force[:, -1].copy()
+        return Block(u[:ports], stored, lost, work)
+
+    def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
+        """(m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing else.
+
+        Translations are left out: they bend nothing.
+        """
+        channels, rows, none = np.concatenate([force, loads]), force.shape[1] // stride, np.zeros(0)
+        q, y = np.empty((rows, self._q.size)), np.empty((rows, self._y.size))
+        skipped = (np.zeros((0, 0)), none, none)  # displacements and energies
+        _oscillate(self._steps, np.zeros((6, 0)), self._shapes, self._q, self._p, channels, *skipped, q, stride)
+        _relax(self._relaxing, self._amplitudes, self._y, channels[: self._ports], *skipped, y, stride)
+        return np.concatenate([q, y], axis=1)
+
+
+def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
+    """The steps of a run, block by block."""
+    return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _displaced(rows, state, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """(n,) sum of the poles, their shapes squared in b1 and b2; as in `history.Poles` p stands for a12 q'."""
-    a11, a21, a22, b1, b2 = rows
-    q, p = state
-    out = np.empty(force.size)
-    for m in range(force.size):
-        f, total = force[m], 0.0
+def _oscillate(steps, form, shapes, q, p, force, u, stored, lost, seen, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Oscillators under known channel forces, all at once: the loops over modes are vector code. shapes (C, M).
+
+    Energies for a ``form`` of its size, displacements for ``u`` (C, m), coordinates for ``seen`` of its size.
+    """
+    a11, a12, a21, a22, b1, b2, w2 = steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]
+    d11, d12, d13, d22, d23, d33 = form[0], form[1], form[2], form[3], form[4], form[5]
+    channels, n = force.shape
+    g = np.empty(q.size)
+    for m in range(n):
+        f, shape = force[0, m], shapes[0]
         for k in range(q.size):
-            x, y = q[k], p[k]
-            r = a11[k] * x + (y + b1[k] * f)
-            q[k] = r
-            p[k] = a21[k] * x + (a22[k] * y + (b2[k] * f + FLOOR))
-            total += r
-        out[m] = total
-    return out
+            g[k] = shape[k] * f
+        for c in range(1, channels):
+            f, shape = force[c, m], shapes[c]
+            for k in range(q.size):
+                g[k] += shape[k] * f
+        if d11.size:
+            gone, kept = 0.0, 0.0
+            for k in range(q.size):
+                x, v, y = q[k], p[k], g[k]
+                gone += x * (d11[k] * x + d12[k] * v + d13[k] * y) + v * (d22[k] * v + d23[k] * y) + d33[k] * y * y
+                r = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
+                s = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
+                q[k] = r
+                p[k] = s
+                kept += s * s + w2[k] * r * r
+            lost[m] += gone
+            stored[m] += 0.5 * kept
+        else:
+            for k in range(q.size):
+                x, v, y = q[k], p[k], g[k]
+                q[k] = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
+                p[k] = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
+        for c in range(u.shape[0]):
+            shape, total = shapes[c], 0.0
+            for k in range(q.size):
+                total += shape[k] * q[k]
+            u[c, m] += total
+        if seen.size and (m + 1) % stride == 0:
+            seen[(m + 1) // stride - 1] = q
+
+
+@njit(cache=True)
+def _relax(relaxing, amplitudes, y, force, u, stored, lost, seen, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2; amplitudes (R, P).
+
+    Displacements and energies for ``u`` (P, m), coordinates for ``seen`` of its size.
+    """
+    decay, gain, square, rates = relaxing
+    ports, n = force.shape
+    for m in range(n):
+        for r in range(y.size):
+            f = 0.0
+            for c in range(ports):
+                f += amplitudes[r, c] * force[c, m]
+            before = y[r]
+            y[r] = decay[r] * before + gain[r] * f + FLOOR
+            if u.size:
+                lost[m] += (f - rates[r] * before) ** 2 * square[r]
+                stored[m] += 0.5 * rates[r] * y[r] ** 2
+                for c in range(ports):
+                    u[c, m] += amplitudes[r, c] * y[r]
+        if seen.size and (m + 1) % stride == 0:
+            seen[(m + 1) // stride - 1] = y
+
+
+def resting(place: float, rate: float) -> Array:
+    """The state of a translation for `translate`: where it is, how fast it was at the start, and three sums."""
+    return np.array([place, rate, 0.0, 0.0, 0.0])
+
+
+@njit(cache=True)
+def translate(dt, state, force, places, rates):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """A rigid-body mode: the sums of forces and of ways carry their own round-off (Knuth's two-sum).
+
+    Bare sums drift: a steady force is rounded the same way at every step, and the position is off by eps n^2.
+    """
+    way, rate, push, push_rest, way_rest = state
+    speed = rate + dt * (push + push_rest)
+    for m in range(force.size):
+        step = dt * (speed + 0.5 * dt * force[m])
+        total = push + force[m]
+        part = total - push
+        push_rest += (push - (total - part)) + (force[m] - part)
+        push = total
+        speed = rate + dt * (push + push_rest)
+        total = way + step
+        part = total - way
+        way_rest += (way - (total - part)) + (step - part)
+        way = total
+        places[m] = way + way_rest
+        rates[m] = speed
+    state[0], state[2], state[3], state[4] = way, push, push_rest, way_rest

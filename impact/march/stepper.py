@@ -22,7 +22,7 @@ from impact.march import engines, history
 from impact.march import loop as march
 from impact.march.engines import Engine
 from impact.march.flight import BLOCK as FLIGHT
-from impact.march.flight import Flight, Pilot, flies, split
+from impact.march.flight import Flight, Flying, Pilot, parted
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.march.live_loads import LiveLoads
 from impact.march.motion import Discrete
@@ -115,8 +115,9 @@ def prepare(
         own += turn.T @ body.kernel.self_weight(dt) @ turn
     gaps = _free_gaps(problem, bodies, turns, n)
     plan = engines.choose([b.kernel for b in bodies], p, n, engine, block)
-    poles, weights = _memory(bodies, turns, plan, own, n)
-    flight = _flight(problem, bodies, turns, n)
+    parts, flying = parted(bodies, turns)
+    poles, weights = _memory(parts, flying, turns, plan, own, n)
+    flight = _flight(problem, parts, flying, turns, n)
     return Prepared(problem, dt, n, bodies, gaps, rest, poles, weights, own, rules, plan, flight)
 
 
@@ -129,49 +130,41 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     return gaps
 
 
-def _flight(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: list[Array], n: int) -> Flight | None:
-    """The loaded translations of all bodies, in the order of `_memory`."""
-    others, psi, starts, drives = list(bodies), [], [], []
-    for number, (body, turn) in enumerate(zip(bodies, turns, strict=True)):
-        if not flies(body):
-            continue
-        others[number], free, start, drive = split(body)
-        seen = np.any(free.shapes @ turn != 0, axis=1)
-        psi.append((free.shapes @ turn)[seen].T)
-        starts.append(start[:, seen])
-        drives.append(drive[seen])
-    if not psi or sum(len(d) for d in drives) == 0:
+def _flight(
+    problem: ContactProblem, parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], n: int
+) -> Flight | None:
+    """The loaded translations of all bodies, those that a contact sees, in the order of `_memory`."""
+    seen = [np.any(part.free.shapes @ part.turn != 0, axis=1) for part in flying]
+    if not any(np.any(here) for here in seen):
         return None
-    rest = _free_gaps(problem, tuple(others), turns, n)
-    return Flight(np.concatenate(psi, axis=1), np.concatenate(starts, axis=1), np.concatenate(drives), rest)
+    each = list(zip(flying, seen, strict=True))
+    return Flight(
+        np.concatenate([(part.free.shapes @ part.turn)[here].T for part, here in each], axis=1),
+        np.concatenate([part.start[:, here] for part, here in each], axis=1),
+        np.concatenate([part.drive[here] for part, here in each]),
+        _free_gaps(problem, parts, turns, n),
+    )
 
 
 def _memory(
-    bodies: tuple[Discrete, ...], turns: list[Array], plan: engines.Plan, own: Array, n: int
+    parts: tuple[Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
-    """The poles to march and the (p, p, n) step weights of all the rest."""
-    p = len(own)
+    """The poles to march and the (p, p, n) step weights of all the rest; what flies is marched with every engine."""
+    p, dt = len(own), parts[0].dt
     marched: list[tuple[ModalGreens, Array]] = []
-    flying: list[tuple[ModalGreens, Array]] = []
     turned: list[tuple[ModalGreens, Array]] = []
-    weights = np.zeros((p, p, 0))
-    for body, turn, by_poles in zip(bodies, turns, plan.by_poles, strict=True):
-        if body.kernel.modal is not None and flies(body):
-            held, free, _, _ = split(body)
-            assert held.kernel.modal is not None
-            (marched if by_poles else turned).append((held.kernel.modal, turn))
-            flying.append((free, turn))  # by poles with every engine
-        elif body.kernel.modal is not None:
+    found: list[Array] = []
+    for body, turn, by_poles in zip(parts, turns, plan.by_poles, strict=True):
+        if body.kernel.modal is not None:
             (marched if by_poles else turned).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
-            part = np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True)
-            weights = weights + part if weights.size else part
+            found.append(np.einsum("ic,ijn,jd->cdn", turn, body.kernel.weights, turn, optimize=True))
     if turned:
-        part = history.Poles.of(turned, body.dt, p).weights(own, n)
-        weights = weights + part if weights.size else part
-    if weights.size:
+        found.append(history.Poles.of(turned, dt, p).weights(own, n))
+    weights = np.ascontiguousarray(sum(found[1:], start=found[0])) if found else np.zeros((p, p, 0))
+    if found:
         weights[:, :, 0] = own
-    return history.Poles.of(marched + flying, bodies[0].dt, p), np.ascontiguousarray(weights)
+    return history.Poles.of([*marched, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 class ContactStepper:
@@ -264,20 +257,23 @@ class ContactStepper:
             if self.prepared.weights.size and edge % block == 0:
                 self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
-    def checkpoint(self) -> dict[str, Array]:
-        """Everything the future depends on, as arrays; `impact.storage.checkpoint` keeps it in a file."""
-        q, p = self._state
+    def _states(self, done: int) -> dict[str, Array]:
+        """Everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
         return {
-            "done": np.array(self.done),
-            "force": self.force[: self.done].copy(),
-            "gap": self.gap[: self.done + 1].copy(),
-            "memory": self._past.memory.copy(),
-            "q": q.copy(),
-            "p": p.copy(),
-            "live_amplitudes": self.live.amplitudes.copy(),
-            "live_state": self.live.state.copy(),
-            "flight": self._base.copy(),
+            "force": self.force[:done],
+            "gap": self.gap[: done + 1],
+            "memory": self._past.memory,
+            "q": self._state[0],
+            "p": self._state[1],
+            "live_amplitudes": self.live.amplitudes,
+            "live_state": self.live.state,
+            "flight": self._base,
         }
+
+    def checkpoint(self) -> dict[str, Array]:
+        """Everything the future depends on, as arrays; `impact.storage.checkpoint` writes it to a file."""
+        states = {name: values.copy() for name, values in self._states(self.done).items()}
+        return {"done": np.array(self.done), **states}
 
     @property
     def _base(self) -> Array:
@@ -290,16 +286,7 @@ class ContactStepper:
         if "done" not in state or state["done"].size != 1:
             raise ContactError("the checkpoint does not say how many steps are done")
         done = int(state["done"].item())
-        mine = {
-            "force": self.force[:done],
-            "gap": self.gap[: done + 1],
-            "memory": self._past.memory,
-            "q": self._state[0],
-            "p": self._state[1],
-            "live_amplitudes": self.live.amplitudes,
-            "live_state": self.live.state,
-            "flight": self._base,
-        }
+        mine = self._states(done)
         if missing := ", ".join(sorted(mine.keys() - state.keys())):
             raise ContactError(f"the checkpoint has no {missing}")
         if not 0 <= done <= self.prepared.steps:

@@ -11,6 +11,7 @@ from scipy.optimize import nnls
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.measured.passive_residues import Residues, signed_terms
+from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Poles, basis
 
 Complex = NDArray[np.complex128]
@@ -45,7 +46,7 @@ def free_residues(data: FitData, poles: Poles) -> Residues:
     beside = np.zeros((extra.shape[1], p, p))
     both = np.concatenate([phi, extra], axis=1)
     found = _least_squares(both, data.g, data.weights)
-    beside[:] = [_positive(matrix) for matrix in found[phi.shape[1] :]]
+    beside[:] = [positive_part(matrix) for matrix in found[phi.shape[1] :]]
     if np.any(beside != found[phi.shape[1] :]):
         found = _least_squares(phi, data.g - np.einsum("ne,eij->nij", extra, beside), data.weights)
     k = 2 * len(poles.pairs)
@@ -111,10 +112,10 @@ def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterat
         return np.asarray(nnls(real, goal[:, 0])[0] / scale)[:, None, None]
     gram, right = real.T @ real, (real.T @ goal).reshape(-1, *g.shape[1:])
     step = 1 / float(np.linalg.eigvalsh(gram)[-1])
-    x = y = _positive(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
+    x = y = positive_part(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
     inertia = 1.0
     for _ in range(iterations):
-        new = _positive(y - step * (np.tensordot(gram, y, axes=1) - right))
+        new = positive_part(y - step * (np.tensordot(gram, y, axes=1) - right))
         if np.sum((y - new) * (new - x)) > 0:
             inertia = 1.0
         following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
@@ -123,13 +124,3 @@ def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterat
         if moved < 1e-10 * float(np.abs(x).max()):
             break
     return np.asarray(x / scale[:, None, None])
-
-
-def _positive(matrices: Array) -> Array:
-    """The positive semidefinite part of (..., p, p)."""
-    if matrices.shape[-1] == 1:
-        return np.maximum(matrices, 0.0)
-    values, vectors = np.linalg.eigh(matrices)
-    if np.all(values >= 0):
-        return matrices
-    return np.asarray(np.einsum("...ia,...a,...ja->...ij", vectors, np.maximum(values, 0.0), vectors))

@@ -9,7 +9,7 @@ import numpy as np
 
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.sampled import SampledGreens
-from impact.measured.passivity import TOLERANCE, grid_size, passivity, work_spectrum
+from impact.measured.passivity import TOLERANCE, eigenvalues, grid_size, passivity, positive_part, work_spectrum
 
 _ITERATIONS = 2000
 _ACCURACY = 1e-3  # of the peak: what the iteration may leave to the lift
@@ -109,7 +109,7 @@ class _WorkForm:
 
     def missing(self, x: Array) -> float:
         """The least multiple of ``falling`` that makes the spectrum of ``x`` positive; at theta = 0 it is ``held``."""
-        return max(float(np.max(-_eigenvalues(self.apply(x))[1:, 0] / self._gain)), 0.0)
+        return max(float(np.max(-eigenvalues(self.apply(x))[1:, 0] / self._gain)), 0.0)
 
     def adjoint(self, spectrum: Array) -> Array:
         """Of `apply` without ``held``, in the mean over the circle."""
@@ -133,7 +133,7 @@ def _posed(greens: SampledGreens) -> tuple[_WorkForm, Array]:
     size = grid_size(2 * n)
     beyond = size // 2 - n
     # a body held on the move towards the force would give work without end
-    held = _positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
+    held = positive_part(values[None, :, :, -1])[0] if greens.tail == "hold" else np.zeros(values.shape[:2])
     freedom = np.repeat([1.0, _FREEDOM], [n, beyond])
     freedom[-1] = 0.0 if greens.tail == "hold" else _FREEDOM
     return _WorkForm(freedom, held, size), np.pad(values - held[:, :, None], ((0, 0), (0, 0), (0, beyond)))
@@ -150,7 +150,7 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
         nearest = x + form.adjoint(momentum * inverse) * form.freedom
         if form.missing(nearest) <= enough:
             break
-        new = _positive_part(momentum - step * inverse * form.apply(nearest))
+        new = positive_part(momentum - step * inverse * form.apply(nearest))
         if np.sum((momentum - new) * (new - multipliers)) > 0:
             inertia = 1.0  # restart: the momentum points uphill
         following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2
@@ -159,19 +159,8 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
     return nearest, rounds
 
 
-def _eigenvalues(spectrum: Array) -> Array:
-    return spectrum[:, :, 0] if spectrum.shape[1] == 1 else np.asarray(np.linalg.eigvalsh(spectrum))
-
-
 def _least(spectrum: Array) -> float:
-    return float(_eigenvalues(spectrum).min())
-
-
-def _positive_part(matrices: Array) -> Array:
-    if matrices.shape[1] == 1:
-        return np.maximum(matrices, 0.0)
-    values, vectors = np.linalg.eigh(matrices)
-    return np.asarray(np.einsum("kia,ka,kja->kij", vectors, np.maximum(values, 0.0), vectors))
+    return float(eigenvalues(spectrum).min())
 
 
 def _is_multiple(dt: float, spacing: float) -> bool:

@@ -89,13 +89,12 @@ def passivity(
     increments = work_increments(greens, dt, n)
     n = increments.shape[2]
     symbol = work_spectrum(increments)
-    eigenvalues = _eigenvalues(symbol)
     fejer = work_spectrum(increments * (1 - np.arange(n) / n))
-    mean = _eigenvalues(fejer)
+    mean = eigenvalues(fejer)
     largest = float(max(mean.max(), increments[:, :, 0].trace(), 1e-300))
     worst = int(np.argmin(mean[:, 0]))
     least = float(min(mean[worst, 0], largest))
-    if eigenvalues.min() < -tolerance * largest:  # else proven passive for any number of steps
+    if eigenvalues(symbol).min() < -tolerance * largest:  # else proven passive for any number of steps
         harmonic = np.linalg.eigh(fejer[worst])[1][:, 0]
         start = np.cos(np.pi * worst / (len(mean) - 1) * np.arange(n)) * harmonic[:, None]
         least = min(least, _smallest_ritz_value(symbol, start))
@@ -159,9 +158,19 @@ def _round_off(increments: Array) -> float:
     return float(4 * np.finfo(float).eps * response * math.sqrt(increments.shape[2]))
 
 
-def _eigenvalues(symbol: Array) -> Array:
-    """(k, p) ascending."""
+def eigenvalues(symbol: Array) -> Array:
+    """(k, p) ascending, of (k, p, p) symmetric matrices."""
     return symbol[:, :, 0] if symbol.shape[1] == 1 else np.asarray(np.linalg.eigvalsh(symbol))
+
+
+def positive_part(matrices: Array) -> Array:
+    """The positive semidefinite part of symmetric matrices (..., p, p), negative eigenvalues set to zero."""
+    if matrices.shape[-1] == 1:
+        return np.maximum(matrices, 0.0)
+    values, vectors = np.linalg.eigh(matrices)
+    if np.all(values >= 0):
+        return matrices
+    return np.asarray(np.einsum("...ia,...a,...ja->...ij", vectors, np.maximum(values, 0.0), vectors))
 
 
 def _smallest_ritz_value(symbol: Array, start: Array) -> float:

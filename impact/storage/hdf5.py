@@ -82,7 +82,7 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> GreensFunctio
 
     Raises:
         StorageError: no such file, truncated or damaged, not a Green's function, or of a newer schema; with a ``key``
-            also one without a seal, or `OtherKeyError` one that was kept under another.
+            also one without a seal, or `OtherKeyError` one that was stored under another.
     """
     with opened(path, "greens", sealed=bool(key)) as file:
         if key and (found := str(file.attrs.get("key", ""))) != key:

@@ -52,8 +52,8 @@ class Machine:
     element: float = 8.0e-5
     entry: float = 6.5e-8
     factor_start: float = 0.01
-    factor: float = 1.1e-7
-    solve: float = 1.85e-8
+    factor: float = 9.0e-8
+    solve: float = 7.7e-9
     product: float = 1.13e-8
     inner: float = 1.2e-9
     check: float = 6.0e-4

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 from scipy.optimize import minimize_scalar
 
 from impact.after.contact_stress import (
+    HertzContact,
     ShearMaximum,
     circular_shear_maximum,
     disk_shear_maximum,
@@ -40,42 +43,33 @@ def stress_cases() -> tuple[Case, ...]:
 
 
 def _circle() -> tuple[Case, Case]:
-    """The factor is on the force, p0 and a are those of force 1."""
     shear = circular_shear_maximum(poisson=_POISSON)
-    one = hertz_circular(force=1.0, reduced_modulus=1.0, radius=1.0)
-
-    def stress(k: float) -> Estimate:
-        now = hertz_circular(force=k, reduced_modulus=1.0, radius=1.0)
-        return Estimate(shear.stress * now.pressure / one.pressure)
-
-    def depth(k: float) -> Estimate:
-        now = hertz_circular(force=k, reduced_modulus=1.0, radius=1.0)
-        return Estimate(shear.depth * now.half_width / one.half_width)
-
-    name = "circular Hertz contact, nu = 0.3"
-    return (
-        Case(name, "largest shear/p0", 0.3100205, 1e-6, _JOHNSON, stress),
-        Case(name, "its depth/a", 0.480864, 1.1e-6, _JOHNSON, depth),
-    )
+    load = partial(hertz_circular, reduced_modulus=1.0, radius=1.0)
+    return _hertz("circular Hertz contact, nu = 0.3", ("a", 0.3100205, 0.480864), shear, lambda k: load(force=k))
 
 
 def _line() -> tuple[Case, Case]:
-    """The factor is on the force."""
-    shear = line_shear_maximum()
-    one = hertz_line(force_per_length=1.0, reduced_modulus=1.0, radius=1.0)
+    load = partial(hertz_line, reduced_modulus=1.0, radius=1.0)
+    exact = ("b", 0.3002831, 0.786151)
+    return _hertz("Hertz line contact", exact, line_shear_maximum(), lambda k: load(force_per_length=k))
 
-    def stress(k: float) -> Estimate:
-        now = hertz_line(force_per_length=k, reduced_modulus=1.0, radius=1.0)
-        return Estimate(shear.stress * now.pressure / one.pressure)
 
-    def depth(k: float) -> Estimate:
-        now = hertz_line(force_per_length=k, reduced_modulus=1.0, radius=1.0)
-        return Estimate(shear.depth * now.half_width / one.half_width)
-
+def _hertz(
+    name: str, exact: tuple[str, float, float], shear: ShearMaximum, load: Callable[[float], HertzContact]
+) -> tuple[Case, Case]:
+    """The factor is on the force; p0 and the half-width, whose letter is given, are those of force 1."""
+    width, stress, depth = exact
+    one = load(1.0)
     return (
-        Case("Hertz line contact", "largest shear/p0", 0.3002831, 1e-6, _JOHNSON, stress),
-        Case("Hertz line contact", "its depth/b", 0.786151, 1.1e-6, _JOHNSON, depth),
-    )
+        Case(
+            name, "largest shear/p0", stress, 1e-6, _JOHNSON,
+            lambda k: Estimate(shear.stress * load(k).pressure / one.pressure),
+        ),
+        Case(
+            name, f"its depth/{width}", depth, 1.1e-6, _JOHNSON,
+            lambda k: Estimate(shear.depth * load(k).half_width / one.half_width),
+        ),
+    )  # fmt: skip
 
 
 def _disk() -> tuple[Case, Case]:

@@ -83,6 +83,8 @@ KINDS: dict[str, tuple[GreensFunction, float]] = {
     "sum of all kinds": (SumGreens((DAMPED_FREE, BALL, sampled(DAMPED_FREE, "rigid"))), 1 / (1 / 6 + 1 / 0.7 + 1 / 6)),
     "multiple of modes": (ScaledGreens(FREE, 0.5), 2 * FREE_MASS),
     "multiple of a rod": (ScaledGreens(DAMPED_FREE, 2.0), 3.0),
+    "multiple of complex poles": (ScaledGreens(POLES, 3.0), FREE_MASS / 3),
+    "sum, held, for a time": (SumGreens((replace(HELD, valid_for=4.0), impact.PoleGreens.of(HELD))), math.inf),
 }  # fmt: skip
 MASSES_BY_SAMPLES = 1e-5  # what is left of the vibration in the last slope
 FREE_KINDS = [name for name, (_, mass) in KINDS.items() if math.isfinite(mass)]
@@ -104,6 +106,12 @@ def pairs(greens: GreensFunction) -> list[tuple[int, int]]:
 
 def known(greens: GreensFunction) -> np.ndarray:
     return TIMES[greens.valid_for >= TIMES]
+
+
+def leaves(greens: GreensFunction) -> list[GreensFunction]:
+    """What it is made of, down to functions that are made of no other."""
+    parts = getattr(greens, "parts", None) or [part for part in [getattr(greens, "part", None)] if part is not None]
+    return [leaf for part in parts for leaf in leaves(part)] if parts else [greens]
 
 
 def test_ports_have_names_and_numbers(greens: GreensFunction) -> None:
@@ -161,6 +169,81 @@ def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction)
         np.testing.assert_allclose(found[i, j], steps, atol=1e-10 * scale)
         assert own[i, j] == pytest.approx(steps[0], abs=1e-10 * scale)
     assert (greens.marched_poles(DT, n) is None) == (kernel.weights is not None)
+
+
+def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens: GreensFunction) -> None:
+    """Of held bodies: what is damped ends there; what is not swings about it, and its mean over long is compared."""
+    if name == "samples, ending":
+        with pytest.raises(GreensFunctionError, match="static compliance is unknown"):
+            greens.static_compliance()
+        return
+    static = greens.static_compliance()
+    assert static.shape == (len(greens.ports),) * 2
+    for i, j in pairs(greens):
+        if math.isfinite(static[i, j]):
+            late = np.linspace(2e4, 3e4, 20_011)
+            assert np.mean(greens.step_response(late, i, j)) == pytest.approx(static[i, j], rel=1e-3, abs=1e-12)
+        else:
+            assert abs(greens.step_response(np.array([1e6]), i, j)[0]) > 1e3
+
+
+def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
+    """By the general rule, an integral of the pulse's slope times the step response, which a class may replace.
+
+    The rule does not see where in one of its 256 panels a bare compliance jumps: 0.3 of 2 pi/256 of the peak.
+    """
+    t, width = np.array([0.3, 0.55]), 0.6
+    whole = greens.filtered_matrix(t, width)
+    assert whole.shape == (len(greens.ports), len(greens.ports), len(t))
+    for i, j in pairs(greens) if type(greens).filtered is not GreensFunction.filtered else []:
+        expected = GreensFunction.filtered(greens, t, width, i, j)
+        np.testing.assert_allclose(whole[i, j], expected, rtol=1e-6, atol=0.3 * 2 * np.pi / 256 * np.abs(whole).max())
+        np.testing.assert_allclose(greens.filtered(t, width, i, j), whole[i, j], rtol=1e-12, atol=1e-14)
+
+
+def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
+    """W' g W: here the mean of all ports, and one port twice."""
+    p = len(greens.ports)
+    weights, t = np.full((p, 1), 1 / p), known(greens)
+    if any(part.closed_form for part in leaves(greens)):
+        with pytest.raises(GreensFunctionError, match="cannot be combined"):
+            greens.combined(weights, ("mean",))
+        return
+    mean = greens.combined(weights, ("mean",))
+    assert mean.ports == ("mean",)
+    expected = sum(greens.step_response(t, i, j) for i, j in pairs(greens)) / p**2
+    np.testing.assert_allclose(mean.step_response(t), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    assert mean.valid_for == greens.valid_for
+
+
+def test_its_transform_is_that_of_g_or_is_not_known(greens: GreensFunction) -> None:
+    """G(s) for a real s > 0, by Gauss quadrature of exp(-s t) s S(t): bare compliances count."""
+    s = 3.0
+    if not all(isinstance(part, impact.ModalGreens | impact.PoleGreens) for part in leaves(greens)):
+        with pytest.raises(GreensFunctionError, match="not known in closed form"):
+            greens.transfer(np.array([s + 0j]))
+        return
+    found = greens.transfer(np.array([s + 0j]))
+    nodes, gauss = np.polynomial.legendre.leggauss(20)
+    edges = np.linspace(0.0, 12.0, 241)
+    t = ((edges[1:] + edges[:-1])[:, None] / 2 + np.diff(edges)[:, None] / 2 * nodes).ravel()
+    w = (np.diff(edges)[:, None] / 2 * gauss).ravel() * s * np.exp(-s * t)
+    t, w = t[t <= greens.valid_for], w[t <= greens.valid_for]
+    for i, j in pairs(greens):
+        scale = np.abs(found).max()
+        assert found[0, i, j] == pytest.approx(w @ greens.step_response(t, i, j), abs=2e-3 * scale)
+    assert found.shape == (1, len(greens.ports), len(greens.ports))
+
+
+def test_it_is_the_sum_of_what_it_names(greens: GreensFunction) -> None:
+    t = known(greens)
+    parts = greens.summands
+    assert len(parts) > 1 or parts == (greens,)
+    total = sum(part.step_response(t) for part in parts)
+    np.testing.assert_allclose(total, greens.step_response(t), rtol=1e-12, atol=0)
+    for same in (greens.modal, greens.pole_sum):
+        if same is not None:
+            np.testing.assert_allclose(same.step_response(t), greens.step_response(t), rtol=1e-9, atol=1e-12)
 
 
 def test_its_mass_is_that_of_its_long_motion(name: str, greens: GreensFunction) -> None:
@@ -235,8 +318,7 @@ def test_what_is_saved_is_loaded(greens: GreensFunction, tmp_path: Path) -> None
 
 
 def test_its_error_and_origin_can_be_stated_or_are_its_own(greens: GreensFunction) -> None:
-    parts = getattr(greens, "parts", (getattr(greens, "part", greens),))
-    if any(part.closed_form for part in parts):
+    if any(part.closed_form for part in leaves(greens)):
         with pytest.raises(GreensFunctionError, match="not free to state"):
             greens.with_error(ErrorEstimate(0.01, 0.02))
         return

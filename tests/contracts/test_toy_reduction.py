@@ -9,7 +9,6 @@ from scipy import linalg
 
 import seatfem
 from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens, Residual
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.elements.rod1d import rod_model
@@ -17,6 +16,7 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import registry
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
+from seatfem.structures.reduction.residual import truncate
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
@@ -52,7 +52,7 @@ def toy() -> Iterator[type[Reducer]]:
     """Registered by being defined, for the test that asks for it; without its name it is none any more."""
 
     class Toy(Reducer):
-        """All modes of a small model, by LAPACK."""
+        """Modes of a small model up to five times the band, by LAPACK."""
 
         name = "toy"
         any_time = True
@@ -69,10 +69,10 @@ def toy() -> Iterator[type[Reducer]]:
         ) -> Reduction:
             values, shapes = linalg.eigh(model.K.toarray(), model.M.toarray())
             omega = np.sqrt(values)
-            amplitudes, rest = shapes.T @ model.port_matrix, Residual.none(len(model.ports))
-            known = ErrorEstimate(reduction=1e-9)
-            ratios = damping.ratios(omega)
-            return Reduction(ModalGreens(omega, ratios, amplitudes, rest, model.port_names, known, {"toys": 1}))
+            ratios, amplitudes = damping.ratios(omega), shapes.T @ model.port_matrix
+            nothing = np.zeros((len(model.ports),) * 2)
+            greens = truncate(omega, ratios, amplitudes, 5 * aims.band, nothing, model, damping)
+            return Reduction(greens.with_error(ErrorEstimate(reduction=aims.tolerance / 3), {"toys": 1}))
 
     yield Toy
     del Toy.name
@@ -81,14 +81,14 @@ def toy() -> Iterator[type[Reducer]]:
 @pytest.mark.usefixtures("toy")
 def test_a_toy_is_asked_for_by_name() -> None:
     model = rod_model(young=200e9, density=7850.0, area=1e-4, length=30e-3, elements=60)
-    aims = {"bandwidth": 1e5, "duration": 5e-5, "tolerance": 1e-3}
+    aims = {"bandwidth": 1e5, "duration": 5e-5, "tolerance": 1e-2}
     ours, theirs = (seatfem.greens_function(model, **aims, method=method) for method in ("toy", "modes"))
     assert ours.provenance["method"] == "toy"
     assert ours.provenance["toys"] == 1
     assert ours.valid_for == np.inf
     t = np.linspace(0.0, 5e-5, 101)
     one, other = (g.filtered(t, 1e-5) for g in (ours, theirs))
-    assert np.abs(one - other).max() <= 1e-3 * np.abs(other).max()
+    assert np.abs(one - other).max() <= 1e-2 * np.abs(other).max()
     assert "toy" in seatfem.greens_function(model, **aims).provenance["reason"]  # auto asked it as well
     large = rod_model(young=200e9, density=7850.0, area=1e-4, length=30e-3, elements=1200)
     with pytest.raises(ModelError, match="2400 unknowns are too many"):
@@ -101,7 +101,7 @@ def test_a_scene_runs_with_a_toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     path = tmp_path / "scene.toml"
     path.write_text(SCENE)
     summary = run_scene(load_scene(path), tmp_path / "out").summary
-    assert summary["greens_error_reduction"] == 1e-9
+    assert summary["greens_error_reduction"] == pytest.approx(0.01)
     assert summary["peak_force_N"] > 0
 
 

@@ -74,20 +74,7 @@ def reed_of_size(size: str) -> Finding:
 
 def rod_at_speed(speed: float) -> Finding:
     """The same rod of 1 m: the impulse is proportional to the speed."""
-    found = _run(
-        f"""
-        [seat]
-        kind = "rod"
-        young = "200 GPa"
-        density = "{DENSITY:g} kg/m^3"
-        area = "1 m^2"
-        length = "1 m"
-        {_ball(DENSITY, speed)}
-        [run]
-        duration = "0.8 ms"
-        filter_width = "0.02 ms"
-        """
-    )
+    found = _rod(speed, duration="0.8 ms", filter_width="0.02 ms")
     return _against(found, {"impulse_Ns": DENSITY * speed * scenes.FIRST_BLOW})
 
 
@@ -124,7 +111,19 @@ def flown(gap: float) -> Finding:
 def stepped(share: float) -> Finding:
     """A time step stated in the file, in transits of the rod: right, advised, or refused."""
     transit = 1.0 / SPEED
-    found = _run(
+    found = _rod(
+        1.0,
+        duration=f"{max(4.0, 8 * share) * transit!r} s",
+        time_step=f"{share * transit!r} s",
+        filter_width=f"{max(0.1, 4 * share) * transit!r} s",
+    )
+    return _against(found, {"impulse_Ns": DENSITY * scenes.FIRST_BLOW}, stated=max(1e-4, min(share / 10, 1e-2)))
+
+
+def _rod(speed: float, **run: str) -> tuple[Mapping[str, object], tuple[str, ...]]:
+    """A rod of 1 m struck by its own mass, under the keys of [run]."""
+    keys = "\n".join(f'{key} = "{value}"' for key, value in run.items())
+    return _run(
         f"""
         [seat]
         kind = "rod"
@@ -132,14 +131,11 @@ def stepped(share: float) -> Finding:
         density = "{DENSITY:g} kg/m^3"
         area = "1 m^2"
         length = "1 m"
-        {_ball(DENSITY, 1.0)}
+        {_ball(DENSITY, speed)}
         [run]
-        duration = "{max(4.0, 8 * share) * transit!r} s"
-        time_step = "{share * transit!r} s"
-        filter_width = "{max(0.1, 4 * share) * transit!r} s"
+        {keys}
         """
     )
-    return _against(found, {"impulse_Ns": DENSITY * scenes.FIRST_BLOW}, stated=max(1e-4, min(share / 10, 1e-2)))
 
 
 def _reed(length: float) -> tuple[Mapping[str, object], tuple[str, ...]]:

@@ -17,7 +17,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from seatfem.faces import cli
+from seatfem.faces import cli, output, scene_verbs
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
 from seatfem.faces.progress_bars import StageClock, progress_bars
 from seatfem.machine import doctor
@@ -324,7 +324,7 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     inside = tmp_path / "data" / cli.DEMO_SCENE
     inside.parent.mkdir()
     inside.write_text("")
-    monkeypatch.setattr(cli.resources, "files", lambda package: tmp_path)
+    monkeypatch.setattr(scene_verbs.resources, "files", lambda package: tmp_path)
     assert cli.demo_scene() == inside
 
 
@@ -421,5 +421,5 @@ def test_brackets_are_no_markup_wherever_text_is_printed(
     assert "seat[uff]" in text.getvalue()
     choices = Table("key")
     choices.add_row("a [uff] choice")
-    cli._console().print(choices)
+    output.console().print(choices)
     assert "[uff]" in capsys.readouterr().out

@@ -1,12 +1,12 @@
-"""The displacement of a body without its energies is that of the motion with them."""
+"""One replay: the same for every length of its blocks, and without the energies the same displacement."""
 
 import numpy as np
 import pytest
 
-from impact import Body, ModalGreens, Residual
+from impact import Body, Load, ModalGreens, ModalState, Residual
 from impact.exact.damped_rods import BareFixedRod
-from impact.march.motion import Discrete
-from impact.march.replay import port_displacement
+from impact.march import motion, replay
+from impact.march.motion import Discrete, port_displacement
 
 DT, STEPS = 2e-6, 3000
 
@@ -37,3 +37,41 @@ def test_displacement_of_weights() -> None:
     force = np.sin(0.01 * np.arange(STEPS)) ** 2
     expected = body.motion(force[None]).displacement[0]
     np.testing.assert_allclose(port_displacement(body, force), expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+
+
+def thrown() -> Body:
+    """Free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
+    rng = np.random.default_rng(11)
+    omega = np.sort(rng.uniform(6e3, 5e5, 9))
+    omega[:2] = 0.0
+    rest = Residual(rng.normal(size=(2, 2)) * 1e-2, np.array([1e4, 1e6]), 1e-9 * np.eye(2))
+    greens = ModalGreens(omega, np.full(9, 0.03), rng.normal(size=(9, 2)), rest, ("left", "right"))
+    state = ModalState(1e-6 * rng.normal(size=9), 1e-2 * rng.normal(size=9))
+    loads = (Load(rng.normal(size=9), np.cos), Load(rng.normal(size=9), lambda t: np.sin(1e4 * t)))
+    return Body(greens, -0.3, state, loads)
+
+
+@pytest.mark.parametrize("size", [1, 7, 640])
+def test_the_length_of_a_block_changes_nothing(size: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    steps = 1000
+    body = Discrete.of(thrown(), DT, steps)
+    force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
+    whole = body.motion(force)
+    monkeypatch.setattr(motion, "blocks", lambda n: replay.blocks(n, size))
+    split = body.motion(force)
+    for name in ("displacement", "stored", "dissipated", "load_work"):
+        np.testing.assert_allclose(getattr(split, name), getattr(whole, name), rtol=1e-13, atol=0, err_msg=name)
+
+
+def test_coordinates_are_those_behind_the_displacement() -> None:
+    """Every third of them, with the translations taken off: what the ports show of the oscillators and relaxations."""
+    greens = seat(Residual.exponential(np.array([[3e-9]]), np.array([[2e-2]])))
+    held = Discrete.of(Body(greens), DT, STEPS)
+    force = np.maximum(np.random.default_rng(5).normal(size=STEPS).cumsum(), 0.0)
+    none = ModalState(np.zeros(25), np.zeros(25))
+    again = replay.Replay(greens, DT, none, np.zeros(1), np.zeros(1), [])
+    parts = [again.coordinates(force[None, part], np.zeros((0, 300)), 3) for part in replay.blocks(STEPS, 300)]
+    shapes = np.concatenate([greens.shapes[:, 0], greens.residual.shapes[:, 0]])
+    seen = np.concatenate(parts) @ shapes
+    expected = held.motion(force[None]).displacement[0, 3::3]
+    np.testing.assert_allclose(seen, expected, atol=1e-13 * np.abs(expected).max())

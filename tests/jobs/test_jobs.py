@@ -185,9 +185,9 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_path: Path) -> None:
-    text = "import sys, time; from seatfem.faces import cli\n"
+    text = "import sys, time; from seatfem.faces import cli, scene_verbs\n"
     text += "def busy(path): print('busy', flush=True); time.sleep(60)\n"
-    text += "cli._load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
+    text += "scene_verbs.load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
     with program(tmp_path, "-c", text) as process:
         assert process.stdout.readline() == "busy\n"
         process.send_signal(number)

@@ -112,6 +112,25 @@ def test_solves_are_one_call_of_phase_33_on_the_upper_triangle(model, monkeypatc
 
 
 @pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
+@pytest.mark.parametrize(("rough", "steps"), [(1e-8, 0), (0.0, 2)])
+def test_solves_are_refined_only_where_the_first_one_is_rough(model, monkeypatch, rough, steps):
+    """Refinement takes two thirds of the time of a solve, and round-off is all that it could take away."""
+    solvers = []
+
+    class Watched(_pardiso_class()):
+        def __init__(self, mtype):
+            super().__init__(mtype=mtype)
+            solvers.append(self)
+
+    monkeypatch.setattr("seatfem.structures.reduction.factorization._pardiso_class", lambda: Watched)
+    monkeypatch.setattr("seatfem.structures.reduction.factorization._ROUGH", rough)
+    for definite, count in ((True, 0), (False, 0)):
+        factor = factorize(model.K + 4.0 * model.M, definite=definite, backend="pardiso")
+        assert factor.negative_pivots == count
+        assert solvers[-1].get_iparm(7) == steps  # refinement steps that the last solve took
+
+
+@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
 def test_pardiso_is_told_where_mkl_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """A search through all files of the environment took longer than a small factorization."""
     monkeypatch.setattr("glob.glob", None)

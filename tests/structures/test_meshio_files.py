@@ -1,6 +1,7 @@
 """Meshes that go out in another program's format and come back; what meshio is not let near."""
 
 import base64
+import re
 import subprocess
 import sys
 import zlib
@@ -9,27 +10,37 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_file, read_mesh
-from seatfem.structures.formats.mesh_writing import write_mesh
+from seatfem.structures.formats.mesh_writing import WRITTEN, write_mesh
 from seatfem.structures.mesh.io import MeshError
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 ALL = ("tet-1", "tet-2", "hex-1", "hex-2")
-NAMED = {
-    ".msh": ALL,
-    ".vtu": ALL,
-    ".vtk": ALL,
-    ".e": ALL,
-    ".exo": ALL,
-    ".inp": ("tet-1", "tet-2", "hex-1"),
-    ".med": ("tet-1", "tet-2", "hex-1"),
-    ".xdmf": ("tet-1", "hex-1"),
+SOLID = ("tet-1", "tet-2", "hex-1")
+FIRST = ("tet-1", "hex-1")
+TET = ("tet-1",)
+# What comes back, and what groups are called: by their names, by a word before their numbers, not at all.
+HELD = {
+    ".msh": (ALL, "named"),
+    ".inp": (SOLID, "named"),
+    ".med": (SOLID, "named"),
+    ".vtu": (ALL, "named"),
+    ".vtk": (ALL, "named"),
+    ".xdmf": (FIRST, "named"),
+    ".e": (ALL, "named"),
+    ".bdf": (SOLID, "PID"),
+    ".avs": (FIRST, "avsucd:material"),
+    ".mesh": (FIRST, "medit:ref"),
+    ".meshb": (FIRST, "medit:ref"),
+    ".vol": (SOLID, "netgen:index"),
+    ".post": (ALL, ""),
+    ".mdpa": (ALL, ""),
+    ".cgns": (TET, ""),
+    ".h5m": (TET, ""),
+    ".xml": (TET, ""),
+    ".ele": (TET, ""),
+    ".tec": (("hex-1",), ""),
 }
-NUMBERED = {
-    ".avs": ("avsucd:material", ("tet-1", "hex-1")),
-    ".mesh": ("medit:ref", ("tet-1", "hex-1")),
-    ".vol": ("netgen:index", ("tet-1", "tet-2", "hex-1")),
-}
-BARE = {".cgns": ("tet-1",), ".h5m": ("tet-1",), ".xml": ("tet-1",), ".post": ALL, ".ele": ("tet-1",)}
+ALIKE = {".xmf": ".xdmf", ".exo": ".e", ".ex2": ".e", ".nas": ".bdf", ".dat": ".bdf", ".fem": ".bdf", ".dato": ".post"}
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +51,6 @@ def seats(tmp_path_factory):
     return {name: read_mesh(folder / f"{name}-2.inp", unit=UNIT) for name in ALL}
 
 
-def cases(formats):
-    return [(suffix, name) for suffix, names in formats.items() for name in names]
-
-
 def same(seat, back):
     # Some formats hold ten digits.
     assert (back.order, back.shape, back.quality.elements) == (seat.order, seat.shape, seat.quality.elements)
@@ -52,44 +59,72 @@ def same(seat, back):
         assert back.quality.areas[name] == pytest.approx(seat.quality.areas[name], rel=1e-8)
 
 
-@pytest.mark.parametrize(("suffix", "name"), cases(NAMED))
-def test_names_and_curved_elements_come_back(seats, tmp_path, suffix, name):
-    path = tmp_path / f"a{suffix}"
-    write_mesh(seats[name], path, unit=1e-3)
-    assert [file.name for file in tmp_path.iterdir()] == [path.name]
-    back = read_mesh(path, unit=1e-3)
-    same(seats[name], back)
-    assert "steel" in back.mesh.subdomains or suffix in (".e", ".exo")
+CASES = [
+    *((suffix, name) for suffix, (names, _) in HELD.items() for name in names),
+    *((suffix, HELD[other][0][0]) for suffix, other in ALIKE.items()),
+]
 
 
-@pytest.mark.parametrize(
-    ("suffix", "key", "name"), [(s, key, n) for s, (key, names) in NUMBERED.items() for n in names]
-)
-def test_numbers_of_groups_come_back(seats, tmp_path, suffix, key, name):
-    path = tmp_path / f"a{suffix}"
+@pytest.mark.parametrize(("suffix", "name"), CASES)
+def test_a_mesh_comes_back(seats, tmp_path, suffix, name):
+    """Elements, curved where they were; groups under their names, or numbered in the order that is told."""
+    path, (_, groups) = tmp_path / f"a{suffix}", HELD[ALIKE.get(suffix, suffix)]
     names = write_mesh(seats[name], path, unit=1e-3)
-    contact, fixed = (f"{key} {1 + names.index(group)}" for group in ("contact", "fixed"))
-    same(seats[name], read_mesh(path, unit=1e-3, contact=contact, fixed=fixed))
+    assert len(list(tmp_path.iterdir())) == (2 if suffix == ".ele" else 1)
+    if not groups:
+        back = read_file(path)
+        assert len(back.cells) == seats[name].quality.elements
+        assert not back.surfaces
+        return
+    asked = ("contact", "fixed")
+    told = asked if groups == "named" else [f"{groups} {1 + names.index(group)}" for group in asked]
+    back = read_mesh(path, unit=1e-3, contact=told[0], fixed=told[1])
+    same(seats[name], back)
+    volume = "steel" if groups == "named" else f"{groups} {1 + names.index('steel')}"
+    assert volume in back.mesh.subdomains or HELD[suffix if suffix in HELD else ALIKE[suffix]] is HELD[".e"]
 
 
-@pytest.mark.parametrize(("suffix", "name"), cases(BARE))
-def test_formats_that_hold_the_elements_only(seats, tmp_path, suffix, name):
-    path = tmp_path / f"a{suffix}"
-    write_mesh(seats[name], path, unit=1e-3)
-    assert len(read_file(path).cells) == seats[name].quality.elements
+REFUSED = [(suffix, name) for suffix, (names, _) in HELD.items() for name in ALL if name not in names]
 
 
-@pytest.mark.parametrize(
-    ("suffix", "name"), [(".mesh", "tet-2"), (".tec", "tet-1"), (".h5m", "hex-1"), (".inp", "hex-2"), (".xml", "hex-1")]
-)
+@pytest.mark.parametrize(("suffix", "name"), [*REFUSED, (".su2", "tet-1")])
 def test_what_a_format_would_lose_is_refused(seats, tmp_path, suffix, name):
     with pytest.raises(MeshError, match=rf"a\{suffix}: "):
         write_mesh(seats[name], tmp_path / f"a{suffix}")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_meshio_loses_of_a_deck(tmp_path):
-    """Why Abaqus and Nastran files have readers of their own: surfaces, and groups by property."""
+def test_every_format_that_is_claimed_is_tested():
+    """The page's table, what is written, and the table of these tests are one."""
+    assert {*HELD, *ALIKE} == {*WRITTEN}
+    text = (Path(__file__).parents[2] / "docs" / "mesh_formats.md").read_text(encoding="utf-8").partition("## Why")[0]
+    rows = [[cell.strip() for cell in row.split("|")[1:-1]] for row in text.splitlines() if row.startswith("| .")]
+    told = {suffix: row for row in rows for suffix in re.findall(r"\.\w+", row[0].partition("and Fluent")[0])}
+    assert {suffix for suffix, row in told.items() if row[2] != "no"} == {*WRITTEN}
+    for suffix in WRITTEN:
+        names, groups = HELD[ALIKE.get(suffix, suffix)]
+        assert told[suffix][2] == ", ".join(names), suffix
+        assert told[suffix][3].startswith(groups if groups else "none"), suffix
+
+
+def test_nastran_holds_small_coordinates_and_says_the_names(seats, tmp_path):
+    """Fields of 16 characters, in which meshio has no room for -1.23456789012E-9; every element has a property."""
+    path = tmp_path / "a.bdf"
+    names = write_mesh(seats["tet-2"], path, unit=1.0)
+    lines = path.read_text().splitlines()
+    assert lines[: len(names)] == [f"$ PID {number}: {name}" for number, name in enumerate(names, start=1)]
+    cards = [line for line in lines if line.startswith(("CTETRA", "CTRIA3"))]
+    assert {line[:8] for line in cards} == {"CTETRA  ", "CTRIA3  "}
+    assert all(int(line[16:24]) > 0 for line in cards)
+    assert all(len(line) <= 80 for line in lines)
+    same(
+        seats["tet-2"],
+        read_mesh(path, contact=f"PID {1 + names.index('contact')}", fixed=f"PID {1 + names.index('fixed')}"),
+    )
+
+
+def test_what_meshio_loses_of_an_abaqus_deck(tmp_path):
+    """Why there is a reader of our own: surfaces."""
     import meshio
 
     deck = tmp_path / "a.inp"
@@ -100,6 +135,33 @@ def test_what_meshio_loses_of_a_deck(tmp_path):
     lost = meshio.abaqus.read(deck)
     assert "contact" not in {*lost.cell_sets, *lost.point_sets, *lost.cell_data}
     assert {"contact", "fixed"} <= read_mesh(deck).mesh.boundaries.keys()
+
+
+def test_what_meshio_loses_of_a_nastran_deck(tmp_path):
+    """Why there is a reader of our own: loaded and held faces; and files without BEGIN BULK, which are common."""
+    import meshio
+
+    cards = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
+        "PLOAD4,9,1,1.,,,,1,2\nSPC1,4,123,1,2,3\nENDDATA\n"
+    )
+    deck, bare = tmp_path / "a.bdf", tmp_path / "b.bdf"
+    deck.write_text(f"BEGIN BULK\n{cards}")
+    bare.write_text(cards)
+    lost = meshio.nastran.read(deck)
+    assert {*lost.cell_sets, *lost.point_sets, *lost.point_data} == set()
+    assert {*lost.cell_data} == {"nastran:ref"}
+    with pytest.raises(RuntimeError, match="BEGIN BULK"):
+        meshio.nastran.read(bare)
+    for path in (deck, bare):
+        assert {"contact", "fixed"} <= read_mesh(path, contact="PLOAD4 9", fixed="SPC 4").mesh.boundaries.keys()
+
+
+def test_meshio_has_no_universal_files():
+    """Why there is a reader of our own."""
+    import meshio
+
+    assert ".unv" not in meshio.extension_to_filetypes
 
 
 def test_bad_requests(seats, tmp_path):

@@ -196,3 +196,15 @@ def test_unusable_requests(square_block):
     with pytest.raises(ConvergenceError, match=r"modes lie below .* \(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "mass"), [(skfem.MeshHex, "consistent"), (skfem.MeshHex, "nodal"), (skfem.MeshTet, "consistent")]
+)
+def test_the_first_shift_of_a_compact_body_meets_the_number_looked_for(kind, mass):
+    """Weyl's law by the diagonals of K and M, whether the mass is all on the diagonal or not."""
+    mesh = kind.init_tensor(*(np.linspace(0, side, n) for side, n in ((20e-3, 7), (20e-3, 7), (8e-3, 4))))
+    mesh = mesh.with_boundaries({"contact": lambda x: x[2] > 8e-3 - 1e-9, "fixed": lambda x: x[2] < 1e-9})
+    model = assemble(mesh, STEEL, order=2, mass=mass)
+    for aim in (20, 40):
+        assert aim / 1.6 <= counting_shift(model, eigen_search.expected(model, aim), "auto").count <= 1.6 * aim

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -22,11 +23,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
-from seatfem.structures.elements.constraints import Freedom, freedom
+from seatfem.structures.elements.constraints import Freedom, freedom, held
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
 from seatfem.structures.elements.patch_rings import places_across
 from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
+from seatfem.structures.elements.ports import ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
     discretize,
@@ -34,11 +35,11 @@ from seatfem.structures.elements.shape_functions import (
     nodal_rule,
     stiffness_rule,
 )
-from seatfem.structures.elements.supports import Support, acts, support_matrices, total
+from seatfem.structures.elements.supports import Support, support_matrices
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
+from seatfem.structures.elements.whole_model import whole_model
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
-from seatfem.structures.rings import divided, ring_names
 
 __all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
 
@@ -97,29 +98,33 @@ def assemble(
     """
     mesh = getattr(mesh, "mesh", mesh)
     patches = {"contact": "contact"} if ports is None else dict(ports)
-    held = {"fixed": _names(fixed), "sliding": _names(sliding), "antisymmetric": _names(antisymmetric)}
-    check_ports(mesh, patches, held)
+    given = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
+    check_ports(mesh, patches, given)
     solids, region = solids_by_region(mesh, material)
     made = discretize(mesh, order)
     progress("assembly", 0.1)
-    unknowns = freedom(made, *held.values())
+    unknowns = freedom(made.size, held(made, *given.values()))
+    if not unknowns.free.size:
+        raise ModelError(f"fixed: {', '.join(given['fixed'])} hold every node: nothing is left to move; mesh finer")
     body = _Body(made, solids, region, _modes(made, solids, dilatation), unknowns, mass)
-    K, M = body.matrices(np.ones((len(solids), 2)), progress)
-    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
-    losses = np.array([solid.loss_factor for solid in solids])
-    C, H = _damping(body, K, M, pairs, losses)
-    added = support_matrices(made, supports, solids, region)
-    springs, dashpots = (unknowns.restricted(added[key]) if key in added else None for key in ("K", "C"))
-    K, C = K if springs is None else K + springs, total(C, dashpots)
-    of_ports: dict[str, Port] = {}
+    cuts = [np.asarray(f) for cut, f in (mesh.boundaries or {}).items() if cut in _CUTS and copies > 1]
+    across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
+    of_nodes: dict[str, Port] = {}
     for port, name in patches.items():
-        of_ports |= dict(zip(ring_names(port, rings), _ports(body, name, copies, rings), strict=True))
+        patch = partial(_patch, made, name)
+        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, made.size)
+    of_ports = {
+        name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
+        for name, port in of_nodes.items()
+    }
+    added = {
+        key: unknowns.restricted(matrix) for key, matrix in support_matrices(made, supports, solids, region).items()
+    }
+    turned = None if unknowns.turn is None else unknowns.displacements
+    dofs = DofMap(made.nodes, unknowns.free, mesh, turned)
+    model = whole_model(partial(body.matrices, progress), solids, rayleigh, added, of_ports, dofs, copies)
     progress("assembly", 1.0)
-    dofs = DofMap(made.nodes, unknowns.free, mesh, unknowns.displacements())
-    M, K = (M, K) if copies == 1 else (M * copies, K * copies)
-    C, H = (None if a is None else a * copies for a in (C, H))
-    known = Damping.of_regions(pairs, losses, H, springs=acts(springs), dashpots=acts(dashpots))
-    return SecondOrderModel(M, C, K, of_ports, dofs, H, known)
+    return model
 
 
 @dataclass(frozen=True)
@@ -133,7 +138,7 @@ class _Body:
     unknowns: Freedom
     mass: Mass
 
-    def matrices(self, scale: Array, progress: Progress) -> tuple[sparse.csr_array, sparse.csr_array]:
+    def matrices(self, progress: Progress, scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
         """(K, M), each solid's stiffness and density times its row of ``scale`` (solids, 2)."""
         made, unknown = self.made, self.unknowns.unknown
         lame = np.array([s.lame if isinstance(s, Material) else (0.0, 0.0) for s in self.solids]) * scale[:, :1]
@@ -161,23 +166,6 @@ class _Body:
             rows, columns, data = expand_scalar(*graph, scalar, unknown, free)
             M = self.unknowns.turned(sparse.csr_array((data, columns, rows), shape=(free, free)))
         return self.unknowns.turned(K), M
-
-
-def _damping(
-    body: _Body, K: sparse.csr_array, M: sparse.csr_array, pairs: Array, losses: Array
-) -> tuple[sparse.csr_array | None, sparse.csr_array | None]:
-    """C = sum of alpha_r M_r + beta_r K_r and H = sum of eta_r K_r over the regions r; ``None`` where all are zero."""
-    C = H = None
-    if np.ptp(pairs, axis=0).any():
-        of_stiffness, of_mass = body.matrices(pairs[:, ::-1], silent)
-        C = of_mass + of_stiffness
-    elif pairs.any():
-        C = pairs[0, 0] * M + pairs[0, 1] * K
-    if np.ptp(losses):
-        H = body.matrices(np.stack([losses, np.zeros_like(losses)], axis=1), silent)[0]
-    elif losses.any():
-        H = losses[0] * K
-    return C, H
 
 
 def solids_by_region(mesh: Any, material: Any) -> tuple[tuple[Solid, ...], NDArray[np.int32]]:
@@ -223,8 +211,13 @@ def _modes(made: Discretization, solids: Sequence[Solid], dilatation: Dilatation
     return modes
 
 
-def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+def names(given: str | Sequence[str]) -> tuple[str, ...]:
+    """Boundaries, of which one may be given by its name alone."""
     return (given,) if isinstance(given, str) else tuple(given)
+
+
+def _patch(made: Discretization, name: str, fine: bool) -> Surface:
+    return surface(made, name, "port", _FINE_RULE if fine else None)
 
 
 def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequence[str]]) -> None:
@@ -240,29 +233,3 @@ def check_ports(mesh: Any, patches: Mapping[str, str], held: Mapping[str, Sequen
                     raise ModelError(
                         f"port: {common} facets of {name!r} are also {role} ({other!r}) and cannot be pushed"
                     )
-
-
-def _ports(body: _Body, name: str, copies: int, rings: int) -> list[Port]:
-    """Of each ring: b = integral of n . N over it / its area; impedance = integral of rho c_p."""
-    made = body.made
-    patch = surface(made, name, "port", None if rings == 1 else _FINE_RULE)
-    if not patch.area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
-    weights = patch.weights[None]
-    if rings > 1:
-        cuts = [np.asarray(facets) for cut, facets in made.mesh.boundaries.items() if cut in _CUTS and copies > 1]
-        places = places_across(made.mesh, patch, np.concatenate([np.zeros(0, np.int64), *cuts]), copies)
-        weights = divided(places.ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
-    speeds = np.zeros(patch.weights.shape)  # rho c_p
-    for k, solid in enumerate(body.solids):
-        of = body.region[patch.elements] == k
-        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
-    return [_port(body, patch, part, speeds, copies) for part in weights]
-
-
-def _port(body: _Body, patch: Surface, weights: Array, speeds: Array, copies: int) -> Port:
-    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
-    vector = np.zeros((body.made.size, 3))
-    np.add.at(vector, patch.cells, parts)
-    area, impedance = float(weights.sum()), float((speeds * weights).sum())
-    return Port(body.unknowns.vector(vector.ravel()) / area, area * copies, impedance * copies)

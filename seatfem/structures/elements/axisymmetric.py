@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -13,9 +12,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.progress import Progress, silent
-from seatfem.structures.damping import Damping
-from seatfem.structures.elements.assembly import check_ports, solids_by_region
-from seatfem.structures.elements.node_constraints import Constraint, free_directions
+from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
+from seatfem.structures.elements.constraints import Constraint, freedom
+from seatfem.structures.elements.patch_rings import ONE_RADIUS
+from seatfem.structures.elements.ports import ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
     angle_integral,
@@ -26,12 +26,12 @@ from seatfem.structures.elements.revolved_elements import (
     stiffness_blocks,
 )
 from seatfem.structures.elements.revolved_materials import check_revolved
-from seatfem.structures.elements.supports import Support, acts, spread_supports, total
+from seatfem.structures.elements.supports import Support, spread_supports
 from seatfem.structures.elements.surfaces import Surface
+from seatfem.structures.elements.whole_model import Matrices, whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
-from seatfem.structures.rings import divided, ring_names
 
 Mass = Literal["consistent", "nodal"]
 _FINE_RULE = 24  # degree of the quadrature over a patch whose rings end within elements
@@ -99,33 +99,28 @@ def assemble_axisymmetric(
         check_revolved(solid)
     patches = {"contact": "contact"} if ports is None else dict(ports)
     patches = {} if torsion else patches
-    held = {"fixed": _names(fixed), "sliding": _names(sliding)}
+    held = {"fixed": names(fixed), "sliding": names(sliding)}
     check_ports(mesh, patches, held)
-    T = free_directions(section.n_nodes, 3, _constraints(section, harmonic, torsion, held))
+    unknowns = freedom(section.n_nodes, _constraints(section, harmonic, torsion, held))
+    T = unknowns.displacements
     progress("assembly", 0.1)
-    K, M, C, loss = _matrices(section, solids, region, harmonic, torsion, mass, T)
-    progress("assembly", 0.8)
-    if rayleigh is not None:
-        C = total(C, rayleigh[0] * M + rayleigh[1] * K)
     bodies = [ring_surface(section, s.boundary, type(s).__name__, angle_integral(harmonic)) for s in supports]
-    added = spread_supports(supports, bodies, solids, region, section.n_nodes)
-    springs, dashpots = (sparse.csr_array(T.T @ added[key] @ T) if key in added else None for key in ("K", "C"))
-    K, C = K if springs is None else sparse.csr_array(K + springs), total(C, dashpots)
-    known = Damping.of_regions(
-        np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0)),
-        np.array([solid.loss_factor for solid in solids]),
-        loss,
-        springs=acts(springs),
-        dashpots=acts(dashpots),
-    )
+    added = {
+        key: sparse.csr_array(T.T @ matrix @ T)
+        for key, matrix in spread_supports(supports, bodies, solids, region, section.n_nodes).items()
+    }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        parts = _ports(section, name, solids, region, harmonic, rings)
-        whole |= dict(zip(ring_names(port, rings), parts, strict=True))
-    made = {name: replace(port, vector=T.T @ port.vector) for name, port in whole.items()}
+        patch = partial(_patch, section, name)
+        whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
+    half = 1.0 if harmonic == 0 else 0.5
+    made = {name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
+    matrices = _matrices(section, solids, region, harmonic, torsion, mass, T)
+    progress("assembly", 0.5)
+    model = whole_model(matrices, solids, rayleigh, added, made, DofMap(points, unknowns.free, mesh, T))
     progress("assembly", 1.0)
-    return SecondOrderModel(M, C, K, made, DofMap(points, _largest_entries(T), mesh, T), loss, known)
+    return model
 
 
 def _matrices(
@@ -136,29 +131,22 @@ def _matrices(
     torsion: bool,
     mass: Mass,
     T: sparse.csr_array,
-) -> tuple[sparse.csr_array, sparse.csr_array, sparse.csr_array | None, sparse.csr_array | None]:
-    """(K, M, C, loss) of the unknowns; C and loss are the materials' own, ``None`` without."""
+) -> Matrices:
+    """K and M of the unknowns."""
     components = np.array([1] if torsion else [0, 2] if harmonic == 0 else [0, 1, 2])
     moving = T[(3 * np.arange(section.n_nodes)[:, None] + components).ravel()]
-    blocks = stiffness_blocks(
-        section, np.array([solid.elasticity for solid in solids])[region], harmonic, torsion=torsion
-    )
+    elasticity = np.array([solid.elasticity for solid in solids])[region]
+    blocks = stiffness_blocks(section, elasticity, harmonic, torsion=torsion)
     volumes = (mass_blocks if mass == "consistent" else nodal_mass_blocks)(section, harmonic)
-    density = np.array([solid.density for solid in solids])[region]
-    alpha, beta = np.array([solid.rayleigh for solid in solids])[region].T
-    eta = np.array([solid.loss_factor for solid in solids])[region]
+    density = np.array([solid.density for solid in solids])
 
-    def stiffness(factor: Array | float) -> sparse.csr_array:
-        weighted = blocks * np.reshape(factor, (-1, 1, 1, 1, 1))
-        return sparse.csr_array(moving.T @ section.gather(weighted) @ moving)
+    def matrices(scale: Array) -> tuple[sparse.csr_array, sparse.csr_array]:
+        stiffness = section.gather(blocks * scale[region, 0][:, None, None, None, None])
+        inertia = _scalar_mass(section, volumes, (density * scale[:, 1])[region])
+        inertia = sparse.kron(inertia, np.eye(len(components)), format="csr")
+        return sparse.csr_array(moving.T @ stiffness @ moving), sparse.csr_array(moving.T @ inertia @ moving)
 
-    def inertia(factor: Array) -> sparse.csr_array:
-        each = sparse.kron(_scalar_mass(section, volumes, factor), np.eye(len(components)), format="csr")
-        return sparse.csr_array(moving.T @ each @ moving)
-
-    damped = np.any(alpha > 0) or np.any(beta > 0)
-    C = inertia(alpha * density) + stiffness(beta) if damped else None
-    return stiffness(1.0), inertia(density), C, stiffness(eta) if np.any(eta > 0) else None
+    return matrices
 
 
 def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr_array:
@@ -166,10 +154,6 @@ def _scalar_mass(section: Section, volumes: Array, density: Array) -> sparse.csr
         return section.gather((volumes * density[:, None, None])[:, :, None, :, None])
     lumps = np.bincount(section.cells.T.ravel(), (volumes * density[:, None]).ravel(), section.n_nodes)
     return sparse.diags_array(lumps, format="csr")
-
-
-def _names(given: str | Sequence[str]) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def _constraints(
@@ -190,43 +174,11 @@ def _constraints(
         yield boundary_nodes(section, name, "sliding"), normals[0]
 
 
-def _ports(
-    section: Section, name: str, solids: Sequence[Solid], region: NDArray[np.int32], harmonic: int, rings: int
-) -> list[Port]:
-    """Of each ring: b = integral of n . N over it / its area, over all nodes; impedance = integral of rho c_p, halved.
-
-    Between the edges a ring lies by r, or by z where that changes more.
-    """
-    patch = ring_surface(section, name, "port", 2 * math.pi, None if rings == 1 else _FINE_RULE)
-    if not patch.area > 0:
-        raise ModelError(f"port: boundary {name!r} has area {patch.area:g} m^2")
-    weights = patch.weights[None]
-    if rings > 1:
-        flat = patch.places.reshape(-1, 2)
-        across = flat[:, int(np.argmax(np.ptp(flat, axis=0)))]
-        weights = divided(across, patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
-    speeds = np.zeros(patch.weights.shape)  # rho c_p
-    for k, solid in enumerate(solids):
-        of = region[patch.elements] == k
-        speeds[of] = solid.density * solid.c_p_along(patch.normals[of])
-    return [_port(section, patch, part, speeds, harmonic) for part in weights]
+def _patch(section: Section, name: str, fine: bool) -> Surface:
+    return ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if fine else None)
 
 
-def _port(section: Section, patch: Surface, weights: Array, speeds: Array, harmonic: int) -> Port:
-    parts = np.einsum("fqi,fqa,fq->fia", patch.shapes, patch.normals, weights, optimize=True)
-    vector = np.zeros((section.n_nodes, 3))
-    np.add.at(vector, patch.cells, parts)
-    area, impedance = float(weights.sum()), float((speeds * weights).sum())
-    return Port(vector.ravel() / area, area, impedance if harmonic == 0 else impedance / 2)
-
-
-def _largest_entries(T: sparse.csr_array) -> NDArray[np.int64]:
-    """Row of the largest entry of each column: node and component that each unknown is nearest to."""
-    by_column = T.tocsc()
-    return np.array(
-        [
-            by_column.indices[a + int(np.argmax(np.abs(by_column.data[a:b])))]
-            for a, b in itertools.pairwise(by_column.indptr)
-        ],
-        dtype=np.int64,
-    )
+def _places(patch: Surface) -> Array:
+    """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
+    radii = patch.places[..., 0]
+    return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii

@@ -1,7 +1,7 @@
 """Where the points of a struck patch lie between its ends: what its rings are ordered by.
 
-A disk, or a ring with an inner and an outer edge, is divided by the distance from its axis; every other patch by the
-distance from its rim, however many faces it has.
+A disk, or a ring with an inner and an outer edge, is divided by the distance from its axis, a cylinder along it; every
+other patch by the distance from its rim, however many faces it has.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.model import Array
 
-_ROUND = 1e-3  # of the largest radius: rims that differ less in radius are circles
+ONE_RADIUS = 1e-3  # of the largest radius: what differs less in radius is a circle, or a cylinder
 _POLYGON = 0.2  # of the area: what the straight sides of coarse elements cut off a circle
 _NEAREST = 8  # sides of the rim whose distance is looked at, those with the nearest middles
 
@@ -33,6 +33,8 @@ def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: in
     ends = np.asarray(mesh.p).T[_rim(mesh, patch.facets, cuts)]
     middle, axis = _axis(patch, copies)
     around = copies * float(np.abs(np.einsum("fqa,a,fq->", patch.normals, axis, patch.weights)))
+    if around <= ONE_RADIUS * copies * patch.area:
+        return (patch.places - middle) @ axis
     if len(ends) == 0 or _is_round(_radius(ends.reshape(-1, 3), middle, axis), around):
         return _radius(points, middle, axis).reshape(patch.weights.shape)
     return _distance(points, ends).reshape(patch.weights.shape)
@@ -79,7 +81,7 @@ def _is_round(radii: Array, area: float) -> bool:
     largest = float(radii.max())
     outer = radii >= (radii.min() + largest) / 2
     circles = [radii[part] for part in (outer, ~outer) if part.any()]
-    if any(np.ptp(circle) > _ROUND * largest for circle in circles):
+    if any(np.ptp(circle) > ONE_RADIUS * largest for circle in circles):
         return False
     between = np.pi * (largest**2 - (circles[1].max() ** 2 if len(circles) > 1 else 0.0))
     return bool(abs(area - between) <= _POLYGON * between)

@@ -7,13 +7,15 @@ With the traction t = -(k_n n n' + k_t (I - n n')) u - (d_n n n' + d_t (I - n n'
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from seatfem.structures.elements.ports import of_solids
 from seatfem.structures.elements.shape_functions import Array, Discretization
 from seatfem.structures.elements.surfaces import Surface, surface
 from seatfem.structures.errors import ModelError
@@ -22,42 +24,55 @@ from seatfem.structures.materials import Solid
 _MINDLIN = 0.82  # tangential over normal stiffness of a contact at nu = 0.3, 2 (1 - nu)/(2 - nu)
 
 
+Densities = Sequence[tuple[Literal["K", "C"], Array, Array]]
+"""What is added to K or C per area, along and across the normal, at the points (f, Q) of a patch."""
+
+
 @dataclass(frozen=True)
-class Foundation:
-    """Elastic foundation (Winkler): stiffness per area [N/m^3] along and across the normal of ``boundary``."""
+class _Even:
+    """The same all over ``boundary``: ``normal`` along its normal, ``tangential`` across it."""
 
     boundary: str
     normal: float
-    tangential: float = 0.0
+    tangential: float | None = 0.0
 
     def __post_init__(self) -> None:
-        _check(self)
+        for name in ("normal", "tangential"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value >= 0):
+                kind = type(self).__name__
+                raise ModelError(f"{kind}({self.boundary!r}): {name} = {value} must be finite and >= 0")
+
+    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+        """Springs; see `Densities`."""
+        one = np.ones(patch.weights.shape)
+        return [("K", self.normal * one, (self.tangential or 0.0) * one)]
 
 
 @dataclass(frozen=True)
-class Bolted:
+class Foundation(_Even):
+    """Elastic foundation (Winkler): stiffness per area [N/m^3] along and across the normal of ``boundary``."""
+
+
+@dataclass(frozen=True)
+class Bolted(_Even):
     """A bolted face: contact stiffness per area [N/m^3]; across the normal 0.82 of it (Mindlin 1949) unless given."""
 
-    boundary: str
-    normal: float
     tangential: float | None = None
 
     def __post_init__(self) -> None:
         if self.tangential is None:
             object.__setattr__(self, "tangential", _MINDLIN * self.normal)
-        _check(self)
+        super().__post_init__()
 
 
 @dataclass(frozen=True)
-class Dashpot:
+class Dashpot(_Even):
     """Viscous support [N s/m^3] along and across the normal of ``boundary``."""
 
-    boundary: str
-    normal: float
-    tangential: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check(self)
+    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+        """Dashpots; see `Densities`."""
+        return [("C", along, across) for _, along, across in super().densities(patch, solids, region)]
 
 
 @dataclass(frozen=True)
@@ -72,21 +87,25 @@ class Absorbing:
     boundary: str
     centre: tuple[float, float, float] | None = None
 
+    def densities(self, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]) -> Densities:
+        """Dashpots and, with a centre, springs; see `Densities`. Raises `ModelError` on a meridian, which has none."""
+        along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
+        across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
+        if self.centre is None:
+            return [("C", along, across)]
+        if patch.places.shape[-1] != len(self.centre):
+            raise ModelError(f"Absorbing({self.boundary!r}): centre serves solid models only; leave it out")
+        rigidity = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s**2)
+        spring = rigidity / np.linalg.norm(patch.places - np.asarray(self.centre), axis=-1)
+        return [("C", along, across), ("K", 4 * spring, 2 * spring)]
+
 
 Support = Foundation | Bolted | Dashpot | Absorbing
 
 
-def _check(support: Foundation | Bolted | Dashpot) -> None:
-    for field in fields(support)[1:]:
-        value = getattr(support, field.name)
-        if not (np.isfinite(value) and value >= 0):
-            kind = type(support).__name__
-            raise ModelError(f"{kind}({support.boundary!r}): {field.name} = {value} must be finite and >= 0")
-
-
 def support_matrices(
     made: Discretization, supports: Sequence[Support], solids: Sequence[Solid], region: NDArray[np.int32]
-) -> Mapping[str, sparse.csr_array]:
+) -> dict[Literal["K", "C"], sparse.csr_array]:
     """What the supports add to "K" and "C", (3 n, 3 n) over all nodes; a key is absent where nothing is added."""
     patches = [surface(made, support.boundary, type(support).__name__) for support in supports]
     return spread_supports(supports, patches, solids, region, made.size)
@@ -98,54 +117,14 @@ def spread_supports(
     solids: Sequence[Solid],
     region: NDArray[np.int32],
     n_nodes: int,
-) -> Mapping[str, sparse.csr_array]:
+) -> dict[Literal["K", "C"], sparse.csr_array]:
     """As `support_matrices`, on the ``patches`` that belong to the supports."""
-    sums: dict[str, sparse.csr_array] = {}
+    sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
-        for target, along, across in _densities(support, patch, solids, region):
+        for target, along, across in support.densities(patch, solids, region):
             matrix = _spread(patch, along, across, 3 * n_nodes)
             sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
-
-
-def total(one: sparse.csr_array | None, other: sparse.csr_array | None) -> sparse.csr_array | None:
-    """The sum of what there is."""
-    return other if one is None else one if other is None else sparse.csr_array(one + other)
-
-
-def acts(matrix: sparse.csr_array | None) -> bool:
-    """Whether it is there, and not of zeros alone."""
-    return matrix is not None and bool(matrix.count_nonzero())
-
-
-def _densities(
-    support: Support, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]
-) -> list[tuple[str, Array, Array]]:
-    """What is added to K or C per area, along and across the normal, at the points (f, Q) of the patch."""
-    if isinstance(support, Absorbing):
-        return _absorbing(support, patch, solids, region)
-    target = "C" if isinstance(support, Dashpot) else "K"
-    one = np.ones(patch.weights.shape)
-    return [(target, support.normal * one, (support.tangential or 0.0) * one)]
-
-
-def _absorbing(
-    support: Absorbing, patch: Surface, solids: Sequence[Solid], region: NDArray[np.int32]
-) -> list[tuple[str, Array, Array]]:
-    along, across = np.empty(patch.weights.shape), np.empty(patch.weights.shape)
-    rigidity = np.empty(patch.weights.shape)
-    for k, solid in enumerate(solids):
-        of = region[patch.elements] == k
-        along[of] = solid.density * solid.c_p_along(patch.normals[of])
-        across[of] = solid.density * solid.c_s
-        rigidity[of] = solid.density * solid.c_s**2
-    dashpots = ("C", along, across)
-    if support.centre is None:
-        return [dashpots]
-    if patch.places is None:
-        raise ModelError(f"Absorbing({support.boundary!r}): centre serves solid models only; leave it out")
-    spring = rigidity / np.linalg.norm(patch.places - np.asarray(support.centre), axis=-1)
-    return [dashpots, ("K", 4 * spring, 2 * spring)]
 
 
 def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:

@@ -34,7 +34,7 @@ TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
 HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
 HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
 STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
-ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatfem.structures.reduction.choice` says
+ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatfem.structures.reduction.modal` says
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from seatfem.jobs.worker import answer_lines
 
 MEMORY: Final = 1 << 30  # bytes that any file may take
 PER_BYTE: Final = 60  # and more for each byte of the file
-SECONDS: Final = 600  # of the processor
+SECONDS: Final = 60  # of the processor, for any file
+SIZE_A_SECOND: Final = 1 << 20  # and one more for so many bytes
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
@@ -48,7 +49,7 @@ def _flat(values: Any) -> np.ndarray[Any, Any]:
 def answer(line: str) -> str:
     """Read the file of a job; what its arrays are called, or the error."""
     job = json.loads(line)
-    limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS)
+    limit_process(memory=MEMORY + PER_BYTE * job["size"], seconds=SECONDS + job["size"] // SIZE_A_SECOND)
     try:
         import meshio
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,9 +21,12 @@ from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 
+READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")
+"""The nodes of .ele; formats whose writers in meshio 5.3 fail for solids with faces, or write what it cannot read."""
 WRITTEN: Final[Mapping[str, str]] = MappingProxyType(
     {".msh": "gmsh22", ".inp": "abaqus", ".med": "med"}
-    | {suffix: form for suffix, form in FORMATS.items() if suffix != ".node"}
+    | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), "nastran")
+    | {suffix: form for suffix, form in FORMATS.items() if suffix not in READ_ONLY}
 )
 NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
     {
@@ -30,15 +35,14 @@ NUMBERED: Final[Mapping[str, str]] = MappingProxyType(
         "avsucd": "avsucd:material",
         "medit": "medit:ref",
         "netgen": "netgen:index",
-        "ugrid": "ugrid:ref",
+        "nastran": "nastran:ref",
     }
 )
-"""Formats in which a group is a number: the key of its array. The first two name the numbers."""
-MARKED: Final = ("vtk", "vtu", "xdmf", "hmf")
+"""Formats in which a group is a number: the key of its array. The first two name the numbers; Nastran's are PIDs."""
+MARKED: Final = ("vtk", "vtu", "xdmf")
 """Formats in which a group is an array of 0 and 1 under its name."""
-NAMED: Final = ("abaqus", "flac3d")
 POINTS: Final = ("abaqus", "exodus")
-"""Formats with named sets of cells, and of nodes."""
+"""Formats with named sets of nodes; the first has sets of cells too."""
 OPTIONS: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {"xdmf": {"data_format": "XML"}, "gmsh22": {"binary": False}}
 )
@@ -68,7 +72,12 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
     if not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     points, cells = _nodes(seat)
-    names, mesh = _mesh(meshio, form, points / unit, cells, seat)
+    if form == "tetgen" and cells.shape[1] != 4:  # meshio leaves them out, and finds no end when it reads that
+        raise MeshError(f"{path}: the format does not hold {_SOLIDS[cells.shape[1]]} elements")
+    points = points / unit
+    if form == "nastran":  # its fields have 16 characters; meshio fails where a number takes more
+        points = np.round(points, 10 - math.ceil(math.log10(np.ptp(points, axis=0).max())))
+    names, mesh = _mesh(meshio, form, points, cells, seat)
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{path.stem}-", dir=path.parent) as folder:
         try:
@@ -76,10 +85,19 @@ def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[
         except (Exception, SystemExit) as error:
             what = f"{len(cells)} {_SOLIDS[cells.shape[1]]}"
             raise MeshError(f"{path}: cannot be written as {form} ({what}: {type(error).__name__}: {error})") from error
+        if form == "nastran":
+            _mend_nastran(Path(folder) / path.name, names)
         _check(Path(folder) / path.name, path, cells)
         for file in sorted(Path(folder).iterdir()):
             os.replace(file, path.parent / file.name)
     return names
+
+
+def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
+    """meshio calls second-order elements CTETRA_ and CHEXA_, which no other program knows; names as comments."""
+    text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    told = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
+    written.write_text(told + text, encoding="utf-8")
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:
@@ -127,6 +145,8 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
     for number, parts in enumerate(members.values(), start=1):
         for array, rows in zip(numbers, parts, strict=True):
             array[rows] = -number if form == "med" else number
+    if form == "nastran":  # every element has a property
+        numbers = [np.where(array == 0, 1 + len(members), array) for array in numbers]
     data: dict[str, list[Any]] = {}
     if form in MARKED:
         data = {
@@ -139,7 +159,7 @@ def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMes
         points,
         blocks,
         cell_data=data,
-        cell_sets=members if form in NAMED else {},
+        cell_sets=members if form == "abaqus" else {},
         point_sets={name: np.unique(faces) for name, faces in surfaces.items()} if form in POINTS else {},
         field_data={name: np.array([k, 2 if name in surfaces else 3]) for k, name in enumerate(names, start=1)}
         if form == "gmsh22"

@@ -71,10 +71,13 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
 def expected(model: SecondOrderModel, count: float) -> float:
     """w^2 [1/s^2] below which about ``count`` modes of a compact body lie: Weyl's law, summed node by node.
 
-    The cube of an element's size over the wave speed is of the order of (M_ii/K_ii)^(3/2); in a section its square.
+    The cube of an element's size over the wave speed is of the order of (M_ii/K_ii)^(3/2); in a section its square. A
+    consistent mass is scaled to have all of the body's on its diagonal.
     """
     dim = 3 if model.dofs is None else len(model.dofs.points)
-    sizes = model.M.diagonal() / np.maximum(model.K.diagonal(), 1e-300)
+    mass = model.M.diagonal()
+    spread = float(np.clip(model.M.sum() / mass.sum(), 1.0, 4.0))
+    sizes = spread * mass / np.maximum(model.K.diagonal(), 1e-300)
     total = float(np.sum(np.minimum(sizes, 1e3 * np.median(sizes)) ** (dim / 2)))
     return float((max(count, _FEWEST) / (_DENSITY * total)) ** (2 / dim))
 

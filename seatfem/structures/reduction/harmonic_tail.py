@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.greens.modal import ModalGreens, Residual
+from impact.greens.modal import ModalGreens
 from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.residual import relaxation
 from seatfem.structures.reduction.ring_patches import RingPatch, pair_weights
 
 _STEP = 1.3  # ratio of successive harmonics whose static compliance is computed
@@ -62,23 +63,9 @@ class Tail:
         return np.asarray(np.einsum("nij,ijn->ij", weights, law))
 
 
-def relaxation(compliance: Array, start: Array, damping: Damping) -> Residual:
-    """The relaxation of integral ``compliance`` and initial value ``start``, slowed by stiffness-proportional damping.
-
-    As `seatfem.structures.reduction.residual.residual`, with a full matrix of initial values.
-    """
-    scale, vectors = np.linalg.eigh(start)
-    root = vectors * np.sqrt(np.maximum(scale, 1e-9 * scale[-1])) @ vectors.T
-    back = np.linalg.inv(root)
-    taus, turn = np.linalg.eigh(back @ compliance @ back)
-    taus = np.maximum(taus, 1e-12 * taus[-1])
-    slowed = taus / (taus + damping.beta)
-    return Residual.exponential(root @ (turn * taus) @ turn.T @ root, root @ (turn * slowed) @ turn.T @ root)
-
-
 def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:
     """Largest difference, after the pulse, of a harmonic from the relaxation of its compliance [m/(N s)]."""
     if np.any(greens.omega == 0):
         return math.inf
-    instant = relaxation(greens.static_compliance(), start, damping).filtered(t, width)
+    instant = relaxation(greens.static_compliance(), start, damping.beta).filtered(t, width)
     return float(np.abs(greens.filtered_matrix(t, width) - instant).max())

@@ -27,9 +27,10 @@ from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.greens import reduced
-from seatfem.structures.reduction.harmonic_tail import Tail, relaxation, static_lag
+from seatfem.structures.reduction.harmonic_tail import Tail, static_lag
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.registry import AUTO
+from seatfem.structures.reduction.residual import relaxation
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
 from seatfem.structures.rings import ring_names
 
@@ -133,7 +134,7 @@ def combine_harmonics(
         tail, doubt = _static_tail(build, total, done, aims, max_harmonic)
         impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
         lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, done)
-        total.close(relaxation(tail.compliance(), lacking, damping), max(lags[-2:]) + doubt)
+        total.close(relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last
     progress("harmonics", 1.0)
     return total.greens(
@@ -190,26 +191,16 @@ class _Sum:
 
     def add(self, harmonic: int, greens: ModalGreens) -> None:
         """Turn the rings' harmonic into the patches' part of it."""
-        matrices, rest = mixing(self.patches, self.rings, harmonic), greens.residual
-        if not matrices:
-            return
-        part = ModalGreens(
-            np.tile(greens.omega, len(matrices)),
-            np.tile(greens.zeta, len(matrices)),
-            np.concatenate([greens.shapes @ x.T for x in matrices]),
-            Residual(
-                np.concatenate([rest.shapes @ x.T for x in matrices]),
-                np.tile(rest.rates, len(matrices)),
-                np.sum([x @ rest.compliance @ x.T for x in matrices], axis=0),
-            ),
-            tuple(self.patches),
-        )
-        self._append(part)
-        self.error += (greens.error.reduction or 0.0) * float(np.abs(part.filtered_matrix(self.t, self.width)).max())
+        parts = [greens.combined(x.T, tuple(self.patches)) for x in mixing(self.patches, self.rings, harmonic)]
+        if parts:
+            felt = sum(self._append(part) for part in parts)
+            self.error += (greens.error.reduction or 0.0) * float(np.abs(felt).max())
 
-    def _append(self, part: ModalGreens) -> None:
-        self.response = self.response + part.filtered_matrix(self.t, self.width)
+    def _append(self, part: ModalGreens) -> Array:
+        response = part.filtered_matrix(self.t, self.width)
+        self.response = self.response + response
         self.parts.append(part)
+        return response
 
     def beyond(self, harmonic: int, error: float) -> float:
         """Error, relative to the response, of all harmonics from this one on whose own ``error`` falls like 1/n^2.

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
@@ -15,12 +14,12 @@ from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.checks import passivity
 from seatfem.structures.reduction.convergence import History
 from seatfem.structures.reduction.factorization import Backend, factorize
-from seatfem.structures.reduction.growth import Space
+from seatfem.structures.reduction.growth import Grown
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
-from seatfem.structures.reduction.ritz import RitzPairs
+from seatfem.structures.reduction.ritz import RitzSpace
 
 _BLOCK = 10  # fewest vectors between two checks
 _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many
@@ -49,7 +48,7 @@ class Krylov(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """As `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
-        space = _Pairs(model, damping, aims, aims.max_vectors or self.most, progress)
+        space = _Vectors(model, damping, aims, aims.max_vectors or self.most, progress)
         greens, error = space.converge(progress)
         basis = space.basis
         if (lost := basis.orthogonality_error()) > 1e-8:
@@ -61,42 +60,28 @@ class Krylov(Reducer):
             "factorization": basis.factor.backend,
             "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
         }
-        modes = _converged(basis, space.pairs.omega, space.coefficients, aims.band)
+        modes = _converged(basis, space.omega, space.coefficients, aims.band)
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
 
 
-class _Pairs(Space[ModalGreens]):
+class _Vectors(RitzSpace):
     """The basis so far, and its Ritz pairs."""
 
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
-        super().__init__(aims)
-        self.model, self.damping, self.most, self.progress = model, damping, most, progress
+        super().__init__(model, damping, aims)
+        self.most, self.progress = most, progress
         self.basis = _start(model, aims.band, most, aims.backend, progress)
 
-    @property
-    def complete(self) -> bool:
-        return self.basis.complete
-
-    @property
-    def full(self) -> bool:
-        return self.basis.size == self.basis.limit
-
-    def grow(self) -> Array:
-        model, band, loss = self.model, self.aims.band, None
-        crawls = self.basis.shift == band and self.basis.size >= _CRAWLS * len(model.ports)
-        if crawls and not self.complete:
-            self.basis = _start(model, _HIGHER * band, self.most, self.aims.backend, self.progress)
-            self.history = History(self.aims.tolerance)
-        basis = self.basis
+    def grow(self) -> Grown:
+        basis, band, loss = self.basis, self.aims.band, None
+        if basis.shift == band and basis.size >= _CRAWLS * len(self.model.ports) and not basis.complete:
+            basis = _start(self.model, _HIGHER * band, self.most, self.aims.backend, self.progress)
+            self.basis, self.history = basis, History(self.aims.tolerance)
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         omega, shapes, self.coefficients = basis.ritz()
         if self.damping.loss is not None:
             loss = self.damping.losses(basis.V @ self.coefficients)
-        self.pairs = RitzPairs(model, self.damping, omega, shapes, self.t, self.aims.width, loss=loss)
-        return self.pairs.response
-
-    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
-        return self.pairs.cut(self.aims.band, allowed)
+        return Grown(self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size)
 
     def shortfall(self, error: float) -> str:
         return (

@@ -23,16 +23,15 @@ import numpy as np
 import scipy.linalg
 
 from impact.greens.base import ErrorEstimate
-from impact.greens.modal import ModalGreens
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.checks import passivity
-from seatfem.structures.reduction.growth import Space
+from seatfem.structures.reduction.growth import Grown
 from seatfem.structures.reduction.lanczos_recursion import Recursion
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction
-from seatfem.structures.reduction.ritz import RitzPairs
+from seatfem.structures.reduction.ritz import RitzSpace
 
 _CEILING = 12.0  # bandwidths; nodes above follow the pulse as a spring, to 1/144
 _PRODUCT = 1.2e-9  # s for each entry of K in a product (benchmarks/cost_vs_dof.py)
@@ -56,6 +55,8 @@ class Lanczos(Reducer):
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """It needs a diagonal mass, and damping that the frequency of a mode tells."""
+        if damping.refusal:
+            return damping.refusal
         if damping.loss is not None:
             return (
                 "loss factors that differ by region need shapes of modes, which Lanczos does not keep: use "
@@ -66,7 +67,7 @@ class Lanczos(Reducer):
                 "Lanczos needs a diagonal mass: assemble with mass='nodal' (accurate on hexahedra), or use "
                 "method='krylov' for this one"
             )
-        return damping.refusal
+        return ""
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """1.2 T sqrt(theta_max)/4 steps over the duration T, theta_max by 20 of them; for each, a product a port."""
@@ -94,35 +95,22 @@ class Lanczos(Reducer):
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin))
 
 
-class _Nodes(Space[ModalGreens]):
+class _Nodes(RitzSpace):
     """The recursion so far, and the Gauss nodes of its T."""
 
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
-        super().__init__(aims)
-        self.model, self.damping, self.most, self.progress = model, damping, most, progress
-        self.recursion = Recursion(model)
+        super().__init__(model, damping, aims)
+        self.most, self.progress, self.recursion = most, progress, Recursion(model)
         self.recursion.extend(min(30, most))
         self.valid = int(np.ceil(aims.duration * np.sqrt(self.recursion.highest()) / 4))
         self.wanted = min(max(30, self.valid // 2), most)
 
-    @property
-    def complete(self) -> bool:
-        return self.recursion.complete
-
-    @property
-    def full(self) -> bool:
-        return self.recursion.steps >= self.most
-
-    def grow(self) -> Array:
-        valid = max(self.valid, 1)
-        self.recursion.extend(self.wanted, lambda done: self.progress("reduction", min(0.99, done / valid)))
-        omega, shapes, beyond = nodes(self.recursion, _CEILING * self.aims.band)
-        self.pairs = RitzPairs(self.model, self.damping, omega, shapes, self.t, self.aims.width, beyond=beyond)
-        self.wanted = min(self.most, self.recursion.steps + max(10, self.recursion.steps // 8))
-        return self.pairs.response
-
-    def cut(self, allowed: float) -> tuple[ModalGreens, float]:
-        return self.pairs.cut(self.aims.band, allowed)
+    def grow(self) -> Grown:
+        recursion, valid = self.recursion, max(self.valid, 1)
+        recursion.extend(self.wanted, lambda done: self.progress("reduction", min(0.99, done / valid)))
+        omega, shapes, beyond = nodes(recursion, _CEILING * self.aims.band)
+        self.wanted = min(self.most, recursion.steps + max(10, recursion.steps // 8))
+        return Grown(self.see(omega, shapes, beyond=beyond), recursion.complete, recursion.steps >= self.most)
 
     def shortfall(self, error: float) -> str:
         return (

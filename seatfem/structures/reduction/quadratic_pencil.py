@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -66,38 +66,15 @@ def coupled(
     return Coupled(omega, (rotated + rotated.T) / 2 + np.diag(2 * modal * omega), vectors.T @ ports)
 
 
-def cut(
-    whole: Coupled,
-    response: Array,
-    t: Array,
-    width: float,
-    allowed: float,
-    model: SecondOrderModel,
-    damping: Damping,
-) -> tuple[PoleGreens, float]:
-    """Drop the pairs above the lowest cutoff that costs less than ``allowed`` into the residual; (g, its error)."""
-    scale, band = float(np.abs(response).max()), 2 * np.pi / width
-    best, lowest, above = None, np.inf, 2 * band
-    while best is None or (lowest > allowed and np.any(whole.omega > above)):
-        greens = _with_residual(whole, above, model, damping)
-        error = float(np.abs(greens.filtered_matrix(t, width) - response).max()) / scale
-        if best is None or error < lowest:
-            best, lowest = greens, error
-        above *= 1.4
-    return best, lowest
-
-
-def _with_residual(whole: Coupled, above: float, model: SecondOrderModel, damping: Damping) -> PoleGreens:
+def truncated(whole: Coupled, above: float, model: SecondOrderModel, damping: Damping) -> PoleGreens:
+    """Poles of the pairs up to ``above`` [rad/s], and the residual of the others."""
     greens, rest = poles(whole.below(above), model.port_names), residual(whole.left_out(above), model, damping)
-    return PoleGreens(
-        greens.poles,
-        greens.shapes,
-        np.concatenate([greens.rates, rest.rates]),
-        np.concatenate([greens.real_shapes, rest.shapes]),
-        np.concatenate([greens.signs, np.ones(len(rest.rates))]),
-        greens.rigid,
-        rest.compliance,
-        model.port_names,
+    return replace(
+        greens,
+        rates=np.concatenate([greens.rates, rest.rates]),
+        real_shapes=np.concatenate([greens.real_shapes, rest.shapes]),
+        signs=np.concatenate([greens.signs, np.ones(len(rest.rates))]),
+        compliance=rest.compliance,
     )
 
 

@@ -66,7 +66,7 @@ def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reduc
     if not serving:
         raise ModelError("; ".join(dict.fromkeys(refused.values())))
     (cost, best), *others = sorted(serving, key=lambda one: one[0].seconds)
-    chosen = f"{model.size} unknowns: {cost.effort}, about {cost.seconds:.2g} s predicted"
-    compared = [f"{c.seconds:.2g} s for {c.effort} ({r.name})" for c, r in others if math.isfinite(c.seconds)]
-    against = f", against {', '.join(compared)}" if compared else ""
-    return best, "; ".join([chosen + against, *dict.fromkeys(why.partition(":")[0] for why in refused.values())])
+    time = f"about {cost.seconds:.2g} s predicted" if cost.seconds else "in no time"
+    against = [f"{other.name} {predicted.seconds:.2g} s" for predicted, other in others if predicted.seconds < math.inf]
+    reasons = dict.fromkeys(why.partition(":")[0] for why in refused.values())
+    return best, "; ".join([f"{model.size} unknowns: {cost.effort}, {time}", *against, *reasons])

@@ -8,27 +8,37 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
 
+_LEAST = 1e-9  # of the largest first velocity: what round-off leaves of the smallest
+
 
 def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> Residual:
     """Passive stand-in for modes above the band, of static compliance R0 = ``left_out`` (p, p) [m/N].
 
-    An exponential with integral R0 and g(0+) of the continuum, 1/Z times `Damping.first_velocity`: tau = R0 Z for one
-    port. Stiffness-proportional damping slows it to tau + beta: modes far above 2/beta are overdamped and creep as
-    exp(-t/beta), and a spring beside a dashpot of ratio beta does the same. If a port's impedance is unknown, a
-    bare spring (no statement about g(0+)).
+    The `relaxation` that starts with g(0+) of the continuum, 1/Z times `Damping.first_velocity`. If a port's impedance
+    is unknown, a bare spring (no statement about g(0+)).
     """
     impedances = [port.impedance for port in model.ports.values()]
     if any(z is None for z in impedances):
         if damping.beta == 0:
             return Residual.spring(left_out)
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
-    root = np.sqrt(damping.first_velocity() / np.array(impedances, dtype=float))
-    taus, vectors = np.linalg.eigh((left_out + left_out.T) / 2 / np.outer(root, root))
+    start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
+    return relaxation((left_out + left_out.T) / 2, start, damping.beta)
+
+
+def relaxation(compliance: Array, start: Array, beta: float) -> Residual:
+    """The exponential of integral R0 = ``compliance`` (p, p) [m/N] and g(0+) = ``start`` (p, p) [m/(N s)].
+
+    tau = R0/g(0+) for one port. Stiffness-proportional damping slows it to tau + ``beta``: modes far above 2/beta are
+    overdamped and creep as exp(-t/beta), and a spring beside a dashpot of ratio beta [s] does the same.
+    """
+    scale, vectors = np.linalg.eigh(start)
+    scale = np.sqrt(np.maximum(scale, _LEAST * scale[-1]))
+    root, back = vectors * scale @ vectors.T, vectors / scale @ vectors.T
+    taus, turn = np.linalg.eigh(back @ compliance @ back)
     taus = np.maximum(taus, 0.0)  # round-off
-    start = np.where(taus > 0, taus / (np.where(taus > 0, taus, 1.0) + damping.beta), 1.0)
-    g0 = root[:, None] * (vectors * start @ vectors.T) * root
-    r0 = root[:, None] * (vectors * taus @ vectors.T) * root
-    return Residual.exponential(r0, g0)
+    slowed = np.where(taus > 0, taus / (np.where(taus > 0, taus, 1.0) + beta), 1.0)
+    return Residual.exponential(root @ (turn * taus) @ turn.T @ root, root @ (turn * slowed) @ turn.T @ root)
 
 
 def truncate(

@@ -6,60 +6,35 @@ import numpy as np
 
 from impact.greens.modal import ModalGreens
 from impact.greens.pulse import combine, hann, mode_responses
-from seatfem.structures.damping import Damping
-from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.model import Array
+from seatfem.structures.reduction.growth import Space
 from seatfem.structures.reduction.residual import truncate
 
 
-class RitzPairs:
-    """Ritz pairs seen through the pulse.
+class RitzSpace(Space[ModalGreens]):
+    """A space whose Ritz pairs damping does not couple."""
 
-    Args:
-        omega, shapes: (k,) and (k, p), mass-normalised.
-        loss: (k,) phi' H phi of each pair [1/s^2], for a loss matrix that is not eta K.
-        beyond: (p, p) static compliance of pairs too high to be listed; they follow the pulse as a spring [m/N].
-        t, width: times and width of the pulse [s].
-    """
+    def see(self, omega: Array, shapes: Array, *, loss: Array | None = None, beyond: Array | None = None) -> Array:
+        """(p, p, nt) what pairs do after the pulse; they are those of the space from now on.
 
-    def __init__(
-        self,
-        model: SecondOrderModel,
-        damping: Damping,
-        omega: Array,
-        shapes: Array,
-        t: Array,
-        width: float,
-        *,
-        loss: Array | None = None,
-        beyond: Array | None = None,
-    ) -> None:
-        self.model, self.damping, self.omega, self.shapes, self.t, self.width = model, damping, omega, shapes, t, width
-        p = shapes.shape[1]
-        self.beyond = np.zeros((p, p)) if beyond is None else beyond
-        self.zeta = damping.ratios(omega, loss)
-        self.each = mode_responses(omega, self.zeta, t, width)
-        self.spring = self.beyond[:, :, None] * hann(t, width)
-        self.response = combine(shapes, self.each) + self.spring
-
-    def cut(self, band: float, allowed: float) -> tuple[ModalGreens, float]:
-        """Drop the pairs above the lowest cutoff that costs less than ``allowed`` into the residual; (g, its error).
-
-        High pairs stand for no mode of the body; kept, they would ring in the contact. Their compliance is kept.
+        Args:
+            omega, shapes: (k,) and (k, p), mass-normalised.
+            loss: (k,) phi' H phi of each pair [1/s^2], for a loss matrix that is not eta K.
+            beyond: (p, p) static compliance of pairs too high to be listed; they follow the pulse as a spring [m/N].
         """
-        scale = float(np.abs(self.response).max())
-        best, lowest, above = None, np.inf, 2 * band
-        while best is None or (lowest > allowed and np.any(self.omega > above)):
-            greens = self._truncated(above)
-            error = self._error(greens, above) / scale
-            if best is None or error < lowest:
-                best, lowest = greens, error
-            above *= 1.25
-        return best, lowest
+        t, width, p = self.t, self.aims.width, shapes.shape[1]
+        self.omega, self._shapes = omega, shapes
+        self._beyond = np.zeros((p, p)) if beyond is None else beyond
+        self._zeta = self.damping.ratios(omega, loss)
+        self._each = mode_responses(omega, self._zeta, t, width)
+        self._spring = self._beyond[:, :, None] * hann(t, width)
+        self._response = combine(shapes, self._each) + self._spring
+        return self._response
 
-    def _truncated(self, above: float) -> ModalGreens:
-        return truncate(self.omega, self.zeta, self.shapes, above, self.beyond, self.model, self.damping)
-
-    def _error(self, greens: ModalGreens, above: float) -> float:
+    def truncated(self, above: float) -> tuple[ModalGreens, float]:
+        """As `Space.truncated`: high pairs stand for no mode of the body; kept, they would ring in the contact."""
+        greens = truncate(self.omega, self._zeta, self._shapes, above, self._beyond, self.model, self.damping)
         dropped = self.omega > above
-        stand_in = greens.residual.filtered(self.t, self.width)
-        return float(np.abs(stand_in - self.spring - combine(self.shapes[dropped], self.each[dropped])).max())
+        stand_in = greens.residual.filtered(self.t, self.aims.width)
+        lost = stand_in - self._spring - combine(self._shapes[dropped], self._each[dropped])
+        return greens, float(np.abs(lost).max()) / float(np.abs(self._response).max())

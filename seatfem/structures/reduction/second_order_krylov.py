@@ -15,18 +15,20 @@ Source: Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195 (TOAR); Bai and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.poles import PoleGreens
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, SecondOrderModel, as_csr
+from seatfem.structures.model import SecondOrderModel, as_csr
 from seatfem.structures.reduction.checks import feeding, passivity_of_poles
 from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.growth import Space
-from seatfem.structures.reduction.quadratic_pencil import coupled, cut, poles
+from seatfem.structures.reduction.growth import Grown, Space
+from seatfem.structures.reduction.quadratic_pencil import coupled, poles, truncated
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.structures.reduction.toar import SecondOrderBasis
@@ -79,33 +81,29 @@ class SecondOrderKrylov(Reducer):
 class _Coupled(Space[PoleGreens]):
     """The basis so far, and the small model whose pairs damping couples."""
 
+    step = 1.4
+
     def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int) -> None:
-        super().__init__(aims)
-        self.model, self.damping, s = model, damping, aims.band
-        C = as_csr((model.size, model.size)) if model.C is None else model.C
+        super().__init__(model, replace(damping, alpha=0.0, beta=0.0), aims)  # both are in C
+        s, C = aims.band, as_csr((model.size, model.size)) if model.C is None else model.C
         factor = factorize(model.K + s * C + s**2 * model.M, backend=aims.backend, name="K + s C + s^2 M")
         self.basis = SecondOrderBasis(model, C, factor, s, min(most, model.size), rigid_shapes(model))
 
-    @property
-    def complete(self) -> bool:
-        return self.basis.complete
-
-    @property
-    def full(self) -> bool:
-        return bool(self.basis.size == self.basis.limit)
-
-    def grow(self) -> Array:
+    def grow(self) -> Grown:
         basis, loss = self.basis, self.damping.loss
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         lost = None if loss is None else basis.Q.T @ (loss @ basis.Q)
         self.whole = coupled(
             basis.damping(), basis.stiffness(), basis.ports(), basis.rigid, basis.shift, self.damping, lost
         )
+        self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
-        return self.response
+        return Grown(self.response, basis.complete, bool(basis.size == basis.limit))
 
-    def cut(self, allowed: float) -> tuple[PoleGreens, float]:
-        return cut(self.whole, self.response, self.t, self.aims.width, allowed, self.model, self.damping)
+    def truncated(self, above: float) -> tuple[PoleGreens, float]:
+        greens = truncated(self.whole, above, self.model, self.damping)
+        lost = np.abs(greens.filtered_matrix(self.t, self.aims.width) - self.response).max()
+        return greens, float(lost / np.abs(self.response).max())
 
     def shortfall(self, error: float) -> str:
         return (

@@ -27,7 +27,7 @@ from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.rigid import rigid_shapes
 
 TOLERANCE: Final = 1e-8  # ||OP y - theta y||/|theta|: the eigenvalue is then right to its square, or to round-off
-WIDEST: Final = 8  # columns of a block: 16 cost a fifth less each, and a third more of them are needed
+WIDEST: Final = 8  # columns of a block: 16 cost a quarter less each, and half as many again are needed
 _AT_ONCE: Final = 160  # eigenvalues about one shift; more of them cost less about several
 _ROOM: Final = 3 * 2**30  # bytes of a basis, unless twice the eigenvalues need more
 _BELOW: Final = 0.6  # of those looked for, below the shift: fewest solves (half or less of them: a sixth more)

@@ -13,7 +13,7 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
 from impact.march.laws import Law
-from impact.march.replay import port_displacement
+from impact.march.motion import port_displacement
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body

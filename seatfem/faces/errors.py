@@ -1,0 +1,60 @@
+"""Errors in words, and as exit codes: what a user is told in place of a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from seatfem.faces.options import BAD_INPUT, FAILED
+
+WIDEST: Final = 1000  # characters of a line of a message
+MOST_LINES: Final = 40
+
+
+def _is_ours(error: Exception) -> bool:
+    return type(error).__module__.partition(".")[0] in ("seatfem", "impact")
+
+
+def in_words(error: Exception) -> str:
+    """What a user can do about it; of what is no fault of the user's, that it is a bug."""
+    from impact.files.atomic import FULL
+
+    if isinstance(error, OSError) and error.errno in FULL:
+        return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
+    if _is_ours(error) or isinstance(error, OSError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
+    return f"unexpected {type(error).__name__}: {error}; this is a bug, --debug or SEATFEM_DEBUG=1 shows where"
+
+
+def placed(error: Exception, arguments: Sequence[str]) -> str:
+    """In words; the scene's name stands in front of what the contact solver says, which knows no scenes, and the lines
+    of its keys in front of what is wrong with the files that it names."""
+    scenes = [Path(word) for word in arguments if word.endswith(".toml")]
+    if scenes and type(error).__name__ == "SceneError":
+        from seatfem.study.scene import SceneError, located
+
+        assert isinstance(error, SceneError)
+        error = located(error, scenes[0])
+    text = in_words(error)
+    if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
+        return text
+    return f"{scenes[0]}: {text}"
+
+
+def clipped(text: str) -> str:
+    """A broken file's own words may be a million characters long."""
+    lines = [
+        line if len(line) <= WIDEST else f"{line[: WIDEST // 2]} ... {line[-WIDEST // 2 :]}"
+        for line in text.split("\n")
+    ]
+    more = len(lines) - MOST_LINES
+    return "\n".join(lines if more <= 0 else [*lines[:MOST_LINES], f"... and {more} more lines"])
+
+
+def code_of(error: Exception) -> int:
+    """The exit code of a command that ended with it."""
+    bad_input = isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
+    return BAD_INPUT if bad_input else FAILED

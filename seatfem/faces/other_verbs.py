@@ -1,0 +1,118 @@
+"""Verbs that take no scene: faces of a part, verify, doctor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from seatfem.faces.options import COMMON, DONE, FAILED, Common, Output
+from seatfem.faces.output import console, lines, progress_of
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+
+def faces(
+    part: Path,
+    /,
+    *,
+    output: Output = None,
+    unit: Literal["m", "mm", "um", "inch"] | None = None,
+    common: Common = COMMON,
+) -> int:
+    """Show the faces of a part: a table, and a picture with their numbers, by which scenes may select them.
+
+    Parameters
+    ----------
+    part:
+        A STEP, BREP or mesh file, or a scene (TOML), whose groups are shown then.
+    output:
+        File of the picture (.png, .pdf, .svg) or of the table (.csv) [default: the part's name + "-faces.png"].
+    unit:
+        Length unit of a BREP or mesh file, which state none [default: mm, m].
+    """
+    from impact.files.atomic import whole_file
+    from impact.pictures.drawing import gap_of
+    from seatfem.faces.faces_table import faces_csv, faces_table
+    from seatfem.machine.libraries import require_gmsh_libraries
+    from seatfem.pictures.faces_picture import draw_faces
+    from seatfem.structures.inspection.parts import open_part
+    from seatfem.study.scene.files import part_of_scene
+
+    require_gmsh_libraries()
+    with progress_of(common) as progress:
+        progress("reading the part", 0.0)
+        found = part_of_scene(part) if part.suffix.lower() == ".toml" else open_part(part, unit)
+        progress("reading the part", 1.0)
+    path = output or Path(f"{part.stem}-faces.png")
+    gap = ""
+    if path.suffix.lower() == ".csv":
+        with whole_file(path) as temporary:
+            temporary.write_text(faces_csv(found), encoding="utf-8")
+    else:
+        gap = gap_of(lambda file: draw_faces(found, file), path)
+    if common.quiet:
+        return FAILED if gap and output else DONE
+    console().print(faces_table(found))
+    told = lines()
+    if len(found.regions) > 1:
+        told.print(f"solids: {', '.join(found.regions)}")
+    how = "contact = { number = 7 } or { numbers = [7, 9] }" if found.numbered else "the names of groups"
+    told.print(f"scenes select by {how}, and as docs/scene.md says")
+    for note in (*found.notes, *filter(None, [gap])):
+        told.print(f"note: {note}")
+    if not gap:
+        told.print(f"wrote {path}")
+    return FAILED if gap and output else DONE
+
+
+def verify(*, common: Common = COMMON) -> int:
+    """Compare with exact solutions: case, exact value, ours, error, verdict."""
+    from seatfem.verification.table import verification_table
+    from seatfem.verification.view import verification_table_view
+
+    with progress_of(common) as progress:
+        rows = verification_table(progress)
+    if not common.quiet:
+        console().print(verification_table_view(rows))
+    return DONE if all(row.verdict for row in rows) else FAILED
+
+
+def doctor(*, calibrate: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+    """Report what is installed, what is missing, and the exact command that mends it.
+
+    Parameters
+    ----------
+    calibrate:
+        Instead measure how fast this computer is, for the predicted times of plans; best while it is idle.
+    """
+    if calibrate:
+        return _calibrate(common)
+    from seatfem.faces.tables import doctor_table
+    from seatfem.machine.doctor import doctor_report
+
+    checks = doctor_report()
+    gaps = [check for check in checks if check.required and not check.ok]
+    if not common.quiet:
+        console().print(doctor_table(checks))
+    for gap in gaps:
+        lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
+    return FAILED if gaps else DONE
+
+
+def _calibrate(common: Common) -> int:
+    from seatfem.faces.tables import rates_table
+    from seatfem.machine.calibration import calibrate
+    from seatfem.machine.libraries import require_gmsh_libraries
+    from seatfem.machine.rates import calibration_file
+
+    require_gmsh_libraries()
+    with progress_of(common) as progress:
+        machine = calibrate(progress)
+    path = calibration_file()
+    machine.save(path)
+    if not common.quiet:
+        console().print(rates_table(machine.rates(), type(machine)().rates()))
+        lines().print(f"wrote {path}")
+    return DONE

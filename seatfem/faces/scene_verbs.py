@@ -1,0 +1,207 @@
+"""Verbs that take a scene: demo, run, plan, trade, greens, modes."""
+
+from __future__ import annotations
+
+import math
+import sys
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Final
+
+from cyclopts import Parameter
+
+from seatfem.faces.options import COMMON, DONE, FAILED, WHOLE, Common, Effort, Output
+from seatfem.faces.output import console, lines, load, progress_of, tell
+from seatfem.faces.terminal import Console
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+DEMO_SCENE: Final = "flapper_on_peek_sleeve.toml"
+
+
+def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
+    """Run the embedded example, all the way.
+
+    Parameters
+    ----------
+    output:
+        Folder for the results [default: seatfem-demo].
+    """
+    return _run(demo_scene(), output or Path("seatfem-demo"), effort, common)
+
+
+def run(scene: Path, /, *, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
+    """Compute everything that a scene describes: seat, contact, measures, pictures.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for the results [default: the scene's name + "-result"].
+    """
+    return _run(scene, output or Path(f"{scene.stem}-result"), effort, common)
+
+
+def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+    """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    json:
+        Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
+    """
+    checked = load(scene)
+    from seatfem.faces.plan_json import plan_json
+    from seatfem.faces.plan_view import choices_table, costs_table, rounds_line, shares_line, stages_line
+    from seatfem.study.planning.planner import plan_scene
+
+    planned = plan_scene(checked)
+    if json and not common.quiet:
+        sys.stdout.write(plan_json(planned) + "\n")
+    elif not common.quiet:
+        wide = console()
+        wide.print(choices_table(planned))
+        wide.print(costs_table(planned))
+        wide.print(f"predicted time: {stages_line(planned.cost.parts)}", soft_wrap=True)
+        wide.print(f"predicted rounds: {rounds_line(planned)}", soft_wrap=True)
+        wide.print(f"predicted error: {shares_line(planned)}", soft_wrap=True)
+        for note in planned.notes:
+            wide.print(f"note: {note}", soft_wrap=True)
+    return DONE
+
+
+def trade(
+    scene: Path,
+    /,
+    *,
+    output: Output = None,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    limit: float = 20.0,
+    common: Common = COMMON,
+) -> int:
+    """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for chart, tables and journal [default: the scene's name + "-trade"].
+    quick:
+        Only about a third of the points.
+    limit:
+        Processor seconds for one point; the reference and the planner's choice may take four times as many.
+    """
+    load(scene)
+    from impact.pictures.drawing import gap_of
+    from seatfem.study.trade.chart import draw_trade
+    from seatfem.study.trade.table import in_words, write_trade
+    from seatfem.study.trade.trade import measure_trade
+
+    folder = output or Path(f"{scene.stem}-trade")
+    with progress_of(common) as progress:
+        found = measure_trade(scene, folder / "trade.jsonl", quick=quick, time_limit=limit, progress=progress)
+    files = [folder / "trade.csv", folder / "trade.json"]
+    write_trade(found, *files)
+    told = lines(quiet=common.quiet)
+    told.print(in_words(found))
+    if gap := gap_of(lambda path: draw_trade(found, path), folder / "trade.png"):
+        told.print(f"note: {gap}")
+    else:
+        files.append(folder / "trade.png")
+    for file in files:
+        told.print(f"wrote {file}")
+    return DONE
+
+
+def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Compute only the seat's Green's function.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        File for the Green's function [default: the scene's name + "-seat.h5"].
+    """
+    checked = load(scene)
+    from seatfem.study.runs.pipeline import compute_greens
+
+    path = output or Path(f"{scene.stem}-seat.h5")
+    with progress_of(common) as progress:
+        outcome = compute_greens(checked, path, progress)
+    tell(outcome, common)
+    return DONE
+
+
+def modes(
+    scene: Path,
+    /,
+    *,
+    output: Output = None,
+    count: int | None = None,
+    up_to: str | None = None,
+    common: Common = COMMON,
+) -> int:
+    """Compute the seat's natural modes, none missing: table, pictures, animation, a file for ParaView.
+
+    Parameters
+    ----------
+    scene:
+        The scene file (TOML).
+    output:
+        Folder for the results [default: the scene's name + "-modes"].
+    count:
+        Number of modes, the lowest; a pair of a body of revolution counts as two [default: 20].
+    up_to:
+        Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
+    """
+    from seatfem.units import parse_quantity
+
+    highest = None if up_to is None else parse_quantity(up_to, "frequency")
+    checked = load(scene)
+    from seatfem.faces.tables import modes_table
+    from seatfem.study.runs.pipeline import write_modes
+
+    folder = output or Path(f"{scene.stem}-modes")
+    with progress_of(common) as progress:
+        outcome = write_modes(checked, folder, progress, count=count, up_to_hz=highest)
+    if not common.quiet and outcome.modes:
+        console().print(modes_table(outcome.modes))
+    tell(outcome, common)
+    return DONE
+
+
+def demo_scene() -> Path:
+    """The demo's scene file, inside an installed package or a source tree."""
+    installed = Path(str(resources.files("seatfem"))) / "data" / DEMO_SCENE
+    source = Path(__file__).parents[2] / "examples" / DEMO_SCENE
+    return installed if installed.is_file() else source
+
+
+def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
+    scene = load(path)
+    from seatfem.faces.result_table import result_table
+    from seatfem.faces.verdict import verdict
+    from seatfem.study.runs.next_round import Limits
+    from seatfem.study.runs.pipeline import run_scene
+
+    limits = Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
+    errors = lines(stderr=True, quiet=common.quiet)
+    with progress_of(common, errors) as progress:
+        outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
+    if not common.quiet:
+        wide = Console(highlight=False, markup=False)
+        title = (scene.title or path.stem).replace("\n", "\\n")
+        wide.print(f"\n{title}")
+        wide.print(verdict(outcome.summary), soft_wrap=True)
+        wide.print(result_table(outcome.summary))
+        if outcome.summary.get("regime_predicted_peak_error") is not None:
+            wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
+    tell(outcome, common)
+    if common.quiet and not outcome.met:  # an exit code alone explains nothing
+        lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
+    return DONE if outcome.met else FAILED

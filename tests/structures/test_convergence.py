@@ -1,0 +1,53 @@
+"""The estimate of what is still to come, on errors that are known."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from seatfem.structures.reduction.convergence import History
+
+SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
+WAVE = np.sin(np.linspace(0, 30, 400))
+
+
+def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray, np.ndarray]:
+    """(what is stated, what is true) at each check of a response that is off by ``error`` of the number of vectors."""
+    history, stated, true = History(1e-3), [], []
+    exact = np.cos(np.linspace(0, 9, 400))
+    for n in SIZES:
+        response = exact + error(n) * WAVE
+        stated.append(history.add(response, n if sized else None))
+        true.append(np.abs(response - exact).max() / np.abs(response).max())
+    return np.array(stated), np.array(true)
+
+
+@pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
+def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
+    """Undamped seats: e ~ n^-2, stated less than twice; n^-6 is stated from the last changes."""
+    stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
+    known = np.isfinite(stated)
+    assert known.sum() >= len(SIZES) - 3
+    assert np.all(true[known] <= stated[known])
+    assert np.all(stated[8:] <= 5 * true[8:])
+
+
+def test_fast_convergence_does_not_wait_for_a_third_more_vectors() -> None:
+    """A factor of three in ten vectors: what is stated is of the last changes, not of two thirds of the vectors."""
+    stated, true = estimates(lambda n: 10 ** (-n / 20), sized=True)
+    assert np.all(true[3:8] <= stated[3:8])
+    assert np.all(stated[5:8] <= 15 * true[5:8])
+
+
+def test_what_does_not_change_any_more_has_arrived() -> None:
+    history = History(1e-3)
+    stated = [history.add(WAVE, n) for n in SIZES]
+    assert stated[2:] == [0.0] * (len(SIZES) - 2)
+
+
+def test_only_the_responses_that_are_compared_are_kept() -> None:
+    history = History(1e-3)
+    for n in SIZES:
+        history.add(WAVE / n, n)
+    assert len(history.seen) <= 6
+    assert history.seen[0][0] <= 2 / 3 * SIZES[-1] < history.seen[1][0]
