@@ -65,7 +65,8 @@ def bending_stress(
     modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp.
 
     Args:
-        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before.
+        force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
+            where that is not zero the reed starts preloaded, in equilibrium with it and with its loads.
         dt: step [s].
         reed: the striker of that run, made of ``beam``, in contact at one point.
         beam: its geometry and material.
@@ -149,7 +150,10 @@ def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     rate = _following(greens)
     followed = replace(greens, residual=Residual(np.full((1, 1), rate), np.array([rate]), np.zeros((1, 1))))
     start = reed.modal_start()
-    start = replace(start, displacement=start.displacement + greens.shapes[:, 0] / greens.omega**2 * force[0])
+    pull = greens.shapes[:, 0] * force[0]
+    if force[0] > 0:  # a preload: the loads were carried since ever, as the contact force was
+        pull = pull + sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in reed.loads)
+    start = replace(start, displacement=start.displacement + pull / greens.omega**2)
     replay = Replay(followed, dt, start, force[:1], force[:1], [load.shape for load in reed.loads])
     yield np.append(start.displacement, force[0])[None, :]
     for part in blocks(len(force) - 1, _BLOCK * stride):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, ClassVar
 
 from impact.advice import Advice
 from impact.bodies.body import Body
@@ -285,19 +285,3 @@ class Structure(Table):
     def assumed(self) -> tuple[str, ...]:
         """Keys that were not given, with the values that stand for them, as far as a reader must be told."""
         return ()
-
-
-def kinds_of(base: type[Structure] = Structure) -> tuple[type[Structure], ...]:
-    """Every kind that there is, by name: subclasses whose ``kind`` is stated."""
-    found: list[type[Structure]] = []
-    for each in base.__subclasses__():
-        found += [*([each] if kind_of(each) else []), *kinds_of(each)]
-    return tuple(sorted(dict.fromkeys(found), key=kind_of))
-
-
-def kind_of(table: type[Structure]) -> str:
-    """The name of a kind; "" of what several kinds have in common."""
-    annotation = table.__annotations__.get("kind")
-    field = table.model_fields.get("kind")
-    annotation = field.annotation if field is not None else annotation
-    return str(get_args(annotation)[0]) if get_origin(annotation) is Literal else ""
