@@ -14,7 +14,7 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.opened import naming
-from seatfem.structures.kinds.parts import AnySupport
+from seatfem.structures.kinds.supports import AnySupport
 from seatfem.structures.levels import COARSENING
 from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.kinds import Annular, Cantilever
-from seatfem.structures.kinds.parts import Material
+from seatfem.structures.kinds.materials import Material
 from seatfem.structures.materials import Material as Solid
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
 from seatfem.study.impacts.seat import seat_key

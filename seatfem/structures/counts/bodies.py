@@ -1,4 +1,4 @@
-"""Samples of the volumes, surfaces and sections of all families of seats, from their closed forms."""
+"""Samples of the volumes, surfaces, sections and plans of shapes, from their closed forms."""
 
 from __future__ import annotations
 
@@ -10,13 +10,22 @@ from functools import cache
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.counts.size_field import COARSEST, Distance, Samples, from_segments, inside, squares
-from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Profile, Stopper, ValvePlate
+from seatfem.structures.counts.size_field import (
+    COARSEST,
+    OUTLINE,
+    Distance,
+    Samples,
+    from_segments,
+    inside,
+    side_points,
+    squares,
+)
+from seatfem.structures.shapes import GeometryError, Profile, Shape
+from seatfem.structures.shapes.plan import Rectangle
 from seatfem.structures.shapes.profile import Edge, Point
+from seatfem.structures.shapes.shape import PlanSamples
 
-Drawn = AnnularSeat | ConicalSeat | Stopper | ValvePlate | Bar | Block
 CHORDS = 6  # of an arc
-OUTLINE = 60  # samples of a straight edge
 DEPTHS = 12  # samples through the thickness, denser towards the struck side
 PER_ARC, ARC_GROWTH = 2, 1.0  # elements on an arc of a section, and growth of the size away from it
 
@@ -40,33 +49,34 @@ def section_of(profile: Profile) -> Body:
 
 
 @cache
-def plan_of(geometry: ValvePlate | Stopper, sectors: int = 1) -> Body:
+def plan_of(shape: Shape, sectors: int = 1) -> Body:
     """The plan of an extruded solid, or of one of its equal sectors."""
-    (area, away), (length, beside) = _plan_part(geometry, sectors)
+    (area, away), (length, beside) = _plan_part(shape, sectors)
     return Body(Samples(area, np.maximum(0.0, away)), Samples(length, np.maximum(0.0, beside)))
 
 
 @cache
-def solid_of(geometry: Drawn, sectors: int = 1) -> Body:
-    """The solid or one of its equal sectors."""
-    if isinstance(geometry, AnnularSeat | ConicalSeat | Stopper):
-        points, weight, outline, lengths, distance = _sampled(geometry.profile)
+def solid_of(shape: Shape, sectors: int = 1) -> Body:
+    """The solid or one of its equal sectors. Raises `GeometryError` of one that is neither turned nor extruded."""
+    profile, plan, rectangle = shape.profile, shape.plan, shape.rectangle
+    if profile is not None:
+        points, weight, outline, lengths, distance = _sampled(profile)
         around, along = 2 * math.pi * points[:, 0] / sectors, 2 * math.pi * outline[:, 0] / sectors
         inner, outer = (around * weight, distance(points)), (along * lengths, distance(outline))
         return Body(Samples(*inner), _joined([outer, (2 * weight, inner[1])] if sectors > 1 else [outer]))
-    if isinstance(geometry, Bar):
-        end, struck = geometry.width * geometry.height, np.zeros(1)
-        sides = 2 * (geometry.width + geometry.height)
-        cuts = (geometry.width + geometry.height) / 2 if sectors > 1 else 0.0
-        return _extruded(
-            (np.array([end / sectors]), struck), (np.array([sides / sectors + cuts]), struck), geometry.length
-        )
-    return _extruded(*_plan_part(geometry, sectors), geometry.thickness)
+    if plan is None:
+        raise GeometryError(f"{shape.source} is neither a solid of revolution nor extruded: its size is not known")
+    if rectangle is not None and rectangle.patch is None:
+        (x, y), struck = rectangle.sides, np.zeros(1)
+        whole = 4 * (x + y) / sectors + (x + y if sectors > 1 else 0.0)
+        return _extruded((np.array([4 * x * y / sectors]), struck), (np.array([whole]), struck), plan.height)
+    return _extruded(*_plan_part(shape, sectors), plan.height)
 
 
-def _plan_part(geometry: ValvePlate | Block | Stopper, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _plan_part(shape: Shape, sectors: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Areas of a plan, or of one of its sectors, and lengths of its outline; each with the distances from the patch."""
-    points, weight, outline, lengths, distance = _plan(geometry)
+    rectangle = shape.rectangle
+    points, weight, outline, lengths, distance = shape.plan_samples() if rectangle is None else _rectangle(rectangle)
     edge = [(lengths / sectors, distance(outline)), *(_rays(points, weight, distance) if sectors > 1 else [])]
     length, beside = (np.concatenate(part) for part in zip(*edge, strict=True))
     return (weight / sectors, distance(points)), (length, beside)
@@ -142,26 +152,8 @@ def _beside_arcs(profile: Profile, points: Array) -> Array:
     return cap
 
 
-def _plan(geometry: ValvePlate | Block | Stopper) -> tuple[Array, Array, Array, Array, Distance]:
-    """As `_sampled`, of the plan of an extruded solid."""
-    if isinstance(geometry, Stopper):
-        return _round(geometry.radius, geometry.contact_radius)
-    if isinstance(geometry, Block):
-        return _rectangle(geometry)
-    return _plate(geometry)
-
-
-def _round(radius: float, patch: float) -> tuple[Array, Array, Array, Array, Distance]:
-    def distance(points: Array) -> Array:
-        return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
-
-    points, areas = squares((-radius, -radius), (radius, radius), distance)
-    kept = np.hypot(points[:, 0], points[:, 1]) < radius
-    return points[kept], areas[kept], *_circles(np.zeros((1, 2)), radius), distance
-
-
-def _rectangle(block: Block) -> tuple[Array, Array, Array, Array, Distance]:
-    half, patch = (block.width / 2, block.depth / 2), np.array([block.patch_width, block.patch_depth]) / 2
+def _rectangle(rectangle: Rectangle) -> PlanSamples:
+    half, patch = rectangle.sides, np.array(rectangle.patch or rectangle.sides)
 
     def distance(points: Array) -> Array:
         off = np.abs(points) - patch
@@ -169,42 +161,4 @@ def _rectangle(block: Block) -> tuple[Array, Array, Array, Array, Distance]:
         return np.asarray(np.hypot(outside[:, 0], outside[:, 1]) + np.minimum(0.0, off.max(axis=1)))
 
     points, areas = squares((-half[0], -half[1]), half, distance)
-    return points, areas, *_sides(half), distance
-
-
-def _plate(plate: ValvePlate) -> tuple[Array, Array, Array, Array, Distance]:
-    centres = np.array(plate.centres)
-    inner, outer = plate.port_radius, plate.port_radius + plate.land_width
-
-    def from_centres(points: Array) -> Array:
-        return np.asarray(np.min([np.hypot(*(points - centre).T) for centre in centres], axis=0))
-
-    def distance(points: Array) -> Array:
-        return from_centres(points) - outer
-
-    x, y = plate.half_sides if plate.layout == "row" else (plate.outer_radius, plate.outer_radius)
-    points, areas = squares((-x, -y), (x, y), distance)
-    kept = from_centres(points) > inner
-    rim = _sides((x, y))
-    if plate.layout == "circle":
-        kept &= np.hypot(points[:, 0], points[:, 1]) < x
-        rim = _circles(np.zeros((1, 2)), x)
-    holes = _circles(centres, inner)
-    outline, lengths = (np.concatenate([rim[k], holes[k]]) for k in range(2))
-    return points[kept], areas[kept], outline, lengths, distance
-
-
-def _circles(centres: Array, radius: float) -> tuple[Array, Array]:
-    angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
-    ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    points = (centres[:, None, :] + ring).reshape(-1, 2)
-    return points, np.full(len(points), 2 * math.pi * radius / OUTLINE)
-
-
-def _sides(half: Point) -> tuple[Array, Array]:
-    corners = [(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])]
-    pieces = [
-        _along(Edge(a, b), OUTLINE, middles=True) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
-    ]
-    points, lengths = (np.concatenate(part) for part in zip(*pieces, strict=True))
-    return points, lengths
+    return points, areas, *side_points(half), distance

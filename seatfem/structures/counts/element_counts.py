@@ -10,13 +10,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from seatfem.structures.counts.bodies import Body, Drawn, plan_of, section_of, solid_of
+from seatfem.structures.counts.bodies import Body, plan_of, section_of, solid_of
 from seatfem.structures.counts.memory_need import Counts
 from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.method import Level
-from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, Geometry, Stopper, ValvePlate
+from seatfem.structures.shapes import Geometry, GeometryError
+from seatfem.structures.shapes.plan import Rectangle
 from seatfem.structures.shapes.profile import profile_of
 
 TETRAHEDRA: Final = (2.26, 4.77)  # elements over int dV/h^3 and over int dA/h^2
@@ -47,12 +48,12 @@ class Sizes:
 
 def body_in_numbers(geometry: Geometry, sectors: int = 1) -> Body:
     """Samples of the solid, or of one of its equal sectors."""
-    return body_of(geometry) if isinstance(geometry, CadPart) else solid_of(geometry, sectors)
+    return body_of(geometry) if geometry.is_imported else solid_of(geometry, sectors)
 
 
 def predicted_sizes(geometry: Geometry, spec: MeshSpec, level: Level, sectors: int = 1) -> Sizes:
     """The mesh of a seat at a level ("axisymmetric", "harmonics", "sector" with so many sectors, or "3d")."""
-    if isinstance(geometry, CadPart):
+    if geometry.is_imported:
         return _tetrahedra(body_of(geometry), spec)
     if level in ("axisymmetric", "harmonics"):
         return _section(geometry, spec, 3 if level == "harmonics" else 2)
@@ -101,7 +102,7 @@ def _plane_nodes(elements: float, vertices: float, spec: MeshSpec) -> float:
     return vertices + edges + (elements if spec.shape == "hex" else 0.0)
 
 
-def _section(geometry: Drawn, spec: MeshSpec, directions: int) -> Sizes:
+def _section(geometry: Geometry, spec: MeshSpec, directions: int) -> Sizes:
     meshed = _as_meshed(spec)
     elements, vertices, sides = _plane(section_of(profile_of(geometry)), meshed)
     nodes = _plane_nodes(elements, vertices, spec)
@@ -109,30 +110,23 @@ def _section(geometry: Drawn, spec: MeshSpec, directions: int) -> Sizes:
     return Sizes(elements, nodes, sides, Counts(directions * nodes, entries, entries / directions, 0.0))
 
 
-def _hexahedra(geometry: Drawn, spec: MeshSpec, sectors: int) -> Sizes:
-    meshed = _as_meshed(spec)
-    if isinstance(geometry, Bar | Block):
-        return _swept(*_grid(geometry, spec, sectors), _layers(geometry, spec), spec, closed=False)
-    if isinstance(geometry, AnnularSeat | ConicalSeat):
-        profile = geometry.profile
-        around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
-        plane = _plane(section_of(profile), meshed)
-        return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
-    assert isinstance(geometry, ValvePlate | Stopper)
-    return _swept(*_plane(plan_of(geometry, sectors), meshed), _layers(geometry, spec), spec, closed=False)
+def _hexahedra(geometry: Geometry, spec: MeshSpec, sectors: int) -> Sizes:
+    meshed, plan, profile = _as_meshed(spec), geometry.plan, geometry.profile
+    if plan is not None:
+        layers = spec.layers or len(graded(plan.height, spec.patch_size, spec.size, spec.grading)) - 1
+        rectangle = geometry.rectangle
+        plane = _plane(plan_of(geometry, sectors), meshed) if rectangle is None else _grid(rectangle, spec, sectors)
+        return _swept(*plane, layers, spec, closed=False)
+    if profile is None:
+        raise GeometryError(f"{geometry.source} is neither a solid of revolution nor extruded; set shape = 'tet'")
+    around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
+    plane = _plane(section_of(profile), meshed)
+    return _swept(*plane, math.ceil(around / sectors), spec, closed=sectors == 1)
 
 
-def _layers(geometry: Bar | Block | ValvePlate | Stopper, spec: MeshSpec) -> int:
-    return spec.layers or len(graded(geometry.plan.height, spec.patch_size, spec.size, spec.grading)) - 1
-
-
-def _grid(geometry: Bar | Block, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
+def _grid(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> tuple[float, float, float]:
     """Elements, vertices and sides of the grid under a rectangular solid; exact."""
-    if isinstance(geometry, Bar):
-        sides = (geometry.width / 2, geometry.height / 2)
-        patch = sides
-    else:
-        sides, patch = (geometry.width / 2, geometry.depth / 2), (geometry.patch_width / 2, geometry.patch_depth / 2)
+    sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (_cells(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     x, y = x * (1 if sectors == 4 else 2), y * (1 if sectors > 1 else 2)
     return x * y, (x + 1) * (y + 1), 2 * (x + y)

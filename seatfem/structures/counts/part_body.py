@@ -12,7 +12,7 @@ from seatfem.structures.counts.bodies import Body
 from seatfem.structures.counts.size_field import Samples
 from seatfem.structures.inspection.cad import Inspected, inspect_geometry
 from seatfem.structures.inspection.shape import Integers, Shape, distances
-from seatfem.structures.shapes import CadPart
+from seatfem.structures.shapes import Geometry
 
 FEW, MANY = 4, 64  # points in an element: far from the struck faces, and near them
 NEAR: Final = 1.5  # sizes of an element within which it is near
@@ -21,7 +21,7 @@ BINS, CLOSEST = 300, 1e-3  # of distances, and the smallest that is told apart o
 FILLED: Final = 0.6  # of its bounding box, for a part that could not be filled with elements
 
 
-def body_of(part: CadPart) -> Body:
+def body_of(part: Geometry) -> Body:
     """The part's volume and surface by their distance from the struck faces."""
     return _body(inspect_geometry(part))
 

@@ -6,6 +6,7 @@ bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes.profile import Point
 
 COARSEST = 24  # squares along the longer side of the rectangle that is searched
+OUTLINE = 60  # samples of a straight edge, and of a circle
 HALVINGS = 10
 FINEST = 1 / 150  # of the longer side: distances below it are not told apart
 PER_DISTANCE = 0.8  # side of a square over its distance from the patch
@@ -91,3 +93,20 @@ def inside(points: Array, outline: Array) -> Array:
         if crosses.any():
             odd ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya if yb != ya else 1.0))
     return odd
+
+
+def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
+    """Points (n, 2) on circles about some centres, and the length around each."""
+    angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
+    ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points = (centres[:, None, :] + ring).reshape(-1, 2)
+    return points, np.full(len(points), 2 * math.pi * radius / OUTLINE)
+
+
+def side_points(half: Point) -> tuple[Array, Array]:
+    """Points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
+    corners = np.array([(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])])
+    along = np.roll(corners, -1, axis=0) - corners
+    t = (np.arange(OUTLINE) + 0.5) / OUTLINE
+    points = (corners[:, None, :] + t[:, None] * along[:, None, :]).reshape(-1, 2)
+    return points, np.repeat(np.linalg.norm(along, axis=1) / OUTLINE, OUTLINE)

@@ -13,8 +13,8 @@ from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from seatfem.fields import Acceleration, DampingRatio, KeyProblem, Length, Position, Table, default
 from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
-from seatfem.structures.kinds.parts import Material
 from seatfem.structures.kinds.structure import Structure
 
 if TYPE_CHECKING:

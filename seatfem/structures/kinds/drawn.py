@@ -21,7 +21,7 @@ from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.levels import DISCRETE, PER_WAVELENGTH, QUARTERS, Applicability, choose_level
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import AnyLevel, Level, Method
-from seatfem.structures.shapes import Geometry, Revolved
+from seatfem.structures.shapes import Geometry, Turning
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ class Turned(Drawn):
     arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
-    def geometry(self) -> Revolved:
+    def geometry(self) -> Turning:
         raise NotImplementedError
 
     @model_validator(mode="after")

@@ -10,10 +10,12 @@ from pydantic import Field, model_validator
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, of_patch
+from seatfem.structures.kinds.materials import AnyMaterial
 from seatfem.structures.kinds.opened import listed
-from seatfem.structures.kinds.parts import AnyMaterial, AnySupport, Rayleigh
+from seatfem.structures.kinds.parts import Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.supports import AnySupport
 from seatfem.structures.method import AnyLevel
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.structures.mesh._gmsh_input import handed_over
-from seatfem.structures.shapes import CadPart, GeometryError, NumberedFace, cad, model_unit
+from seatfem.structures.shapes import CadPart, GeometryError, NumberedFace, cad
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.inspect import Mark, colour_of, outline_of
 
@@ -32,7 +32,7 @@ class Imported:
 def read_solids(gmsh: Any, part: CadPart) -> None:
     """The solids of the part's file in gmsh's model."""
     with handed_over(part.path) as copy:
-        cad.build(replace(part, path=copy), gmsh.model.occ)
+        replace(part, path=copy).build(gmsh.model.occ)
     gmsh.model.occ.synchronize()
 
 
@@ -45,7 +45,7 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     model, occ = gmsh.model, gmsh.model.occ
     read_solids(gmsh, part)
     box = np.array(model.getBoundingBox(-1, -1))
-    cad.check_size(part, tuple(model_unit(part) * (box[3:] - box[:3])))
+    cad.check_size(part, tuple(part.unit_of_model * (box[3:] - box[:3])))
     solids = model.getEntities(3)
     marks = _marks(model, part)
     found = Imported(marks, regions=regions_of(model, part, [tag for _, tag in solids]))

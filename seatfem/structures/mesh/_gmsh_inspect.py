@@ -16,7 +16,7 @@ import numpy as np
 from seatfem.structures.mesh._gmsh_cad import import_part, read_solids, recall, regions_of
 from seatfem.structures.mesh._gmsh_messages import stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
-from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, family_of, model_unit
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode
 from seatfem.structures.shapes.faces import Face
 from seatfem.structures.shapes.inspect import faces_of, volume_of
 from seatfem.structures.shapes.selectors import Patches, select
@@ -35,7 +35,7 @@ Problem = tuple[str, str]
 def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "inspect": a geometry -> its faces, groups and problems (JSON), and the arrays of a coarse mesh."""
     geometry: Geometry = decode(job["geometry"])
-    unit = model_unit(geometry)
+    unit = geometry.unit_of_model
     stage("building the geometry", 0.0)
     model.forget()
     gmsh.clear()
@@ -59,7 +59,7 @@ def _built(
     gmsh: Any, geometry: Geometry, unit: float, problems: list[Problem]
 ) -> tuple[list[Face], dict[str, list[int]]]:
     if not isinstance(geometry, CadPart):
-        family_of(geometry).build(geometry, gmsh.model.occ)
+        geometry.build(gmsh.model.occ)
         gmsh.model.occ.synchronize()
         return faces_of(gmsh.model, unit), {"seat": []}
     sound = replace(geometry, regions=_sound_regions(gmsh, geometry, problems))

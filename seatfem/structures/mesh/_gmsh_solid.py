@@ -13,7 +13,7 @@ from seatfem.structures.mesh._gmsh_model import KeptModel
 from seatfem.structures.mesh._gmsh_sizes import set_sizes
 from seatfem.structures.mesh.healing import LADDER, Rung, climb
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import CadPart, Geometry, GeometryError, decode, family_of, model_unit
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, decode
 from seatfem.structures.shapes.inspect import area_of, patch_tags, volume_of
 from seatfem.structures.shapes.sectors import cut, patches_in
 
@@ -27,11 +27,11 @@ def build(
     gmsh: Any, geometry: Geometry, sectors: int = 1, heal: bool = False
 ) -> tuple[dict[str, list[int]], dict[str, list[int]]]:
     """Build the solids, or one of the equal sectors; returns the face tags of the groups and the solids of regions."""
-    unit = model_unit(geometry)
+    unit = geometry.unit_of_model
     occ = gmsh.model.occ
     imported = import_part(gmsh, geometry, heal, sectors) if isinstance(geometry, CadPart) else Imported()
     if not isinstance(geometry, CadPart):
-        family_of(geometry).build(geometry, occ)
+        geometry.build(occ)
     if sectors > 1:
         whole = sum(occ.getMass(3, tag) for _, tag in occ.getEntities(3))
         cut(occ, 3, sectors)
@@ -108,7 +108,7 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "mesh": geometry and spec -> arrays, and a .msh file where asked for."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
-    unit = model_unit(geometry)
+    unit = geometry.unit_of_model
     results: list[dict[str, list[int]]] = []
 
     def attempt(rung: Rung) -> None:
@@ -125,9 +125,8 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         generate(gmsh, spec, unit)
         results.append(tags)
 
-    rungs = LADDER if isinstance(geometry, CadPart) else LADDER[:1]
-    what = str(geometry.path) if isinstance(geometry, CadPart) else type(geometry).__name__
-    notes = climb(what, rungs, attempt, lambda: where_it_failed(gmsh, unit))
+    rungs = LADDER if geometry.is_imported else LADDER[:1]
+    notes = climb(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
     if job["msh"]:
         write_msh(gmsh, job["msh"], unit)
     cad = {"volume": volume_of(gmsh.model, unit)} | {

@@ -27,16 +27,7 @@ from seatfem.structures.mesh._gmsh_model import KeptModel
 from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
 from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import (
-    Extruded,
-    Geometry,
-    GeometryError,
-    Revolved,
-    decode,
-    family_of,
-    model_unit,
-    revolved,
-)
+from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
 from seatfem.structures.shapes.inspect import area_of, patch_tags
 from seatfem.structures.shapes.plan import EVERYWHERE
 from seatfem.structures.shapes.sectors import cut
@@ -98,9 +89,9 @@ def export(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "section": the half section of a solid of revolution -> plane arrays."""
-    geometry: Revolved = decode(job["geometry"])
+    geometry: Turning = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
-    unit = model_unit(geometry)
+    unit = geometry.unit_of_model
     stage("building the section", 0.0)
 
     def built() -> dict[str, list[int]]:
@@ -116,11 +107,12 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Task "plan": the plan of an extruded solid, or of one of its sectors -> plane arrays and areas of the CAD."""
-    geometry: Extruded = decode(job["geometry"])
+    geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
-    unit = model_unit(geometry)
+    unit = geometry.unit_of_model
     stage("building the plan", 0.0)
     areas = model.built(gmsh, job, lambda: _plan_areas(gmsh, geometry, job["sectors"]))
+    assert geometry.plan is not None
     struck = {name for names in geometry.plan.top.values() for name in names}
     faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
     edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
@@ -132,10 +124,9 @@ def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     return plane_arrays(gmsh, spec, {}, areas, unit) | sizes
 
 
-def _plan_areas(gmsh: Any, geometry: Extruded, sectors: int) -> dict[str, list[int]]:
-    recipe, occ = family_of(geometry).plan, gmsh.model.occ
-    assert recipe is not None
-    areas: dict[str, list[int]] = recipe(geometry, occ)
+def _plan_areas(gmsh: Any, geometry: Geometry, sectors: int) -> dict[str, list[int]]:
+    occ = gmsh.model.occ
+    areas = geometry.areas(occ)
     if sectors > 1:
         whole = [tag for _, tag in occ.getEntities(2)]
         pieces = dict(zip(whole, cut(occ, 2, sectors), strict=True))

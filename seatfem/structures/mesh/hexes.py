@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,18 +17,8 @@ from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.plan_grid import cut_lines, rectangle_plan
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.mesh.swept import extrude, revolve
-from seatfem.structures.shapes import (
-    AnnularSeat,
-    Bar,
-    Block,
-    CadPart,
-    ConicalSeat,
-    Geometry,
-    GeometryError,
-    Stopper,
-    encode,
-)
-from seatfem.structures.shapes.plan import EVERYWHERE
+from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +38,19 @@ def make_hexes(
 
     Raises `GeometryError` for a geometry that is neither.
     """
-    if isinstance(geometry, AnnularSeat | ConicalSeat):
-        return _revolved(geometry, spec, sectors, progress, gmsh)
-    if isinstance(geometry, CadPart):
-        raise GeometryError(f"{geometry.path}: a CAD part is meshed by tetrahedra; set shape = 'tet'")
-    return _extruded(geometry, spec, sectors, progress, gmsh)
+    if geometry.plan is not None:
+        return _extruded(geometry, geometry.plan, spec, sectors, progress, gmsh)
+    if geometry.profile is not None:
+        return _revolved(geometry, geometry.profile, spec, sectors, progress, gmsh)
+    what = "a CAD part is" if geometry.is_imported else "what is neither turned nor extruded is"
+    raise GeometryError(f"{geometry.source}: {what} meshed by tetrahedra; set shape = 'tet'")
 
 
 def _revolved(
-    geometry: AnnularSeat | ConicalSeat, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
+    geometry: Geometry, profile: Profile, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
 ) -> Hexes:
     job = {"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}
     section = gmsh(job, progress)
-    profile = geometry.profile
     around = spec.layers or max(LEAST_LAYERS, math.ceil(2 * math.pi * profile.outer_radius / spec.size))
     layers = math.ceil(around / sectors)
     arrays = revolve(section, layers, sectors, spec.curved, type(geometry).__name__)
@@ -68,8 +58,7 @@ def _revolved(
     return Hexes(arrays, str(section["gmsh_version"]), profile.volume / sectors, areas)
 
 
-def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
-    plan = geometry.plan
+def _extruded(geometry: Geometry, plan: Plan, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh) -> Hexes:
     plane, version, cad = _plane(geometry, spec, sectors, progress, gmsh)
     if sectors > 1:
         plane = cut_lines(plane, sectors)
@@ -78,39 +67,31 @@ def _extruded(geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, g
         if spec.layers
         else 1.0 - graded(plan.height, spec.patch_size, spec.size, spec.grading)[::-1] / plan.height
     )
-    arrays = extrude(plane, plan, fractions, _top(geometry), type(geometry).__name__)
+    arrays = extrude(plane, plan, fractions, geometry.dome, type(geometry).__name__)
     areas = {
         name: sum(cad[area] for area in names if area in cad)
         for groups in (plan.top, plan.bottom)
         for name, names in groups.items()
         if any(area in cad for area in names)
     }
-    if isinstance(geometry, Stopper):
-        volume = geometry.profile.volume / sectors
-        areas = {name: geometry.profile.area(name) / sectors for name in areas}
+    if (profile := geometry.profile) is not None:
+        volume = profile.volume / sectors
+        areas = {name: profile.area(name) / sectors for name in areas}
     else:
         volume = cad[EVERYWHERE] * plan.height
     return Hexes(arrays, version, volume, areas)
 
 
 def _plane(
-    geometry: Any, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
+    geometry: Geometry, spec: MeshSpec, sectors: int, progress: Progress, gmsh: Gmsh
 ) -> tuple[dict[str, NDArray[Any]], str, dict[str, float]]:
     """Plane arrays of the plan, the version of gmsh ("" where it was not needed), and exact areas by name."""
-    if isinstance(geometry, Bar):
-        cad = {EVERYWHERE: geometry.width * geometry.height / sectors}
-        return rectangle_plan(geometry, spec, sectors), "", cad
-    if isinstance(geometry, Block):
-        whole, patch = geometry.width * geometry.depth, geometry.patch_width * geometry.patch_depth
-        return rectangle_plan(geometry, spec, sectors), "", {EVERYWHERE: whole / sectors, "patch": patch / sectors}
+    if (rectangle := geometry.rectangle) is not None:
+        cad = {EVERYWHERE: 4 * math.prod(rectangle.sides) / sectors}
+        if rectangle.patch is not None:
+            cad["patch"] = 4 * math.prod(rectangle.patch) / sectors
+        return rectangle_plan(rectangle, spec, sectors), "", cad
     job = {"task": "plan", "geometry": encode(geometry), "spec": asdict(spec), "sectors": sectors}
     plane = gmsh(job, progress)
     cad = {key.removeprefix("cad:"): float(value) for key, value in plane.items() if key.startswith("cad:")}
     return plane, str(plane["gmsh_version"]), cad
-
-
-def _top(geometry: Any) -> Callable[[NDArray[np.float64]], NDArray[np.float64]] | None:
-    if not isinstance(geometry, Stopper) or geometry.dome_radius is None:
-        return None
-    dome, thickness = geometry.dome_radius, geometry.thickness
-    return lambda points: np.asarray(thickness - dome + np.sqrt(dome**2 - np.sum(points**2, axis=1)))

@@ -68,7 +68,7 @@ def make_mesh(
     """
     data = _encoded(geometry)
     check_sectors(geometry, sector)
-    source = str(geometry.path) if isinstance(geometry, CadPart) else type(geometry).__name__
+    source = geometry.source
     if spec.shape == "hex":
         if msh is not None:
             raise GeometryError(f"{msh}: only meshes of tetrahedra are written as .msh")

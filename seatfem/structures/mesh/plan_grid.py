@@ -9,23 +9,19 @@ from numpy.typing import NDArray
 
 from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Bar, Block
+from seatfem.structures.shapes.plan import Rectangle
 
 Floats = NDArray[np.float64]
 
 
-def rectangle_plan(geometry: Bar | Block, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
-    """Plane arrays: "points" (n, 2), "cells" (m, 4 | 9), a block's "area:patch", a bar's "line:sides_x" and "_y"."""
-    if isinstance(geometry, Bar):
-        sides = (geometry.width / 2, geometry.height / 2)
-        patch = sides
-    else:
-        sides = (geometry.width / 2, geometry.depth / 2)
-        patch = (geometry.patch_width / 2, geometry.patch_depth / 2)
+def rectangle_plan(rectangle: Rectangle, spec: MeshSpec, sectors: int) -> dict[str, NDArray[Any]]:
+    """Plane arrays: "points" (n, 2), "cells" (m, 4 | 9), "area:patch", or "line:sides_x" and "_y"
+    where all of it is struck."""
+    sides, patch = rectangle.sides, rectangle.patch or rectangle.sides
     x, y = (_half_axis(side, edge, spec) for side, edge in zip(sides, patch, strict=True))
     plane = _grid(x if sectors == 4 else _mirrored(x), y if sectors > 1 else _mirrored(y), spec.order)
     corners = plane["points"][plane["cells"][:, :4]]
-    if isinstance(geometry, Bar):
+    if rectangle.patch is None:
         ends = boundary_lines(plane)
         where = np.abs(plane["points"][ends])
         for k, name in enumerate(("sides_x", "sides_y")):

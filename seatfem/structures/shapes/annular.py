@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
+from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 
 
 @dataclass(frozen=True)
-class AnnularSeat:
+class AnnularSeat(Turning):
     """Solid of revolution about z, underside at z = 0 (metres).
 
     ``bore_radius``: of the port. ``lip_width``: radial, edges included. ``lip_height``: above the plate; 0 for a flat
@@ -18,6 +20,8 @@ class AnnularSeat:
     ``lip_edge_radius``: of both upper edges, 0 for sharp ones. ``outer_radius``, ``thickness``: of the plate.
     The group "contact" is the flat top of the lip, "fixed" the underside.
     """
+
+    family: ClassVar[str] = "annular"
 
     bore_radius: float = 4e-3
     lip_width: float = 1e-3

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
-from seatfem.structures.shapes.checks import require_positive
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.checks import check_quarters, require_positive
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan, Rectangle
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes.shape import Shape
 
 
 @dataclass(frozen=True)
-class Bar:
+class Bar(Shape):
     """Rectangular bar along z, centred on the z axis (metres): ``width`` along x, ``height`` along y.
 
     Groups: "fixed" is z = 0, "contact" is z = length, "sides_x" and "sides_y" are the side faces with normals
     along x and y (fix u_x on the first and u_y on the second for sliding sides).
     """
+
+    family: ClassVar[str] = "bar"
 
     length: float
     width: float
@@ -44,8 +47,14 @@ class Bar:
     def plan(self) -> Plan:
         return Plan(self.length, {"contact": (EVERYWHERE,)}, {"fixed": (EVERYWHERE,)})
 
+    @property
+    def rectangle(self) -> Rectangle:
+        return Rectangle((self.width / 2, self.height / 2))
 
-def build(bar: Bar, occ: Any) -> None:
-    """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
-    length, width, height = 1e3 * bar.length, 1e3 * bar.width, 1e3 * bar.height
-    occ.addBox(-width / 2, -height / 2, 0.0, width, height, length)
+    def check_sectors(self, sectors: int) -> None:
+        check_quarters(self, sectors)
+
+    def build(self, occ: Any) -> None:
+        """Add the box (millimetres) to the given gmsh OpenCASCADE model."""
+        length, width, height = 1e3 * self.length, 1e3 * self.width, 1e3 * self.height
+        occ.addBox(-width / 2, -height / 2, 0.0, width, height, length)

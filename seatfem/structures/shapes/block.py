@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
-from seatfem.structures.shapes.checks import require_below, require_positive
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.checks import check_quarters, require_below, require_positive
+from seatfem.structures.shapes.plan import EVERYWHERE, Plan, Rectangle
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes.shape import Shape
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(Shape):
     """Block centred on the z axis, underside at z = 0 (metres): ``width`` along x, ``depth`` along y.
 
     The group "contact" is the patch ``patch_width`` x ``patch_depth`` centred on the top, "fixed" the underside.
     """
+
+    family: ClassVar[str] = "block"
 
     width: float
     depth: float
@@ -39,11 +42,17 @@ class Block:
     def plan(self) -> Plan:
         return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
 
+    @property
+    def rectangle(self) -> Rectangle:
+        return Rectangle((self.width / 2, self.depth / 2), (self.patch_width / 2, self.patch_depth / 2))
 
-def build(block: Block, occ: Any) -> None:
-    """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
-    width, depth, top = 1e3 * block.width, 1e3 * block.depth, 1e3 * block.thickness
-    patch_width, patch_depth = 1e3 * block.patch_width, 1e3 * block.patch_depth
-    box = occ.addBox(-width / 2, -depth / 2, 0.0, width, depth, top)
-    patch = occ.addRectangle(-patch_width / 2, -patch_depth / 2, top, patch_width, patch_depth)
-    occ.fragment([(3, box)], [(2, patch)])
+    def check_sectors(self, sectors: int) -> None:
+        check_quarters(self, sectors)
+
+    def build(self, occ: Any) -> None:
+        """Add the box (millimetres) with the patch imprinted on its top to the given gmsh OpenCASCADE model."""
+        width, depth, top = 1e3 * self.width, 1e3 * self.depth, 1e3 * self.thickness
+        patch_width, patch_depth = 1e3 * self.patch_width, 1e3 * self.patch_depth
+        box = occ.addBox(-width / 2, -depth / 2, 0.0, width, depth, top)
+        patch = occ.addRectangle(-patch_width / 2, -patch_depth / 2, top, patch_width, patch_depth)
+        occ.fragment([(3, box)], [(2, patch)])

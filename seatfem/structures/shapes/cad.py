@@ -6,11 +6,12 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from seatfem.structures.shapes.checks import GeometryError
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
+from seatfem.structures.shapes.shape import Shape
 from seatfem.structures.shapes.step_text import cad_text, entities
 
 STEP_SUFFIXES = (".step", ".stp")
@@ -70,7 +71,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class CadPart:
+class CadPart(Shape):
     """The solids of a STEP or BREP file, conformal where they touch.
 
     ``unit``: metres per length unit of the file. None takes the unit that a STEP file states; a BREP file states
@@ -79,6 +80,8 @@ class CadPart:
     painted pure red and pure blue; with ``fixed`` = () nothing is clamped. ``groups``: more of them. ``regions``:
     names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat".
     """
+
+    family: ClassVar[str] = "cad"
 
     path: Path
     unit: float | None = None
@@ -108,13 +111,24 @@ class CadPart:
         chosen = {name: faces if isinstance(faces, tuple) else (faces,) for name, faces in groups.items()}
         return chosen if chosen["fixed"] else {name: faces for name, faces in chosen.items() if name != "fixed"}
 
+    @property
+    def source(self) -> str:
+        return str(self.path)
 
-def build(part: CadPart, occ: Any) -> None:
-    """Import the solids (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
-    imported = occ.importShapes(str(part.path), highestDimOnly=True)
-    solids = [entity for entity in imported if entity[0] == 3]
-    if not solids:
-        raise GeometryError(f"{part.path}: holds no solid, only surfaces or curves; close it in the CAD program")
+    @property
+    def is_imported(self) -> bool:
+        return True
+
+    @property
+    def unit_of_model(self) -> float:
+        return imported_unit(self)
+
+    def build(self, occ: Any) -> None:
+        """Import the solids (in units of `imported_unit`) into the given gmsh OpenCASCADE model."""
+        imported = occ.importShapes(str(self.path), highestDimOnly=True)
+        solids = [entity for entity in imported if entity[0] == 3]
+        if not solids:
+            raise GeometryError(f"{self.path}: holds no solid, only surfaces or curves; close it in the CAD program")
 
 
 def check_readable(path: Path) -> None:

@@ -30,3 +30,10 @@ def require_below(spec: object, field: str, limit: float, meaning: str, *, inclu
     if not (value < limit or (inclusive and value == limit)):
         sign = "<=" if inclusive else "<"
         raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")
+
+
+def check_quarters(shape: object, sectors: int) -> None:
+    """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
+    if sectors not in (2, 4):
+        name = type(shape).__name__
+        raise GeometryError(f"sector = {sectors}: a {name} has 2 or 4 equal sectors between planes of symmetry")

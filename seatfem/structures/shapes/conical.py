@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
 from seatfem.structures.shapes.profile import Point, Profile, polygon
+from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace
 
 
 @dataclass(frozen=True)
-class ConicalSeat:
+class ConicalSeat(Turning):
     """Solid of revolution about z, underside at z = 0 (metres, radians).
 
     The bore widens upwards in a cone of ``half_angle`` between its generators and the axis (pi/4: the common 45
@@ -19,6 +21,8 @@ class ConicalSeat:
     the band in the middle of it that is struck (None: all of it). ``outer_radius``, ``thickness``: of the ring.
     The group "contact" is that band, "fixed" the underside.
     """
+
+    family: ClassVar[str] = "conical"
 
     bore_radius: float = 4e-3
     half_angle: float = math.pi / 4

@@ -22,3 +22,11 @@ class Plan:
         """Names of all areas but the whole."""
         groups = (*self.top.values(), *self.bottom.values())
         return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A plan centred on the origin: half its sides along x and y, and those of the patch; ``None``: all is struck."""
+
+    sides: tuple[float, float]
+    patch: tuple[float, float] | None = None

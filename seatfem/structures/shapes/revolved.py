@@ -1,29 +1,32 @@
-"""gmsh recipes shared by all families of revolution, in millimetres."""
+"""Solids of revolution, and their recipes in gmsh, in millimetres."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from abc import abstractmethod
+from typing import Any
 
 from seatfem.structures.rings import ring_borders
 from seatfem.structures.shapes.profile import Edge, Point, Profile
+from seatfem.structures.shapes.shape import Shape
 
 
-class Revolved(Protocol):
-    """A spec whose solid is a solid of revolution about z."""
+class Turning(Shape):
+    """A solid of revolution about z: its ``profile`` is its recipe."""
 
     @property
-    def profile(self) -> Profile: ...
+    @abstractmethod
+    def profile(self) -> Profile:
+        """The half section."""
+
+    def build(self, occ: Any) -> None:
+        """Revolve the profile once around, in the given gmsh OpenCASCADE model."""
+        section, _ = _surface(self.profile, occ, lambda r, z: (r, 0.0, z))
+        occ.revolve([(2, section)], 0, 0, 0, 0, 0, 1, 2 * math.pi)
+        occ.remove([(2, section)], recursive=True)
 
 
-def build(spec: Revolved, occ: Any) -> None:
-    """Revolve the profile once around, in the given gmsh OpenCASCADE model."""
-    section, _ = _surface(spec.profile, occ, lambda r, z: (r, 0.0, z))
-    occ.revolve([(2, section)], 0, 0, 0, 0, 0, 1, 2 * math.pi)
-    occ.remove([(2, section)], recursive=True)
-
-
-def section(spec: Revolved, occ: Any, rings: int = 1) -> dict[str, list[int]]:
+def section(spec: Turning, occ: Any, rings: int = 1) -> dict[str, list[int]]:
     """The profile as a surface in the plane x = r, y = z; returns the curve tags of its groups.
 
     The struck edge has corners at the borders of ``rings`` rings.
@@ -53,4 +56,4 @@ def _surface(profile: Profile, occ: Any, place: Any) -> tuple[int, list[int]]:
     return int(occ.addPlaneSurface([occ.addCurveLoop(curves)])), curves
 
 
-__all__ = ["Edge", "Profile", "Revolved", "build", "section"]
+__all__ = ["Edge", "Profile", "Turning", "section"]

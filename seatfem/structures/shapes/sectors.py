@@ -5,41 +5,30 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from seatfem.structures.shapes.bar import Bar
-from seatfem.structures.shapes.block import Block
 from seatfem.structures.shapes.checks import GeometryError
 from seatfem.structures.shapes.selectors import HalfPlaneFace, Patches
-from seatfem.structures.shapes.valve_plate import ValvePlate
+from seatfem.structures.shapes.shape import Shape
 
 REACH = 8.0  # of the cutting wedge, over the size of what it cuts
 
 
-def check_sectors(geometry: Any, sectors: int) -> None:
+def check_sectors(shape: Shape, sectors: int) -> None:
     """Raise `GeometryError` where the geometry is known not to be that many equal sectors between symmetry planes."""
-    name = type(geometry).__name__
     if sectors < 1:
-        raise GeometryError(f"sector = {sectors}: must be >= 1 (1: the whole {name})")
-    if sectors == 1:
-        return
-    if isinstance(geometry, Bar | Block) and sectors not in (2, 4):
-        raise GeometryError(f"sector = {sectors}: a {name} has 2 or 4 equal sectors between planes of symmetry")
-    if isinstance(geometry, ValvePlate) and not geometry.has_sectors(sectors):
-        layout = f"{geometry.ports} ports on a circle" if geometry.layout == "circle" else "ports in a row"
-        fitting = "the divisors of twice that number" if geometry.layout == "circle" else "2 or 4"
-        raise GeometryError(f"sector = {sectors}: a ValvePlate with {layout} has other sectors; fitting are {fitting}")
+        raise GeometryError(f"sector = {sectors}: must be >= 1 (1: the whole {type(shape).__name__})")
+    if sectors > 1:
+        shape.check_sectors(sectors)
 
 
-def patches_in(geometry: Any, sectors: int) -> Patches:
+def patches_in(shape: Shape, sectors: int) -> Patches:
     """The groups of one sector: those of the whole, and the cut faces "symmetry_0" and "symmetry_1"."""
     if sectors == 1:
-        patches: Patches = geometry.patches
-        return patches
-    within: Patches = geometry.patches_in(sectors) if isinstance(geometry, Bar | ValvePlate) else geometry.patches
+        return shape.patches
     cuts: Patches = {
         "symmetry_0": (HalfPlaneFace(0.0),),
         "symmetry_1": (HalfPlaneFace(2 * math.pi / sectors),),
     }
-    return within | cuts
+    return shape.patches_in(sectors) | cuts
 
 
 def cut(occ: Any, dimension: int, sectors: int) -> list[list[tuple[int, int]]]:

@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
+import numpy as np
+
+from seatfem.structures.counts.size_field import circle_points, squares
 from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.plan import EVERYWHERE, Plan
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
+from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace
+from seatfem.structures.shapes.shape import Array, PlanSamples
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
 
 @dataclass(frozen=True)
-class Stopper:
+class Stopper(Turning):
     """Solid disc about z, underside at z = 0 (metres).
 
     ``radius``, ``thickness``: of the disc (at its axis). ``contact_radius``: of the struck patch around the axis.
     ``dome_radius``: of the spherical top, None for a flat one.
     The group "contact" is the patch, "fixed" the underside; a meridian's edge on the axis is called "axis".
     """
+
+    family: ClassVar[str] = "stopper"
 
     radius: float = 6e-3
     thickness: float = 5e-3
@@ -82,9 +90,25 @@ class Stopper:
     def plan(self) -> Plan:
         return Plan(self.thickness, {"contact": ("patch",)}, {"fixed": (EVERYWHERE,)})
 
+    @property
+    def dome(self) -> Callable[[Array], Array] | None:
+        if self.dome_radius is None:
+            return None
+        radius, thickness = self.dome_radius, self.thickness
+        return lambda points: np.asarray(thickness - radius + np.sqrt(radius**2 - np.sum(points**2, axis=1)))
 
-def plan(stopper: Stopper, occ: Any) -> dict[str, list[int]]:
-    """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
-    disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (stopper.radius, stopper.contact_radius))
-    _, pieces = occ.fragment([(2, disc)], [(2, patch)])
-    return {"patch": [tag for _, tag in pieces[1]]}
+    def areas(self, occ: Any) -> dict[str, list[int]]:
+        """The disc (millimetres) and the patch in it, in the given gmsh OpenCASCADE model."""
+        disc, patch = (occ.addDisk(0, 0, 0, 1e3 * r, 1e3 * r) for r in (self.radius, self.contact_radius))
+        _, pieces = occ.fragment([(2, disc)], [(2, patch)])
+        return {"patch": [tag for _, tag in pieces[1]]}
+
+    def plan_samples(self) -> PlanSamples:
+        radius, patch = self.radius, self.contact_radius
+
+        def distance(points: Array) -> Array:
+            return np.asarray(np.hypot(points[:, 0], points[:, 1]) - patch)
+
+        points, areas = squares((-radius, -radius), (radius, radius), distance)
+        kept = np.hypot(points[:, 0], points[:, 1]) < radius
+        return points[kept], areas[kept], *circle_points(np.zeros((1, 2)), radius), distance

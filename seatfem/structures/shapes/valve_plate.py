@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
+import numpy as np
+
+from seatfem.structures.counts.size_field import circle_points, side_points, squares
 from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
 from seatfem.structures.shapes.plan import Plan
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
+from seatfem.structures.shapes.shape import Array, PlanSamples, Shape
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
 
 @dataclass(frozen=True)
-class ValvePlate:
+class ValvePlate(Shape):
     """Plate with its underside at z = 0 and its centre on the z axis (metres).
 
     ``ports`` holes of ``port_radius``, their centres ``pitch`` apart: on a circle in a round plate (``layout``
@@ -23,6 +27,8 @@ class ValvePlate:
     the valve closes, flush with the plate's top. ``clamp_width``: of the underside's rim.
     The group "contact" is all lands, "land_1", "land_2", ... each of them, "fixed" the underside's rim.
     """
+
+    family: ClassVar[str] = "valve_plate"
 
     ports: int = 6
     port_radius: float = 3e-3
@@ -109,20 +115,47 @@ class ValvePlate:
         top = {"contact": lands} | {name: (name,) for name in lands}
         return Plan(self.thickness, top, {"fixed": ("rim",)})
 
+    def check_sectors(self, sectors: int) -> None:
+        if not self.has_sectors(sectors):
+            layout = f"{self.ports} ports on a circle" if self.layout == "circle" else "ports in a row"
+            fitting = "the divisors of twice that number" if self.layout == "circle" else "2 or 4"
+            raise GeometryError(
+                f"sector = {sectors}: a ValvePlate with {layout} has other sectors; fitting are {fitting}"
+            )
 
-def build(plate: ValvePlate, occ: Any) -> None:
-    """Extrude the outline (millimetres) and imprint the lands and the rim, in the given gmsh OpenCASCADE model."""
-    solid = occ.extrude([(2, _base(plate, occ, 0.0))], 0, 0, 1e3 * plate.thickness)
-    lands = [(2, _land(plate, occ, centre, 1e3 * plate.thickness)) for centre in plate.centres]
-    occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, (2, _rim(plate, occ))])
+    def build(self, occ: Any) -> None:
+        """Extrude the outline (millimetres) and imprint the lands and the rim, in the given gmsh OpenCASCADE model."""
+        solid = occ.extrude([(2, _base(self, occ, 0.0))], 0, 0, 1e3 * self.thickness)
+        lands = [(2, _land(self, occ, centre, 1e3 * self.thickness)) for centre in self.centres]
+        occ.fragment([entity for entity in solid if entity[0] == 3], [*lands, (2, _rim(self, occ))])
 
+    def areas(self, occ: Any) -> dict[str, list[int]]:
+        """The plan (millimetres), split into its areas; returns their surface tags."""
+        lands = [(2, _land(self, occ, centre, 0.0)) for centre in self.centres]
+        _, pieces = occ.fragment([(2, _base(self, occ, 0.0))], [*lands, (2, _rim(self, occ))])
+        names = [f"land_{number}" for number in range(1, self.ports + 1)]
+        return {name: [tag for _, tag in piece] for name, piece in zip([*names, "rim"], pieces[1:], strict=True)}
 
-def plan(plate: ValvePlate, occ: Any) -> dict[str, list[int]]:
-    """The plan (millimetres), split into its areas; returns their surface tags."""
-    lands = [(2, _land(plate, occ, centre, 0.0)) for centre in plate.centres]
-    _, pieces = occ.fragment([(2, _base(plate, occ, 0.0))], [*lands, (2, _rim(plate, occ))])
-    names = [f"land_{number}" for number in range(1, plate.ports + 1)]
-    return {name: [tag for _, tag in piece] for name, piece in zip([*names, "rim"], pieces[1:], strict=True)}
+    def plan_samples(self) -> PlanSamples:
+        centres = np.array(self.centres)
+        inner, outer = self.port_radius, self.port_radius + self.land_width
+
+        def from_centres(points: Array) -> Array:
+            return np.asarray(np.min([np.hypot(*(points - centre).T) for centre in centres], axis=0))
+
+        def distance(points: Array) -> Array:
+            return from_centres(points) - outer
+
+        x, y = self.half_sides if self.layout == "row" else (self.outer_radius, self.outer_radius)
+        points, areas = squares((-x, -y), (x, y), distance)
+        kept = from_centres(points) > inner
+        rim = side_points((x, y))
+        if self.layout == "circle":
+            kept &= np.hypot(points[:, 0], points[:, 1]) < x
+            rim = circle_points(np.zeros((1, 2)), x)
+        holes = circle_points(centres, inner)
+        outline, lengths = (np.concatenate([rim[k], holes[k]]) for k in range(2))
+        return points[kept], areas[kept], outline, lengths, distance
 
 
 def _outline(plate: ValvePlate, occ: Any, z: float, inset: float) -> int:

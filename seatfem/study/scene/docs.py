@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
 from seatfem.fields import ReadQuantity
-from seatfem.structures.kinds.parts import Material
+from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.selectors import ByColour
 from seatfem.structures.named_materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene

@@ -1,0 +1,130 @@
+"""Who may strike, how it starts, and what drives it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.bodies.loads import Gravity, PointForce, Pressure
+from impact.bodies.reeds import ModeShape, reed
+from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
+RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'
+CANTILEVER = 'kind = "cantilever"\nlength = "25.4 mm"\nn_modes = 8\n'
+BEAM = impact.Cantilever(200e9, 7850.0, 25.4e-3, 10e-3, 0.305e-3)
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+
+
+def scene_of(folder: Path, striker: str, more: str = "", seat: str = SPRING) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"{seat}[reed]\n{striker}{more}{RUN}", encoding="utf-8")
+    return load_scene(path)
+
+
+def same(one: impact.Body, other: impact.Body) -> None:
+    """Equal in state and loads."""
+    assert one.modal_start().displacement == pytest.approx(other.modal_start().displacement, rel=1e-12)
+    assert len(one.loads) == len(other.loads)
+    t = np.linspace(0.0, 1e-3, 11)
+    for mine, theirs in zip(one.loads, other.loads, strict=True):
+        assert mine.shape == pytest.approx(theirs.shape, rel=1e-12)
+        assert mine.amplitude(t) == pytest.approx(theirs.amplitude(t), rel=1e-9)
+
+
+def test_a_reed_is_released_in_a_mode(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, CANTILEVER, 'release = { mode = 2, deflection = "0.1 mm" }\n')
+    same(striker_of(scene), reed(BEAM, n_modes=8, release=ModeShape(2, 1e-4)))
+
+
+def test_loads_drive_a_reed_at_rest(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("time [ms],pressure [bar]\n0,0\n0.5,-0.1\n1,-0.1\n", encoding="utf-8")
+    more = 'pressure = { file = "p.csv" }\npoint_force = { value = "-2 N", at = "12 mm" }\ngravity = "-9.81 m/s^2"\n'
+    loads = [
+        Pressure(lambda t: np.interp(t, [0, 0.5e-3, 1e-3], [0, -1e4, -1e4])),
+        PointForce(lambda t: -2.0, 12e-3),
+        Gravity(-9.81),
+    ]
+    scene = scene_of(tmp_path, CANTILEVER, more)
+    same(striker_of(scene), reed(BEAM, n_modes=8, loads=loads))
+    assert run_scene(scene, tmp_path / "out").summary["contact_count"] > 0
+
+
+def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
+    """A constant pressure holds the tip on the seat with 3/8 of its force, Roark's propped cantilever, as on a rigid
+    one: the reed is softer than the seat by five orders."""
+    scene = scene_of(tmp_path, CANTILEVER, 'pressure = "-0.01 bar"\n[contact]\npreload = true\n')
+    assert problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=2e7))).preload
+    summary = run_scene(scene, tmp_path / "out").summary
+    assert summary["peak_force_N"] == pytest.approx(3 / 8 * 1e3 * 25.4e-3 * 10e-3, rel=1e-3)
+
+
+def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
+    impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, tmp_path / "mass.h5")
+    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
+    known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
+    one, other = (run_scene(scene_of(tmp_path, text), tmp_path / "out").summary for text in (ball, known))
+    for key in ("impulse_Ns", "filtered_peak_force_N", "max_seat_displacement_m"):
+        assert one[key] == pytest.approx(other[key], rel=1e-12)
+
+
+def test_a_held_function_is_drawn_back(tmp_path: Path) -> None:
+    """The modes of a cantilever in its static shape: as the beam itself, but for what its modes leave out."""
+    impact.save_greens(reed(BEAM, n_modes=8).greens, tmp_path / "reed.h5")
+    scene = scene_of(tmp_path, 'kind = "greens"\nfile = "reed.h5"\ndeflection = "0.1 mm"\n')
+    theirs = striker_of(scene_of(tmp_path, CANTILEVER, 'release = { tip_deflection = "0.1 mm" }\n'))
+    assert striker_of(scene).modal_start().displacement == pytest.approx(theirs.modal_start().displacement, rel=1e-3)
+
+
+def test_a_free_rod_rebounds_from_a_soft_spring(tmp_path: Path) -> None:
+    """It gives back its momentum twice: a rod so stiff beside the spring is a mass."""
+    rod = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
+    scene = scene_of(tmp_path, rod, 'far_end = "free"\nvelocity = "-0.1 m/s"\n', SPRING.replace("20 N/um", "1 N/um"))
+    summary = run_scene(scene, tmp_path / "out").summary
+    assert summary["impulse_Ns"] == pytest.approx(2 * 7850 * 1e-7 * 0.1, rel=0.03)
+
+
+@pytest.mark.parametrize("kind", ["tip_mass", "clamped_clamped", "timoshenko", "cantilever"])
+def test_every_beam_strikes(kind: str, tmp_path: Path) -> None:
+    """Released from the same deflection, each gives back no more than the energy that it was given."""
+    own = 'tip_mass = "0.05 g"\n' if kind == "tip_mass" else ""
+    text = f'kind = "{kind}"\nlength = "20 mm"\nn_modes = 6\n{own}release = {{ tip_deflection = "20 um" }}\n'
+    summary = run_scene(scene_of(tmp_path, text), tmp_path / "out").summary
+    assert summary["contact_count"] > 0
+    assert summary["energy_residual"] < 1e-9
+
+
+WRONG = {
+    "release = { mode = 1 }": "reed.release.deflection: required key is missing beside mode",
+    'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode is given too",
+    'pressure = "3 mm"': "reed.pressure.value: '3 mm' is a length; a pressure is needed",
+    'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 0.03 m lies beyond the reed",
+    'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: give exactly one of value and file",
+    "": "reed.release: required key is missing: how the reed starts",
+}
+
+
+@pytest.mark.parametrize("more", WRONG)
+def test_what_a_striker_needs_is_told(more: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, CANTILEVER, more + "\n")
+    assert WRONG[more] in str(caught.value)
+
+
+def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
+    seat = "[seat]\n" + CANTILEVER + 'release = { tip_deflection = "1 mm" }\n'
+    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
+    with pytest.raises(SceneError, match=r"seat.release: what is struck is at rest"):
+        scene_of(tmp_path, ball, seat=seat)
+    struck = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER)
+    assert run_scene(struck, tmp_path / "out").summary["seat_kind"] == "cantilever"
