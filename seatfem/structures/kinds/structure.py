@@ -7,21 +7,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from seatfem.fields import KeyProblem, Table
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.column import Column
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
+from seatfem.structures.kinds.striking import Striking
 from seatfem.structures.levels import Applicability
 from seatfem.structures.method import AnyLevel, Level, Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
-    from impact.after.stresses import ReedStress
     from impact.measured.frf import FrequencyResponse
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
@@ -31,14 +29,12 @@ Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 
 
-class Structure(Table):
+class Structure(Striking):
     """A body: its table in a scene, and what the program asks of it.
 
     A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter of docs/scene.md.
     What is said here holds for a body in closed form without files, patch and motion.
     """
-
-    kind: str
 
     not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
     """Keys that say how a body is computed, and how it moves: what its Green's function does not depend on."""
@@ -208,52 +204,6 @@ class Structure(Table):
         """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""
         return None
 
-    # As a striker
-
-    @property
-    def is_solved(self) -> bool:
-        """Whether its Green's function must be computed or read before it strikes."""
-        return False
-
-    @property
-    def face(self) -> Face:
-        """The face that it touches with."""
-        return Face()
-
-    @property
-    def reach(self) -> float | None:
-        """Length along which a contact may lie [m]; ``None`` of a body without positions."""
-        return None
-
-    @property
-    def motion(self) -> str:
-        """The key that states how it starts or what drives it; "" of a body at rest."""
-        return ""
-
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        """The keys that would state it; none of a body that cannot strike."""
-        return ()
-
-    @property
-    def is_loaded(self) -> bool:
-        """Whether known forces drive it."""
-        return False
-
-    @property
-    def has_stress(self) -> bool:
-        """Whether its bending stress is known."""
-        return False
-
-    def check_contact(self, at: float | None) -> None:
-        """Raises `KeyProblem` for a contact at a place that it does not have."""
-        if at is None:
-            return
-        if self.reach is None:
-            raise KeyProblem("contact.at", f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
-        if at > self.reach:
-            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
-
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
         """The body with the motion that the table states.
 
@@ -265,23 +215,3 @@ class Structure(Table):
         known = self.closed_form() if greens is None else greens
         assert known is not None
         return Body(known)
-
-    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
-        """Its largest bending stresses under a contact force (n + 1,) [N]; ``None`` where it has none that is known."""
-        return None
-
-    def too_thick(self) -> str:
-        """Why its theory cannot serve; "" where it can."""
-        return ""
-
-    def shear_error(self, at: float | None) -> float:
-        """Relative error of its compliance for want of shear."""
-        return 0.0
-
-    def limits(self) -> tuple[Advice, ...]:
-        """Where it is asked for more than its theory holds."""
-        return ()
-
-    def assumed(self) -> tuple[str, ...]:
-        """Keys that were not given, with the values that stand for them, as far as a reader must be told."""
-        return ()

@@ -1,0 +1,84 @@
+"""What a body answers as a striker: how it moves, with what face it touches, and where its theory ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from impact.advice import Advice
+from impact.bodies.body import Body
+from impact.greens.base import Array
+from seatfem.fields import KeyProblem, Table
+from seatfem.structures.estimates.surrogate import Face
+
+if TYPE_CHECKING:
+    from impact.after.stresses import ReedStress
+
+
+class Striking(Table):
+    """A body in the role of a striker; what is said here holds for one that is at rest and has no positions."""
+
+    kind: str
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether its Green's function must be computed or read before it strikes."""
+        return False
+
+    @property
+    def face(self) -> Face:
+        """The face that it touches with."""
+        return Face()
+
+    @property
+    def reach(self) -> float | None:
+        """Length along which a contact may lie [m]; ``None`` of a body without positions."""
+        return None
+
+    @property
+    def motion(self) -> str:
+        """The key that states how it starts or what drives it; "" of a body at rest."""
+        return ""
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        """The keys that would state it; none of a body that cannot strike."""
+        return ()
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether known forces drive it."""
+        return False
+
+    @property
+    def has_stress(self) -> bool:
+        """Whether its bending stress is known."""
+        return False
+
+    def check_contact(self, at: float | None) -> None:
+        """Raises `KeyProblem` for a contact at a place that it does not have."""
+        if at is None:
+            return
+        if self.reach is None:
+            raise KeyProblem("contact.at", f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
+        if at > self.reach:
+            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+
+    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
+        """Its largest bending stresses under a contact force (n + 1,) [N]; ``None`` where it has none that is known."""
+        return None
+
+    def too_thick(self) -> str:
+        """Why its theory cannot serve; "" where it can."""
+        return ""
+
+    def shear_error(self, at: float | None) -> float:
+        """Relative error of its compliance for want of shear."""
+        return 0.0
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Where it is asked for more than its theory holds."""
+        return ()
+
+    def assumed(self) -> tuple[str, ...]:
+        """Keys that were not given, with the values that stand for them, as far as a reader must be told."""
+        return ()
