@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes.profile import Point
+
+if TYPE_CHECKING:
+    from seatfem.structures.shapes.profile import Point
 
 COARSEST = 24  # squares along the longer side of the rectangle that is searched
 OUTLINE = 60  # samples of a straight edge, and of a circle
