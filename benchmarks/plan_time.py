@@ -20,7 +20,7 @@ RUNS = 5
 AIM = 2.0  # s of wall time
 IMPORTS = "import seatfem.faces.cli, seatfem.study.scene, seatfem.study.planning.planner, seatfem.faces.plan_view"
 
-_KERNEL = "impact.march.replay import translate; translate(1.0, numpy.zeros(5), *numpy.zeros((3, 1)))"
+_KERNEL = "impact.march.replay import resting, translate; translate(1.0, resting(0.0, 0.0), *numpy.zeros((3, 1)))"
 COMPILED = f"{IMPORTS}; import numpy; from {_KERNEL}"
 
 

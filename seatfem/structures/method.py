@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from seatfem.structures.errors import ModelError
 
@@ -15,6 +15,9 @@ Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Descriptions of a body by finite elements, or in their place."""
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
 """The same with what needs no finite elements, and with their static compliance alone."""
+
+AUTO: Final = "auto"
+"""In place of the name of a reduction: the cheapest that serves."""
 
 
 @dataclass(frozen=True)

@@ -165,6 +165,20 @@ assert not slow, slow
     assert "Usage: seatfem" in done.stdout
 
 
+def test_a_plan_loads_no_finite_elements(tmp_path: Path) -> None:
+    """Half of what a plan takes is loading code: what computes, draws and stores is left for the run."""
+    code = f"""
+import os, sys
+os.environ["SEATFEM_STORE"] = {str(tmp_path)!r}
+from seatfem.faces.cli import run_command
+assert run_command(["plan", "examples/flapper_on_annular_seat.toml"]) == 0
+slow = {{"scipy.sparse", "scipy.special", "skfem", "h5py", "gmsh", "meshio", "matplotlib", "pint", "pymetis"}}
+assert not slow & sys.modules.keys(), slow & sys.modules.keys()
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_public_name_is_there(package: str) -> None:
     module = importlib.import_module(package)

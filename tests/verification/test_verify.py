@@ -1,7 +1,6 @@
 """Every verification case passes, and fails when one physical input is 3 % off."""
 
 import math
-from functools import cache
 
 import pytest
 
@@ -26,72 +25,69 @@ SOLIDS = {
     "half-space of finite elements": 0.65,  # an edge of pressure: the order is that of a logarithm on a graded mesh
 }
 
+SMOOTH = ("semi-infinite rod: N", "free rod, rod mass/mass = 0.5", "infinite beam: v/V")
+"""Impacts whose forces have no jump off the grid of steps."""
+
 
 def is_solid(row: Row) -> bool:
     return any(word in row.case for word in SOLIDS)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_case_passes_and_can_fail(name: str) -> None:
+def test_case_passes_with_the_order_of_theory_and_can_fail(name: str) -> None:
     case = CASES[name]
     row = carry_out(case)
     assert row.verdict, f"error {row.error:.2e}, tolerance {row.tolerance:.2e}"
     assert row.tolerance < (5e-3 if is_solid(row) else 2e-3)  # 3 % of a modulus are 1.5 % of a frequency
+    if row.order is not None:
+        assert_order_of_elements(row) if is_solid(row) else assert_order_of_steps(row)
     for coefficient in (1.03, 0.97):
         assert not carry_out(case, coefficient).verdict
 
 
-@cache
-def table() -> tuple[tuple[Row, ...], tuple[tuple[str, float], ...]]:
-    heard: list[tuple[str, float]] = []
-    rows = verification_table(lambda stage, done: heard.append((stage, done)), tuple(CASES.values()))
-    return rows, tuple(heard)
-
-
-def test_table_has_every_case_and_tells_progress() -> None:
-    rows, heard = table()
-    assert [f"{row.case}: {row.quantity}" for row in rows] == list(CASES)
-    assert all(row.verdict for row in rows)
-    fractions = [done for _, done in heard]
-    assert fractions == sorted(fractions)
-    assert fractions[0] == 0.0
-    assert fractions[-1] == 1.0
-
-
-def test_observed_orders_are_those_of_theory() -> None:
+def assert_order_of_steps(row: Row) -> None:
     """Within 1 % where the error is a smooth series in h = 1/200 or less: the next term leaves O(h) in the order.
 
     The end of contact, which falls anywhere within a step, leaves 3 %; physical limits (light plate, heavy mass), whose
-    parameter is not that small, 5 %.
+    parameter is not that small, 5 %. The passive march is of first order at jumps, of second on the grid.
     """
-    for row in table()[0]:
-        if row.order is None or is_solid(row):
-            continue
-        limit = any(word in row.quantity for word in ("lambda to 0", "leading order"))
-        end = any(word in row.quantity for word in ("end of contact", "duration"))
-        assert row.order == pytest.approx(row.theory, abs=0.05 if limit else 0.03 if end else 0.01), row
+    limit = any(word in row.quantity for word in ("lambda to 0", "leading order"))
+    end = any(word in row.quantity for word in ("end of contact", "duration"))
+    assert row.order == pytest.approx(row.theory, abs=0.05 if limit else 0.03 if end else 0.01), row
+    name = f"{row.case}: {row.quantity}"
+    if "largest" in name:
+        assert row.theory == 1
+    if any(word in name for word in SMOOTH):
+        assert row.theory == 2
 
 
-def test_elements_converge_with_the_order_of_theory() -> None:
+def assert_order_of_elements(row: Row) -> None:
     """Frequencies and compliances of quadratic elements: 4; with smooth loads in time: 2; limits of thin plates: 2.
 
     The membrane's corners (clamped and free, 78.7 degrees) allow 2 x 0.83 at the least, 4 where a mode spares them.
     """
-    rows = [row for row in table()[0] if is_solid(row) and row.order is not None]
-    assert len(rows) > 60
-    for row in rows:
-        slack = next(slack for word, slack in SOLIDS.items() if word in row.case)
-        if slack is None:
-            assert 1.65 < row.order < 4.0, row
-        else:
-            assert row.order == pytest.approx(row.theory, abs=slack), row
+    slack = next(slack for word, slack in SOLIDS.items() if word in row.case)
+    if slack is None:
+        assert row.order is not None
+        assert 1.65 < row.order < 4.0, row
+    else:
+        assert row.order == pytest.approx(row.theory, abs=slack), row
 
 
-def test_passive_march_is_first_order_at_jumps_and_second_on_the_grid() -> None:
-    theory = {f"{row.case}: {row.quantity}": row.theory for row in table()[0] if row.order is not None}
-    assert {order for name, order in theory.items() if "largest" in name} == {1}
-    for smooth in ("semi-infinite rod: N", "free rod, rod mass/mass = 0.5", "infinite beam: v/V"):
-        assert {order for name, order in theory.items() if smooth in name} == {2}
+def test_there_are_cases_of_every_kind() -> None:
+    """So that no order above is asserted of nothing."""
+    assert sum(any(word in name for word in SOLIDS) for name in CASES) > 60
+    assert all(any(word in name for name in CASES) for word in (*SMOOTH, "largest"))
+
+
+def test_the_table_has_every_case_and_tells_progress() -> None:
+    heard: list[float] = []
+    some = tuple(CASES.values())[::40]
+    rows = verification_table(lambda stage, done: heard.append(done), some)
+    assert [(row.case, row.quantity) for row in rows] == [(case.case, case.quantity) for case in some]
+    assert all(row.verdict for row in rows)
+    assert heard == sorted(heard)
+    assert (heard[0], heard[-1]) == (0.0, 1.0)
 
 
 def test_markdown_table_shows_verdicts() -> None:

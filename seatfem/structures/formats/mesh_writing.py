@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 from skfem.assembly import Dofs
 
+from impact.files.atomic import write_whole
 from seatfem.structures.elements.element_orders import VTK, to_gmsh
 from seatfem.structures.formats.mesh_files import read_file
 from seatfem.structures.formats.meshio_files import FORMATS
@@ -97,7 +98,7 @@ def _mend_nastran(written: Path, names: tuple[str, ...]) -> None:
     """meshio calls second-order elements CTETRA_ and CHEXA_, which no other program knows; names as comments."""
     text = re.sub(r"^(CTETRA|CHEXA)_", r"\1 ", written.read_text(encoding="utf-8"), flags=re.MULTILINE)
     told = "".join(f"$ PID {number}: {name}\n" for number, name in enumerate(names, start=1))
-    written.write_text(told + text, encoding="utf-8")
+    write_whole(written, (told + text).encode("utf-8"))
 
 
 def _check(written: Path, path: Path, cells: Integers) -> None:

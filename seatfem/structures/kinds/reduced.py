@@ -9,7 +9,7 @@ from pydantic import Field
 from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
-from seatfem.structures.method import Method
+from seatfem.structures.method import AUTO, Method
 from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
@@ -44,9 +44,11 @@ class Reduced(Moving):
 
     @property
     def is_convolved(self) -> bool:
-        from seatfem.structures.reduction.registry import AUTO, named  # for load time
+        if self.greens.method == AUTO:
+            return self.couples
+        from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
 
-        return self.couples if self.greens.method == AUTO else not named(self.greens.method).oscillators
+        return not named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """The run, or the time in which uniform damping forgets the band's tail [s]."""

@@ -10,12 +10,12 @@ from typing import Final
 
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
-from seatfem.structures.method import Aims
+from seatfem.structures.method import AUTO, Aims
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.memory import memory
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.reduction.registry import AUTO, choose, named
+from seatfem.structures.reduction.registry import choose, named
 
 MEASURE: Final = 1e-100, 1e100  # of the entries of M, K and ports, SI
 

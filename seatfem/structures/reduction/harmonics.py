@@ -23,13 +23,12 @@ from impact.progress import Progress, silent
 from seatfem.structures.elements.axisymmetric import Mass, assemble_axisymmetric
 from seatfem.structures.elements.supports import Support
 from seatfem.structures.materials import Solid
-from seatfem.structures.method import Aims
+from seatfem.structures.method import AUTO, Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.greens import reduced
 from seatfem.structures.reduction.harmonic_tail import Tail, static_lag
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.reduction.registry import AUTO
 from seatfem.structures.reduction.residual import relaxation
 from seatfem.structures.reduction.ring_patches import RingPatch, check_patches, first_velocities_beyond, mixing
 from seatfem.structures.rings import ring_names

@@ -17,9 +17,4 @@ def null_limit(model: SecondOrderModel) -> float:
     A thin body, its thickness h far below its radius a, has bending modes with w^2 of the order (h/a)^4 of the
     largest K_ii/M_ii: the limit must follow round-off, not the size of the elements.
     """
-    return _ZERO * _round_off(model)
-
-
-def _round_off(model: SecondOrderModel) -> float:
-    """[1/s^2] of eigenvalues."""
-    return float(np.finfo(float).eps * np.max(model.K.diagonal() / model.M.diagonal()))
+    return float(_ZERO * np.finfo(float).eps * np.max(model.K.diagonal() / model.M.diagonal()))

@@ -9,7 +9,7 @@ from typing import Final
 
 from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
-from seatfem.structures.method import Aims
+from seatfem.structures.method import AUTO, Aims
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.lanczos import Lanczos
@@ -18,7 +18,6 @@ from seatfem.structures.reduction.reducer import Reducer
 from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
 
-AUTO: Final = "auto"
 _OURS: Final[tuple[type[Reducer], ...]] = (Krylov, Modal, Transient, Lanczos, SecondOrderKrylov)
 
 

@@ -184,19 +184,18 @@ class Sensitivity:
 
         No less than with more modes: a small change may be an accident. Of a seat without modes: nothing.
         """
-        seat = self.bench.seat.modal
-        found: Changes = dict.fromkeys(self.base, 0.0)
-        if seat is None or len(seat.omega) == 0:
-            return found
-        rung, highest = math.floor(math.log(frequency, NARROWER)), float(seat.omega.max()) / 2 / math.pi
-        while NARROWER ** (rung - 1) < highest:
-            found, rung = larger(found, self._at_rung(rung)), rung + 1
-        return found
+        return self._above(math.floor(math.log(frequency, NARROWER)))
 
-    def _at_rung(self, rung: int) -> Changes:
+    def _above(self, rung: int) -> Changes:
+        """From this power of `NARROWER` [Hz] on, and all above."""
         if rung not in self._rungs:
-            here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
-            self._rungs[rung] = larger(relative_changes(here, below), relative_changes(self.base, here))
+            seat = self.bench.seat.modal
+            if seat is None or not np.any(seat.omega > 2 * math.pi * NARROWER ** (rung - 1)):
+                self._rungs[rung] = dict.fromkeys(self.base, 0.0)
+            else:
+                here, below = self._up_to(NARROWER**rung), self._up_to(NARROWER ** (rung - 1))
+                change = larger(relative_changes(here, below), relative_changes(self.base, here))
+                self._rungs[rung] = larger(change, self._above(rung + 1))
         return self._rungs[rung]
 
     def _up_to(self, frequency: float) -> Values:

@@ -73,12 +73,14 @@ def _divided(option: SeatOption, left: Mapping[int, Changes]) -> Iterator[SeatOp
         return
     for rings, changes in left.items():
         more = rings**PORTS_POWER
-        yield replace(
-            option,
-            method=replace(option.method, rings=rings),
-            changes={**option.changes, RINGS: changes},
-            seconds=option.seconds * more,
-            poles=option.poles * rings * more,
+        yield SeatOption(
+            replace(option.method, rings=rings),
+            option.why,
+            {**option.changes, RINGS: changes},
+            option.seconds * more,
+            option.memory,
+            option.poles * rings * more,
+            option.mesh,
         )
 
 
