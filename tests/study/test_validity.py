@@ -14,7 +14,7 @@ from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contact, striker_of
 from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.validity import shear_error, thick_reed, validity_advice
+from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.runs import pipeline
 from seatfem.study.scene import Scene, load_scene
@@ -52,8 +52,8 @@ def test_a_reed_that_is_no_beam_is_refused(
         check_step(scene)
     assert run_command(["plan", str(tmp_path / "scene.toml")]) == BAD_INPUT
     assert "a beam so thick bends by shear too" in " ".join(capsys.readouterr().err.split())
-    assert thick_reed(scene_of(tmp_path, 25, 5)) == ""
-    assert thick_reed(scene_of(tmp_path, 25, 5.01)) != ""
+    assert scene_of(tmp_path, 25, 5).reed.too_thick() == ""
+    assert scene_of(tmp_path, 25, 5.01).reed.too_thick() != ""
 
 
 def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
@@ -62,7 +62,8 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     beam = impact.TimoshenkoCantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
     slender = impact.Cantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
     more = beam.compliance(25e-3, 25e-3) / slender.compliance(25e-3, 25e-3) - 1
-    assert shear_error(scene) == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
+    error = scene.reed.shear_error(scene.contact.at)
+    assert error == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contact(scene, striker, seat, 1e-7)
     thick = error_budget(scene, stated_method(scene), Solved(seat), striker, result)
