@@ -1,11 +1,11 @@
 """Pictures of mesh and modes: kept beside the stored seat, there again in any folder that reuses it."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import impact
+from seatfem.structures.kinds import Spring
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, content_key
@@ -84,7 +84,7 @@ def test_what_is_kept_belongs_to_its_key_and_goes_with_it(tmp_path):
 
 
 def test_seats_that_are_not_meshed_leave_the_store_alone(scene, tmp_path, monkeypatch):
-    spring = scene.model_copy(update={"seat": SimpleNamespace(kind="spring")})
+    spring = scene.model_copy(update={"seat": Spring(kind="spring", stiffness="1 N/um")})
     drawn(spring, tmp_path / "out", [], monkeypatch)
     assert not (tmp_path / "store").exists()
 
