@@ -1,5 +1,16 @@
-"""The error of everything that makes a finite-element model."""
+"""The errors of geometries and of everything that makes a finite-element model."""
 
 
 class ModelError(ValueError):
     """A mesh, material or matrix from which no model can be made; the message names object, number and remedy."""
+
+
+class GeometryError(ValueError):
+    """A geometry that cannot be built; the message names the field, its value, the limit and the remedy.
+
+    ``field``: dotted, of the geometry's specification; "" where none is to blame alone.
+    """
+
+    def __init__(self, message: str, field: str = "") -> None:
+        super().__init__(message)
+        self.field = field

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 
 LEAST_LAYERS = 8  # of hexahedra around a full circle
 

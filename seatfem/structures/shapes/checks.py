@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import math
 
+from seatfem.structures.errors import GeometryError
 
-class GeometryError(ValueError):
-    """A geometry that cannot be built; the message names the field, its value, the limit and the remedy.
-
-    ``field``: dotted, of the geometry's specification; "" where none is to blame alone.
-    """
-
-    def __init__(self, message: str, field: str = "") -> None:
-        super().__init__(message)
-        self.field = field
+__all__ = ["GeometryError", "check_quarters", "require_below", "require_positive"]
 
 
 def require_positive(spec: object, *fields: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -22,13 +22,12 @@ from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
 from seatfem.study.impacts.contact import RunError, check_step, run_contact, stress_of
-from seatfem.study.impacts.measures import KEYS, bar_keys
+from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.impacts.validity import validity_advice
-from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.mode_pictures import draw_modes
 from seatfem.study.runs.pictures import draw_run
+from seatfem.study.runs.remarks import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -47,7 +46,6 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
-NARROWER: Final = "a narrower seat.greens.bandwidth"
 
 
 @dataclass(frozen=True)
@@ -114,15 +112,9 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    advice = (
-        *_assumed_reed(scene),
-        *map(str, validity_advice(scene, done.seat.greens)),
-        *_advice(done),
-        *_no_bar(done),
-    )
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
     summary |= timing_keys(watch, start)
-    return RunOutcome(summary, (*missed(done), *advice, *gaps), files, watch.stages, done.met)
+    return RunOutcome(summary, (*missed(done), *remarks(done), *gaps), files, watch.stages, done.met)
 
 
 @dataclass(frozen=True)
@@ -211,16 +203,6 @@ def write_modes(
     return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
 
 
-def _no_bar(done: Round) -> tuple[str, ...]:
-    if not done.without_bar:
-        return ()
-    keys, names = (", ".join(words) for words in ([KEYS[n] for n in done.without_bar], done.without_bar))
-    return (
-        f"{keys} has no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
-        f"that leaves out of others is not known; add {names} to accuracy.measures",
-    )
-
-
 def _static_stiffness(greens: GreensFunction) -> float:
     compliance = face_compliance(greens)
     if not np.isfinite(compliance) or compliance <= 0:
@@ -229,24 +211,3 @@ def _static_stiffness(greens: GreensFunction) -> float:
             "to compare with; hold the seat somewhere"
         )
     return 1.0 / compliance
-
-
-def _advice(done: Round) -> tuple[str, ...]:
-    """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
-    measured = done.met and not done.plan.is_given(STEP)
-    told = []
-    for advice in done.result.advice:
-        of_the_step = "dt <=" in advice.remedy
-        if not (measured and of_the_step):
-            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else NARROWER}
-            remedy = advice.remedy
-            for word, key in keys.items():
-                remedy = remedy.replace(word, key)
-            told.append(str(replace(advice, remedy=remedy)))
-    return tuple(told)
-
-
-def _assumed_reed(scene: Scene) -> tuple[str, ...]:
-    """What of the reed was not given and taken from the paper's, with its value."""
-    assumed = scene.reed.assumed()
-    return (f"not given, taken from the paper's reed: {', '.join(assumed)}",) if assumed else ()
