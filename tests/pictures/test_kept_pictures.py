@@ -1,13 +1,14 @@
 """Pictures of mesh and modes: kept beside the stored seat, there again in any folder that reuses it."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import impact
+from seatfem.structures.kinds.spring import Spring
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, content_key
+from seatfem.study.method import stated_method
 from seatfem.study.runs import pictures
 from seatfem.study.scene import load_scene
 
@@ -47,7 +48,9 @@ def write(path, text="curve"):
 
 def drawn(scene, folder, of_seat, monkeypatch):
     monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
-    files, gaps = pictures.draw_run(scene, Solved(SEAT), None, None, folder, lambda stage, done: None)
+    files, gaps = pictures.draw_run(
+        scene, stated_method(scene), Solved(SEAT), None, None, folder, lambda stage, done: None
+    )
     assert gaps == ()
     assert all(file.parent == folder and file.is_file() for file in files)
     return {file.name for file in files}
@@ -81,7 +84,7 @@ def test_what_is_kept_belongs_to_its_key_and_goes_with_it(tmp_path):
 
 
 def test_seats_that_are_not_meshed_leave_the_store_alone(scene, tmp_path, monkeypatch):
-    spring = scene.model_copy(update={"seat": SimpleNamespace(kind="spring")})
+    spring = scene.model_copy(update={"seat": Spring(kind="spring", stiffness="1 N/um")})
     drawn(spring, tmp_path / "out", [], monkeypatch)
     assert not (tmp_path / "store").exists()
 
@@ -94,7 +97,9 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
 
     of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
     monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
-    files, gaps = pictures.draw_run(scene, Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
+    files, gaps = pictures.draw_run(
+        scene, stated_method(scene), Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None
+    )
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"
     assert gaps[1].startswith("pictures of the seat are not kept for later runs: ")
