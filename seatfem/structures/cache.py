@@ -94,31 +94,28 @@ class Cache:
     of another key: it is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin.
+        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the store alone.
         store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
             coarser mesh and of the patch in rings, so that error bars stay known.
     """
 
-    path: Path
+    path: Path | None
     store: Store = field(default_factory=lambda: Store.default(warn))
 
     def find(self, structure: Structure, method: Method, duration: float) -> Solved | None:
         """What was computed before and serves a run of ``duration`` [s]."""
         key, own = key_of(structure, method), self._is_own(structure)
-        here = at(self.path, key, duration, None if own else warn)
+        here = None if self.path is None else at(self.path, key, duration, None if own else warn)
         found = here if here is not None else _serving(self.store.get(key), key, duration)
         if found is None:
             return None
         if found is not here:
-            from impact.storage.hdf5 import save_greens
-
-            save_greens(found, self.path, key=key)
-        return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {self.path.name}"})
+            self._save(found, key)
+        where = "the store" if self.path is None else self.path.name
+        return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {where}"})
 
     def keep(self, structure: Structure, method: Method, solved: Solved) -> Solved:
         """``solved``, its function marked with its key and on file."""
-        from impact.storage.hdf5 import save_greens
-
         key, greens = key_of(structure, method), solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
@@ -130,12 +127,18 @@ class Cache:
             except StoreError as problem:
                 warn(f"the seat is not kept for later runs: {problem}")
         if not self._is_own(structure):
-            save_greens(greens, self.path, key=key)
+            self._save(greens, key)
         return replace(solved, greens=greens)
+
+    def _save(self, greens: GreensFunction, key: str) -> None:
+        if self.path is not None:
+            from impact.storage.hdf5 import save_greens
+
+            save_greens(greens, self.path, key=key)
 
     def _is_own(self, structure: Structure) -> bool:
         """Whether the file of the run is one that the structure itself is read from."""
-        return self.path.resolve() in structure.files()
+        return self.path is not None and self.path.resolve() in structure.files()
 
 
 def _beside(key: str) -> str:

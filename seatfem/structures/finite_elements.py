@@ -39,7 +39,7 @@ from seatfem.structures.static_spring import static_greens
 from seatfem.structures.statics import without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
-MESH_SAFETY: Final = 1.75  # found by benchmarks/honesty.py: 98 % of its seats are covered, and all of those held out
+MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
 RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
 SPRING: Final = "static compliance of the finite elements, a spring"
 

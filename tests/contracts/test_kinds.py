@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.shapes import families
 
 ROOT = Path(__file__).parents[2] / "seatfem"
 KINDS = ROOT / "structures" / "kinds"
@@ -40,3 +41,17 @@ def test_a_kind_knows_other_kinds_only_to_be_one_of_them() -> None:
 def test_the_rule_guards_something() -> None:
     assert {"Annular", "Cantilever", "Matrices", "GreensFile"} <= NAMES
     assert len(FILES) > 100
+
+
+def test_no_shape_is_asked_for_its_family() -> None:
+    """But for parts from CAD files, which are imported where the others are built."""
+    shapes = ROOT / "structures" / "shapes"
+    drawn = {family.__name__ for family in families() if family.__module__.startswith("seatfem.")} - {"CadPart"}
+    assert {"AnnularSeat", "Bar", "ValvePlate"} <= drawn
+    found = []
+    for path in sorted(path for path in ROOT.rglob("*.py") if not path.is_relative_to(shapes)):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            asks = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
+            if asks and drawn & {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}:
+                found.append(f"{path}:{node.lineno}")
+    assert found == []

@@ -128,3 +128,22 @@ def test_what_is_struck_is_at_rest(tmp_path: Path) -> None:
         scene_of(tmp_path, ball, seat=seat)
     struck = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER)
     assert run_scene(struck, tmp_path / "out").summary["seat_kind"] == "cantilever"
+
+
+BAR = 'kind = "bar"\nlength = "20 mm"\nwidth = "4 mm"\nheight = "4 mm"\nmaterial = "steel"\ndamping_ratio = 0.02\n'
+
+
+def test_finite_elements_strike(tmp_path: Path) -> None:
+    """A bar let go from a static deflection d of its end: the end moves at c d/L, and is back after L/c, to a step."""
+    more = 'model = "sector"\ngreens = { bandwidth = "80 kHz" }\ndeflection = "1 um"\n'
+    scene = scene_of(tmp_path, BAR, more)
+    striker = striker_of(scene)
+    summary = run_scene(scene, tmp_path / "out").summary
+    assert summary["first_contact_s"] == pytest.approx(20e-3 / np.sqrt(200e9 / 7850), abs=1e-6)
+    assert striker_of(scene).greens is striker.greens  # computed once
+
+
+def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
+    more = 'model = "rod"\nvelocity = "-1 m/s"\n'
+    with pytest.raises(ValueError, match=r"reed.velocity = -1 m/s: a body of kind 'bar' that is held cannot translate"):
+        run_scene(scene_of(tmp_path, BAR, more), tmp_path / "out")

@@ -10,19 +10,11 @@ from functools import cache
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.counts.size_field import (
-    COARSEST,
-    OUTLINE,
-    Distance,
-    Samples,
-    from_segments,
-    inside,
-    side_points,
-    squares,
-)
+from seatfem.structures.counts.size_field import Samples, from_segments, inside
 from seatfem.structures.shapes import GeometryError, Profile, Shape
 from seatfem.structures.shapes.plan import Rectangle
 from seatfem.structures.shapes.profile import Edge, Point
+from seatfem.structures.shapes.samples import COARSEST, OUTLINE, Distance, side_points, squares
 from seatfem.structures.shapes.shape import PlanSamples
 
 CHORDS = 6  # of an arc

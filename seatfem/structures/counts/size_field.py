@@ -6,25 +6,14 @@ bulk's. A body has about c int dV/h^3 elements, a section c int dA/h^2.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.mesh.spec import MeshSpec
-
-if TYPE_CHECKING:
-    from seatfem.structures.shapes.profile import Point
-
-COARSEST = 24  # squares along the longer side of the rectangle that is searched
-OUTLINE = 60  # samples of a straight edge, and of a circle
-HALVINGS = 10
-FINEST = 1 / 150  # of the longer side: distances below it are not told apart
-PER_DISTANCE = 0.8  # side of a square over its distance from the patch
-Distance = Callable[[Array], Array]
+from seatfem.structures.shapes.profile import Point
 
 
 @dataclass(frozen=True)
@@ -59,26 +48,6 @@ def size_at(distance: Array, spec: MeshSpec) -> Array:
     return np.asarray(np.interp(distance, [near, max(near + spec.transition, 1.001 * near)], [near, spec.size]))
 
 
-def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
-    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
-    extent = np.subtract(high, low)
-    finest = FINEST * float(extent.max())
-    counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
-    steps = extent / counts
-    axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
-    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-    found, areas = [], []
-    for level in range(HALVINGS + 1):
-        coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
-        coarse &= level < HALVINGS
-        found.append(centres[~coarse])
-        areas.append(np.full(len(found[-1]), steps.prod()))
-        steps = steps / 2
-        corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
-        centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
-    return np.concatenate(found), np.concatenate(areas)
-
-
 def from_segments(points: Array, segments: Sequence[tuple[Point, Point]]) -> Array:
     """Distance (n,) of points (n, 2) from the nearest of some straight segments; infinite without any."""
     nearest = np.full(len(points), np.inf)
@@ -99,20 +68,3 @@ def inside(points: Array, outline: Array) -> Array:
         if crosses.any():
             odd ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya if yb != ya else 1.0))
     return odd
-
-
-def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
-    """Points (n, 2) on circles about some centres, and the length around each."""
-    angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
-    ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    points = (centres[:, None, :] + ring).reshape(-1, 2)
-    return points, np.full(len(points), 2 * math.pi * radius / OUTLINE)
-
-
-def side_points(half: Point) -> tuple[Array, Array]:
-    """Points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
-    corners = np.array([(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])])
-    along = np.roll(corners, -1, axis=0) - corners
-    t = (np.arange(OUTLINE) + 0.5) / OUTLINE
-    points = (corners[:, None, :] + t[:, None] * along[:, None, :]).reshape(-1, 2)
-    return points, np.repeat(np.linalg.norm(along, axis=1) / OUTLINE, OUTLINE)

@@ -13,7 +13,7 @@ from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
 from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import COARSENING, DISCRETE
+from seatfem.structures.levels import COARSENING
 from seatfem.structures.method import Method
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
@@ -21,7 +21,6 @@ from seatfem.structures.shapes.profile import profile_of
 if TYPE_CHECKING:
     from seatfem.structures.mesh.seat_mesh import SeatMesh
 
-__all__ = ["ALL_MODES", "DISCRETE", "PORTS_POWER", "TOLERANCE_POWER", "Numbers", "SeatModel", "seat_model"]
 
 SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a tetrahedron
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's

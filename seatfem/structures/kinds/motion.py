@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Self
 
@@ -115,6 +116,11 @@ class Moving(Structure):
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
         known = self.closed_form() if greens is None else greens
         assert known is not None
+        if self.velocity is not None and math.isinf(known.mass()):
+            raise GreensFunctionError(
+                f"reed.velocity = {self.velocity:g} m/s: a body of kind {self.kind!r} that is held cannot translate; "
+                "release it from a deflection, or drive it by a force"
+            )
         state: ModalState | None = None
         loads: tuple[Load, ...] = ()
         if self.deflection is not None:

@@ -71,6 +71,7 @@ __all__ = [
     "ValvePlate",
     "decode",
     "encode",
+    "families",
     "fingerprint",
     "select",
 ]

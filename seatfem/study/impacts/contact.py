@@ -18,7 +18,7 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
-from seatfem.structures.build import build
+from seatfem.structures.build import Cache, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import ring_shares, rings_of
@@ -54,7 +54,8 @@ class _Asked:
 
 @lru_cache(maxsize=2)
 def _solved(asked: _Asked) -> GreensFunction:
-    return build(asked.structure, asked.structure.stated(), asked.duration, mesh_error=False).greens
+    cache = Cache(None) if asked.structure.is_meshed else None
+    return build(asked.structure, asked.structure.stated(), asked.duration, cache).greens
 
 
 def stress_of(

@@ -1,4 +1,4 @@
-"""Error bars of runs against runs with finer mesh, band, reed and step: benchmarks/honest_runs.py.
+"""Error bars of runs against runs with finer mesh, band, reed and step: benchmarks/coverage_of_runs.py.
 
 Three cheap scenes are run here; those of the committed table are only read.
 """
@@ -20,20 +20,20 @@ def _load(name: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up by name, and honest_runs imports honesty
+    sys.modules[name] = module  # dataclasses look their module up by name, and coverage_of_runs imports seats
     spec.loader.exec_module(module)
     return module
 
 
-_load("honesty")
-honest_runs = _load("honest_runs")
-VERDICTS = honest_runs.read()
+_load("coverage_of_seats")
+coverage_of_runs = _load("coverage_of_runs")
+VERDICTS = coverage_of_runs.read()
 
 
 @pytest.mark.parametrize("index", [1, 3, 5])  # a reed on a rod, a mass on a spring, a reed on an annular seat
 def test_the_true_error_is_inside_the_bar(index: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(VARIABLE, "restored afterwards")
-    verdict = honest_runs.judge(index)
+    verdict = coverage_of_runs.judge(index)
     assert [name for name in verdict.values if not verdict.inside(name)] == []
     (kept,) = [each for each in VERDICTS if each.index == index]
     assert (verdict.seat, verdict.striker, verdict.target) == (kept.seat, kept.striker, kept.target)
@@ -41,13 +41,13 @@ def test_the_true_error_is_inside_the_bar(index: int, monkeypatch: pytest.Monkey
 
 
 def test_forty_scenes_and_more_were_run() -> None:
-    """Of those drawn, some take too long: docs/honesty.md."""
+    """Of those drawn, some take too long: docs/coverage.md."""
     assert len(VERDICTS) >= 40
-    assert {(verdict.seed, verdict.index) for verdict in VERDICTS} <= {(5, i) for i in range(honest_runs.SCENES)}
+    assert {(verdict.seed, verdict.index) for verdict in VERDICTS} <= {(5, i) for i in range(coverage_of_runs.SCENES)}
 
 
 def test_true_errors_are_inside_the_bars() -> None:
-    assert honest_runs.coverage(VERDICTS)[0] >= honest_runs.COVERED
+    assert coverage_of_runs.coverage(VERDICTS)[0] >= coverage_of_runs.COVERED
 
 
 def test_a_met_target_is_met_in_truth() -> None:
@@ -59,13 +59,13 @@ def test_a_met_target_is_met_in_truth() -> None:
         if verdict.bars[name] <= verdict.target * abs(verdict.values[name])
     ]
     assert len(met) > 80
-    assert sum(met) >= honest_runs.COVERED * len(met)
+    assert sum(met) >= coverage_of_runs.COVERED * len(met)
 
 
 def test_the_table_is_of_the_scenes_drawn_today(tmp_path: Path) -> None:
     """A change of the draw without new runs must not pass."""
     for verdict in VERDICTS:
-        text = honest_runs.draw_scene(verdict.index, verdict.seed)
+        text = coverage_of_runs.draw_scene(verdict.index, verdict.seed)
         assert f'kind = "{verdict.seat}"' in text
         assert f'kind = "{verdict.striker}"' in text
         assert f"target = {verdict.target:.6f}" in text

@@ -1,9 +1,9 @@
-"""Is the error estimate of a seat's Green's function honest? Random seats against a mesh two levels finer.
+"""Does the error estimate of a seat's Green's function cover the true error? Random seats, two finer meshes.
 
-    python benchmarks/honesty.py [seed [first [last]]]
+    python benchmarks/coverage_of_seats.py [seed [first [last]]]
 
-appends a row per seat to results/honesty.csv (seeds 20 and 21, which led to `MESH_SAFETY` and `refinement_of`) or, for
-any other seed, to results/honesty_held_out.csv; seats that are there already are not run again.
+appends a row per seat to results/coverage_of_seats.csv (seeds 20 and 21, which led to `MESH_SAFETY` and
+`refinement_of`) or, for any other seed, to results/coverage_of_seats_held_out.csv; seats that are there already are not run again.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from seatfem.study.scene import Scene, load_scene
 
 SEED, SEATS = 20, 30
 FITTED, HELD_OUT = (SEED, 21), 22  # the seats of the last had no part in making the estimate
-FILE = Path(__file__).parent / "results" / "honesty.csv"
-HELD_OUT_FILE = FILE.with_name("honesty_held_out.csv")
+FILE = Path(__file__).parent / "results" / "coverage_of_seats.csv"
+HELD_OUT_FILE = FILE.with_name("coverage_of_seats_held_out.csv")
 FINER = COARSENING**2
 COVERED, TIGHT = 0.95, 0.80  # wanted shares: true <= estimate, estimate <= 10 true
 

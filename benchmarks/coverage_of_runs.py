@@ -1,10 +1,10 @@
-"""Are the error bars of runs honest? Random scenes against runs with finer mesh, band, patch, reed and step.
+"""Do the error bars of runs cover the true errors? Random scenes, finer mesh, band, patch, reed, step.
 
-    python benchmarks/honest_runs.py [--held-out] [first [last]]
+    python benchmarks/coverage_of_runs.py [--held-out] [first [last]]
 
-appends a line per scene to results/honest_runs.jsonl, leaving out those that are there, then writes
-results/honest_runs.csv, a row per scene and measure. ``--held-out``: scenes of another seed, which no constant was ever
-chosen by, in files of their own.
+appends a line per scene to results/coverage_of_runs.jsonl, leaving out those that are there, then writes
+results/coverage_of_runs.csv, a row per scene and measure. ``--held-out``: scenes of another seed, which no constant
+was ever chosen by, in files of their own.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from honesty import FINER, KINDS, Case, draw_case
+from coverage_of_seats import FINER, KINDS, Case, draw_case
 
 from impact.progress import silent
 from impact.runs.budget import Values
@@ -42,8 +42,8 @@ from seatfem.study.runs.rounds import Round, carry_out
 from seatfem.study.scene import load_scene
 
 SEED, HELD_OUT, SCENES = 5, 211, 48
-FILE = Path(__file__).parent / "results" / "honest_runs.jsonl"
-HELD_OUT_FILE = FILE.with_name("honest_runs_held_out.jsonl")
+FILE = Path(__file__).parent / "results" / "coverage_of_runs.jsonl"
+HELD_OUT_FILE = FILE.with_name("coverage_of_runs_held_out.jsonl")
 COVERED = 0.95  # wanted share of scene-measures whose true error is inside the bar
 ROUND_OFF = 1e-9  # relative: what a true error may be without any source
 SEATS = (
