@@ -1,6 +1,8 @@
 """Every test has a store of its own: what one test computed is not another's answer."""
 
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +13,12 @@ from seatfem.structures.store import VARIABLE
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Before several workers start, one process compiles what each of them would."""
+    if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None):
+        subprocess.run([sys.executable, str(Path(__file__).with_name("compile_kernels.py"))], check=False)
 
 
 @pytest.fixture(scope="session", autouse=True)
