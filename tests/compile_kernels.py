@@ -1,4 +1,4 @@
-"""Compiles what numba compiles, once, before several processes would each do it: the march, bodies, batches, elements."""
+"""Compiles what numba compiles, once, before several processes would: the march, bodies, batches, elements."""
 
 from __future__ import annotations
 
