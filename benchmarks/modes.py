@@ -139,9 +139,9 @@ def main() -> None:
         f"The {MODES} lowest modes of a steel block of 20 x 20 x 8 mm, clamped below: second-order elements, one "
         "thread, processor / wall seconds, each pair one after the other in one run.",
         "ARPACK: one right-hand side at a time, shift below the spectrum, and a second factorization that counts; "
-        "ours counts too. PARDISO as it comes refines every solve twice. Aim against that: 4 times. CalculiX: the whole "
-        "program, reading the mesh included; its mass is integrated with fewer points, so its frequencies differ. "
-        "Aim: 5 times.",
+        "ours counts too. PARDISO as it comes refines every solve twice. Aim against that: 4 times.",
+        "CalculiX: the whole program, reading the mesh included; its mass is integrated with fewer points, so its "
+        "frequencies differ. Aim: 5 times.",
     )
     columns = (
         "mesh",
