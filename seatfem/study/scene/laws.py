@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -35,6 +36,13 @@ class HuntCrossleyLaw(Table):
     kind: Literal["hunt_crossley"]
     stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
+
+
+def law_as_text(given: object) -> object:
+    """law = "signorini" is law = { kind = "signorini" }, in the table ``given``."""
+    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+        return {**given, "law": {"kind": given["law"]}}
+    return given
 
 
 AnyLaw = Annotated[SignoriniLaw | SpringLaw | HertzLaw | HuntCrossleyLaw, Field(discriminator="kind")]

@@ -13,9 +13,11 @@ from pydantic import ValidationError, create_model
 
 from impact.files.input_files import MB, read_text
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.study.scene.kinds import any_kind
 from seatfem.study.scene.locate import KeyPath, key_lines
-from seatfem.study.scene.models import BODIES, Scene, any_kind
+from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+from seatfem.study.scene.stopper import stopper_of
 
 _BUILT_IN: Final = kinds_of()
 LIMIT: Final = 1 * MB
@@ -50,6 +52,7 @@ def scene_of(kinds: tuple[type[Structure], ...]) -> type[Scene]:
     if kinds == _BUILT_IN:
         return Scene
     fields: Any = {name: (any_kind(kinds), Scene.model_fields[name]) for name in BODIES}
+    fields["stopper"] = (stopper_of(kinds) | None, Scene.model_fields["stopper"])
     return create_model("Scene", __base__=Scene, **fields)
 
 
