@@ -12,7 +12,6 @@ from impact.after.result import ImpactResult, as_one
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
-from impact.march.laws import Law
 from impact.march.motion import port_displacement
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
@@ -65,20 +64,6 @@ def stress_of(
     return scene.reed.stress(force, dt, striker, scene.contact.at, coarsely=coarsely)
 
 
-def law_of(scene: Scene, share: float = 1.0) -> Law:
-    """The contact law of the scene, or of a ``share`` of the patch's area."""
-    law = scene.contact.law
-    match law.kind:
-        case "signorini":
-            return impact.Signorini()
-        case "spring":
-            return impact.LinearSpring(share * law.stiffness)
-        case "hertz":
-            return impact.Hertz(share * law.stiffness)
-        case "hunt_crossley":
-            return impact.HuntCrossley(share * law.stiffness, law.damping)
-
-
 def run_contact(
     scene: Scene,
     striker: impact.Body,
@@ -114,11 +99,11 @@ def whole_patch(result: ImpactResult) -> ImpactResult:
 def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.ContactProblem:
     """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
     presses as a rigid body."""
-    gap, rings = scene.contact.gap, rings_of(seat.greens)
+    gap, law, rings = scene.contact.gap, scene.contact.law, rings_of(seat.greens)
     if rings == 1:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene), preload=scene.contact.preload)
+        return impact.ContactProblem(striker, seat, gap=gap, law=law.law(), preload=scene.contact.preload)
     shares = ring_shares(rings)
-    contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
+    contacts = [impact.Contact(seat, port=k, gap=gap, law=law.law(float(shares[k]))) for k in range(rings)]
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 

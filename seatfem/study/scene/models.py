@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, Union
+from typing import TYPE_CHECKING, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default
+from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.scene.laws import AnyLaw
-
-
-def any_kind(kinds: tuple[type[Structure], ...]) -> Any:
-    """One of these kinds of structures, by its ``kind``."""
-    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
-
+from seatfem.study.scene.laws import ContactLaw, laws
 
 if TYPE_CHECKING:
     Body = Structure
+    AnyLaw = ContactLaw
 else:
-    Body = any_kind(kinds_of())  # of those that the program has of its own
+    Body = one_of(kinds_of())  # of those that the program has of its own, as are the laws
+    AnyLaw = one_of(laws())
 BODIES: Final = ("seat", "reed")
 """The roles: tables that take any kind of structure."""
 
