@@ -21,7 +21,7 @@ from seatfem.structures.build import Cache, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import ring_shares, rings_of
-from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.measures import any_needs_stress, values_of
 from seatfem.study.scene import Scene
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -120,7 +120,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = "stress" in scene.accuracy.measures
+    wanted = any_needs_stress(scene.accuracy.measures)
     stress = stress_of(scene, striker, force, dt, coarsely=True) if wanted else None
     return values_of(force, dt, scene.run.filter_width, displacement, stress)
 

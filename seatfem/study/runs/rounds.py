@@ -18,7 +18,7 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
-from seatfem.study.impacts.measures import Source
+from seatfem.study.impacts.measures import Source, any_needs_stress
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
@@ -175,7 +175,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("contact"):
         contacts = solve_contact(scene, striker, seat.greens, dt, progress)
         result, rings = whole_patch(contacts), contacts if contacts.force.ndim > 1 else None
-    wanted = "stress" in scene.accuracy.measures
+    wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
