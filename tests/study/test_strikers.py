@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +11,17 @@ import pytest
 import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
+from impact.greens.base import ErrorEstimate
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.accuracy.prerun import Bench
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs.rounds import carry_out
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -147,3 +156,75 @@ def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
     more = 'model = "rod"\nvelocity = "-1 m/s"\n'
     with pytest.raises(ValueError, match=r"reed.velocity = -1 m/s: a body of kind 'bar' that is held cannot translate"):
         run_scene(scene_of(tmp_path, BAR, more), tmp_path / "out")
+
+
+OPEN = RUN.replace('time_step = "1 us"\n', "").replace("50 %", "10 %")
+COARSE_BAR = BAR + 'model = "sector"\ngreens = { bandwidth = "40 kHz" }\ndeflection = "1 um"\n'
+FREE_ROD = (
+    'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
+    'far_end = "free"\nvelocity = "-0.1 m/s"\n'
+)
+
+
+def open_scene_of(folder: Path, striker: str, gap: str) -> Scene:
+    """Its step is left to the plan."""
+    path = folder / "scene.toml"
+    path.write_text(f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{OPEN}', encoding="utf-8")
+    return load_scene(path)
+
+
+def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
+    """A spring has no mesh: what is left is the striker's, and nothing that a plan chooses makes it finer."""
+    outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um"), tmp_path / "out")
+    found = outcome.summary
+    assert found["error_striker_impulse_Ns"] > 0.01 * found["impulse_Ns"]
+    assert found["error_mesh_impulse_Ns"] == 0.0
+    assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
+    assert found["accuracy_rounds"] == 1
+    assert any("most of it is the striker's: refine reed.mesh" in told for told in outcome.messages)
+
+
+def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
+    g = impact.rigid_mass(mass=2e-3, velocity=0.0).greens
+    impact.save_greens(g.with_error(ErrorEstimate(0.0, None)), tmp_path / "mass.h5")
+    known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
+    assert run_scene(scene_of(tmp_path, known), tmp_path / "out").summary["error_unknown"] == "striker's mesh"
+
+
+def test_a_plan_computes_no_striker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes what stands for it, and tells what it will cost."""
+    monkeypatch.setattr(contact, "build", lambda *given, **more: pytest.fail("computed by a plan"))
+    scene = open_scene_of(tmp_path, COARSE_BAR.replace("40 kHz", "41 kHz"), "0.2 um")
+    plan = plan_scene(scene)
+    assert plan.cost.parts["striker"] > 0
+    assert min(plan.error.values()) > 0
+    assert any("what its mesh, reduction and level leave is not predicted" in note for note in plan.notes)
+    far = plan_scene(scene.model_copy(update={"reed": scene.reed.model_copy(update={"deflection": 1e-9})}))
+    assert max(far.error.values()) == 0  # it does not touch
+
+
+def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> None:
+    """It has no modes that could be moved on: the pre-runs begin where the run does."""
+    near, far = (plan_scene(open_scene_of(tmp_path, FREE_ROD, gap)) for gap in ("0 mm", "20 um"))
+    for plan in (near, far):
+        assert 0 < max(plan.error.values()) <= 0.1
+        assert "no contact" not in "\n".join(plan.notes)
+    assert far.method.time_step == pytest.approx(near.method.time_step, rel=0.51)
+    assert far.choice("history").reason.endswith("the striker has step weights")
+
+
+def test_half_the_step_is_looked_at_of_every_striker_with_waves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[float] = []
+    measures = Bench.measures
+
+    def listen(self: Bench, *, dt: float, **more: Any) -> Any:
+        steps.append(dt)
+        return measures(self, dt=dt, **more)
+
+    scene = scene_of(tmp_path, FREE_ROD)
+    done = carry_out(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    monkeypatch.setattr(Bench, "measures", listen)
+    error_budget(scene, done.plan.method, done.seat, done.striker, done.result)
+    assert steps == [1e-6, 5e-7]

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import Approach, ExistingFile, Force, KeyProblem, Length, Position, SignedPressure, Table
+from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.structure import Structure
 
 
@@ -112,6 +113,10 @@ class Moving(Structure):
     @property
     def is_solved(self) -> bool:
         return True
+
+    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+        found = self.surrogate(duration, face)
+        return found.greens if found.exact or self.velocity is None else None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
         known = self.closed_form() if greens is None else greens

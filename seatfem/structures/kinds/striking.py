@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 
@@ -23,6 +23,13 @@ class Striking(Table):
     def is_solved(self) -> bool:
         """Whether its Green's function must be computed or read before it strikes."""
         return False
+
+    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+        """What stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
+
+        ``face``: of what it strikes.
+        """
+        return None
 
     @property
     def face(self) -> Face:

@@ -18,11 +18,13 @@ from impact import measures
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.motion import Discrete
 from impact.march.stepper import Prepared, step_count
+from impact.progress import Progress, silent
 from impact.runs.budget import Values
-from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, stress_of, striker_of
+from seatfem.structures.kinds.roles import in_role
+from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
@@ -55,17 +57,35 @@ class Window:
         return self.groups > 0
 
 
-def first_look(scene: Scene, seat: GreensFunction) -> Window:
-    """Where the contact is that matters: a coarse run with few modes over the whole duration."""
-    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None)
+def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
+    """What pre-runs take for a striker that has to be computed: nothing is, unless nothing stands for it."""
+    if not scene.reed.is_solved:
+        return None
+    with in_role("reed", scene.reed):
+        found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
+    if found is None and (solved := solved_striker(scene, progress)) is not None:
+        return solved.greens
+    return found
+
+
+def first_look(scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None) -> Window:
+    """Where the contact is that matters: a coarse run with few modes over the whole duration.
+
+    ``striker``: what stands for one that has to be computed.
+    """
+    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    return window_of(scene, _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration)), dt)
+    force = _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration))
+    return window_of(scene, few, force, dt)
 
 
-def window_of(scene: Scene, force: Array, dt: float) -> Window:
-    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N]."""
+def window_of(scene: Scene, striker: Body, force: Array, dt: float) -> Window:
+    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N].
+
+    From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come.
+    """
     width = scene.run.filter_width
     longest = MOST * width / LEAST
     groups = measures.merged(dt * measures.closed_steps(force))
@@ -74,7 +94,7 @@ def window_of(scene: Scene, force: Array, dt: float) -> Window:
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
     start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
-    if scene.reed.is_loaded or scene.contact.preload:  # its flight is not free
+    if scene.reed.is_loaded or scene.contact.preload or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
@@ -82,11 +102,19 @@ def window_of(scene: Scene, force: Array, dt: float) -> Window:
 
 @dataclass(frozen=True)
 class Bench:
-    """Pre-runs of one scene: the same window again and again, one thing changed at a time."""
+    """Pre-runs of one scene: the same window again and again, one thing changed at a time.
+
+    Attributes:
+        scene: what is asked.
+        seat: the seat, or what stands for it.
+        window: that is marched.
+        striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
+    """
 
     scene: Scene
     seat: GreensFunction
     window: Window
+    striker: GreensFunction | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -115,7 +143,7 @@ class Bench:
         """With its free motion, which all runs of this step share."""
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
-            body = advanced(striker_of(self.scene, n_modes), start)
+            body = advanced(striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
@@ -130,10 +158,15 @@ class Bench:
 
 
 def advanced(body: Body, time: float) -> Body:
-    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity."""
-    g = body.greens.modal
-    if time == 0.0 or g is None:
+    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity.
+
+    Raises:
+        GreensFunctionError: a body without modes to be moved.
+    """
+    if time == 0.0:
         return body
+    if (g := body.greens.modal) is None:
+        raise GreensFunctionError("a body without modes cannot be moved on: the window of a pre-run begins at 0")
     start = body.modal_start()
     a, _ = oscillator.transition(time, g.omega, g.zeta)
     q = a[0, 0] * start.displacement + a[0, 1] * start.velocity

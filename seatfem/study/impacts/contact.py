@@ -18,9 +18,10 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
-from seatfem.structures.build import Cache, build
+from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.scene import Scene
@@ -36,11 +37,26 @@ class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
 
 
-def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
-    """The scene's striker; ``n_modes``: of a body known by its own modes, in place of the number that it states."""
+def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> impact.Body:
+    """The scene's striker.
+
+    Args:
+        n_modes: of a body known by its own modes, in place of the number that it states.
+        greens: of a body whose Green's function has to be computed; ``None``: it is computed.
+    """
+    if greens is None and (solved := solved_striker(scene)) is not None:
+        greens = solved.greens
+    with in_role("reed", scene.reed):
+        return scene.reed.body(greens, n_modes, scene.contact.at)
+
+
+def solved_striker(scene: Scene, progress: Progress = silent) -> Solved | None:
+    """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form."""
     reed = scene.reed
-    greens = _solved(_Asked(key_of(reed, reed.stated()), reed, scene.run.duration)) if reed.is_solved else None
-    return reed.body(greens, n_modes, scene.contact.at)
+    if not reed.is_solved:
+        return None
+    with in_role("reed", reed):
+        return _solved(_Asked(key_of(reed, reed.stated()), reed, scene.run.duration, progress))
 
 
 @dataclass(frozen=True)
@@ -50,12 +66,13 @@ class _Asked:
     key: str
     structure: Structure = field(compare=False)
     duration: float
+    progress: Progress = field(default=silent, compare=False)
 
 
 @lru_cache(maxsize=2)
-def _solved(asked: _Asked) -> GreensFunction:
+def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_meshed else None
-    return build(asked.structure, asked.structure.stated(), asked.duration, cache).greens
+    return build(asked.structure, asked.structure.stated(), asked.duration, cache, progress=asked.progress)
 
 
 def stress_of(

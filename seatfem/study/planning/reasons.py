@@ -28,7 +28,7 @@ from seatfem.study.method import (
     has_key,
     is_given,
 )
-from seatfem.study.planning.costs import closed_form, finite_elements
+from seatfem.study.planning.costs import closed_form, finite_elements, striker_poles
 from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, MANY
@@ -70,8 +70,12 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     if known is None:
         return Choice("history", "chosen once the seat is known", f"{steps}; poles for a sum of oscillators", False)
     poles, why = known
-    modes = max(1, round(decision.contact.n_modes or 1))
-    plan = engines.choose([_stand_in(modes), _stand_in(poles)], 1, max(1, round(count)))
+    known_reed = decision.seen.sensitivity.bench.striker
+    marched_by_reed = striker_poles(decision.seen.scene, method, dt, count, known_reed)
+    reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
+    plan = engines.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
+    if poles is not None and reed is None:
+        poles, why = None, "the striker has step weights"
     if poles is None:
         value = "direct sum" if plan.block >= round(count) else "FFT"
         return Choice("history", value, f"{steps}; {why}", False)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.progress import Progress, silent
 from impact.runs.budget import SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
@@ -15,7 +16,7 @@ from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
-from seatfem.study.accuracy.prerun import Bench, first_look
+from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import (
@@ -63,10 +64,11 @@ class Seen:
     machine: Machine
 
     @staticmethod
-    def of(scene: Scene, surrogate: Surrogate, machine: Machine) -> Seen:
+    def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
-        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+        seat, striker = surrogate.greens, stand_in_of(scene, progress)
+        bench = Bench(scene, seat, first_look(scene, seat, striker), striker)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
 

@@ -17,8 +17,16 @@ from seatfem.structures.build import Cache
 from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
-from seatfem.study.impacts.measures import Source
+from seatfem.study.impacts.contact import (
+    check_length,
+    solve_contact,
+    solved_striker,
+    stress_of,
+    striker_of,
+    time_step,
+    whole_patch,
+)
+from seatfem.study.impacts.measures import STRIKER, Source
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
@@ -169,7 +177,9 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
-    striker = striker_of(scene, method.reed.n_modes)
+    with watch(STRIKER):
+        reed = before.reed if before is not None else solved_striker(scene, progress)
+    striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     dt = method.time_step or time_step(scene, striker.greens, seat.greens)
     check_length(scene, dt)
     with watch("contact"):
@@ -179,8 +189,8 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
     with watch("error budget"):
-        left = error_budget(scene, method, seat, striker, result, stress if wanted else None)
-    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings)
+        left = error_budget(scene, method, seat, striker, result, stress if wanted else None, reed)
+    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings, reed)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
