@@ -138,7 +138,12 @@ class Moving(Structure):
 def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
     """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
-        raise GreensFunctionError(f"reed.{key}: a body of kind {kind!r} has no modes to be set in motion; use velocity")
+        remedy = (
+            "only with modal damping alone, and a reduction that keeps modes (greens.method = 'auto'), can it strike"
+            if math.isinf(greens.mass())
+            else "use velocity"
+        )
+        raise GreensFunctionError(f"reed.{key}: a body of kind {kind!r} has no modes to be set in motion; {remedy}")
     return np.asarray(modal.shapes[:, 0])
 
 

@@ -8,14 +8,14 @@ from contextlib import contextmanager
 
 from seatfem.structures.kinds.structure import Structure
 
-HOME = "seat"
-"""The table that the messages of a structure speak of, as if it stood there."""
+_AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
+"""The tables that the messages of structures speak of, as if the body stood there."""
 
 
 def in_words_of(role: str, structure: Structure, text: str) -> str:
-    """A message about keys of [seat], about those of the table ``role``: its own keys, and no file of that name."""
+    """A structure's message, its keys those of the table ``role``; files of such names stay what they are."""
     keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
-    return re.sub(rf"\b{HOME}\.(?=(?:{keys})\b)", f"{role}.", text)
+    return re.sub(rf"{_AS_IF}(?=(?:{keys})\b)", f"{role}.", text)
 
 
 @contextmanager
@@ -24,6 +24,6 @@ def in_role(role: str, structure: Structure) -> Iterator[None]:
     try:
         yield
     except (ArithmeticError, RuntimeError, ValueError) as problem:
-        if role != HOME and problem.args and isinstance(problem.args[0], str):
+        if problem.args and isinstance(problem.args[0], str):
             problem.args = (in_words_of(role, structure, problem.args[0]), *problem.args[1:])
         raise

@@ -70,6 +70,9 @@ class Striking(Table):
         if at > self.reach:
             raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
 
+    def check_motion(self) -> None:
+        """Raises `KeyProblem` for a motion that it is known not to be capable of."""
+
     def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
         """Its largest bending stresses under a contact force (n + 1,) [N]; ``None`` where it has none that is known."""
         return None

@@ -43,7 +43,7 @@ def error_budget(
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
-    - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
+    - model: fewer modes of a beam, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
       (`seatfem.structures.statics.beyond_level`); a thick reed's shear.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
@@ -113,9 +113,17 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
         return None
     if (shear := scene.reed.shear_error(scene.contact.at)) > SHEAR_SHARE * scene.accuracy.target:
         level = (*level, *(of_body(problem, problem.striker, shear) or ()))
+    if (shear := scene.seat.shear_error(None)) > SHEAR_SHARE * scene.accuracy.target:
+        level = (*level, *(of_body(problem, problem.target, shear) or ()))
     better = with_start(seat.greens) or scene.seat.beyond(method.seat.level)
     if better is not None:
         level = (*level, (_with_seat(scene, problem, better),))
+    if method.seat.n_modes is not None:
+        modes = (
+            _with_seat(scene, problem, scene.seat.body(None, number).greens, weight)
+            for number, weight in other_modes(method.seat.n_modes)
+        )
+        level = (*level, tuple(modes))
     if method.reed.n_modes is None:
         return level
     modes = (

@@ -21,7 +21,7 @@ from seatfem.machine.memory import available_memory
 from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.scene import Scene
@@ -179,8 +179,9 @@ def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float
 
 def check_step(scene: Scene) -> None:
     """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
-    if thick := scene.reed.too_thick():
-        raise RunError(thick)
+    for role, body in (("reed", scene.reed), ("seat", scene.seat)):
+        if thick := body.too_thick():
+            raise RunError(in_words_of(role, body, thick))
     if loose := scene.seat.loose:
         raise RunError(
             f"{loose}, so it has no static stiffness to compare with; clamp a face or add a support "

@@ -21,6 +21,7 @@ from seatfem.study.method import (
     ORDER,
     REDUCTION,
     RINGS,
+    SEAT_MODES,
     SIZE,
     STEP,
     TOLERANCE,
@@ -187,6 +188,11 @@ def _modes(decision: Decision, method: RunMethod) -> str:
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
 
 
+def _seat_modes(decision: Decision, method: RunMethod) -> str:
+    many = f", or {MANY}" if method.value(SEAT_MODES) < FEW else ""
+    return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, SEAT_MODES))}"
+
+
 def _step(decision: Decision, method: RunMethod) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
     return f"against {others} ones, it changes {_most(_of(decision, STEP))}"
@@ -233,6 +239,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
     SIZE: _size,
     CONTACT_SIZE: _contact_size,
     ORDER: _order,
+    SEAT_MODES: _seat_modes,
     MODES: _modes,
     STEP: _step,
     RINGS: _rings,

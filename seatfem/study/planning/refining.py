@@ -9,7 +9,7 @@ from typing import Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SIZE, STEP, TOLERANCE
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SEAT_MODES, SIZE, STEP, TOLERANCE
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
@@ -21,7 +21,7 @@ KEYS: Final[Mapping[str, tuple[str, ...]]] = {
     "mesh": (SIZE, CONTACT_SIZE),
     "reduction": (BAND, TOLERANCE),
     "time_step": (STEP,),
-    "model": (MODES,),
+    "model": (MODES, SEAT_MODES),
     "patch": (RINGS,),
 }
 """What is made finer for the sake of a source of error."""
@@ -80,7 +80,7 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
 
 def _finer(plan: Plan, key: str, factor: float) -> float | int:
     value = plan.method.value(key)
-    if key == MODES:
+    if key in (MODES, SEAT_MODES):
         more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
         return min(MOST_MODES, more)
     if key == BAND:

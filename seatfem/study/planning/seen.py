@@ -24,6 +24,7 @@ from seatfem.study.method import (
     MODEL,
     MODES,
     RINGS,
+    SEAT_MODES,
     SIZE,
     STEP,
     TOLERANCE,
@@ -36,7 +37,7 @@ from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
     MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch",
+    RINGS: "patch", SEAT_MODES: "model",
 }  # fmt: skip
 """The source of error that a key is behind."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))

@@ -82,6 +82,8 @@ def missed(done: Round) -> tuple[str, ...]:
         if (bar := done.left.relative(name)) > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
+            if source == "model" and done.plan.method.seat.n_modes is not None:
+                remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(
                 f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
                 f"{source.replace('_', ' ')}'s: {remedy}"
