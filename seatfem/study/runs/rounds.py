@@ -18,13 +18,14 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
-from seatfem.study.impacts.measures import Source, any_needs_stress
+from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
+from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 
