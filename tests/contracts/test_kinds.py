@@ -68,12 +68,14 @@ ALSO_WORDS = {
     "greens": "a table",
     "cad": "a family of shapes",
     "bar": "of errors",
+    "stopper": "a role",
 }
 """Names that mean something else, too: forbidden where a kind is asked for."""
 QUOTED = {
     ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",
     ("pictures", "lanczos"): "matplotlib's way to scale pictures",
     ("study/scene/models.py", "signorini"): "the law of a scene that states none",
+    ("study/scene/stopper.py", "signorini"): "the law of a stopper that states none",
     ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",
 }
 ASKED = {

@@ -14,7 +14,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.column import Column
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.kinds.striking import Striking
+from seatfem.structures.kinds.striking import At, Striking
 from seatfem.structures.levels import Applicability
 from seatfem.structures.method import AnyLevel, Level, Method
 from seatfem.structures.solved import Solved
@@ -211,13 +211,13 @@ class Structure(Striking):
         """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""
         return None
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         """The body with the motion that the table states.
 
         Args:
             greens: its Green's function, where it has to be computed.
             n_modes: beam modes in place of the table's.
-            at: of the contact, from its root [m].
+            at: of the contact, from its root [m], or of several: each is a port.
         """
         known = self.closed_form() if greens is None else greens
         assert known is not None

@@ -15,8 +15,9 @@ from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, Source, measured
+from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
@@ -32,6 +33,7 @@ def error_budget(
     striker: impact.Body,
     result: ImpactResult,
     stress: ReedStress | None = None,
+    stopper: ImpactResult | None = None,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch leave in the measures of ``result``.
 
@@ -47,7 +49,8 @@ def error_budget(
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted. ``stopper``:
+    what happened at the stopper, where the scene has one; it stays as it is in all runs, and no bar knows its errors.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     found: dict[Source, Terms | None] = {
@@ -60,13 +63,15 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt)
 
-    values, finer = measured(result, width, stress), _finer_step(scene, method, seat, result)
+    values, finer = measured(result, width, stress), _finer_step(scene, method, seat, result, stopper)
     sources = {str(source): terms for source, terms in found.items()}
     left = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer)
     return Budget(values, {s: left.parts[s] for s in SOURCES if s in left.parts}, SOURCES)
 
 
-def _finer_step(scene: Scene, method: RunMethod, seat: Solved, result: ImpactResult) -> Values:
+def _finer_step(
+    scene: Scene, method: RunMethod, seat: Solved, result: ImpactResult, stopper: ImpactResult | None
+) -> Values:
     """Twice what half the step changes in the impact of a reed, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -74,10 +79,10 @@ def _finer_step(scene: Scene, method: RunMethod, seat: Solved, result: ImpactRes
     """
     if method.reed.n_modes is None:
         return {}
-    window = window_of(scene, result.force[1:], result.dt)
+    window = window_of(scene, result.force[1:], result.dt, None if stopper is None else stopper.force)
     if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
-    bench = Bench(scene, seat.greens, window)
+    bench = Bench(scene, seat.greens, window, stopper_of(scene))
     here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 
@@ -110,7 +115,7 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     if method.reed.n_modes is None:
         return level
     modes = (
-        Variation(problem_of(scene, striker_of(scene, number), problem.target), weight)
+        Variation(problem_of(scene, striker_of(scene, number), problem.target, stopper_in(problem)), weight)
         for number, weight in other_modes(method.reed.n_modes)
     )
     return (*level, tuple(modes))
@@ -127,7 +132,7 @@ def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | No
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:
-    return Variation(problem_of(scene, problem.striker, impact.Body(greens)), weight)
+    return Variation(problem_of(scene, problem.striker, impact.Body(greens), stopper_in(problem)), weight)
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

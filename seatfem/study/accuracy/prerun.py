@@ -22,8 +22,9 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.motion import Discrete
 from impact.march.stepper import Prepared, step_count
 from impact.runs.budget import Values
-from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, stress_of, striker_of
+from seatfem.study.impacts.contact import problem_of, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.touches import displacement_of, force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 
@@ -55,17 +56,21 @@ class Window:
         return self.groups > 0
 
 
-def first_look(scene: Scene, seat: GreensFunction) -> Window:
+def first_look(scene: Scene, seat: GreensFunction, stopper: Body | None = None) -> Window:
     """Where the contact is that matters: a coarse run with few modes over the whole duration."""
     few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    return window_of(scene, _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration)), dt)
+    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat), stopper), dt, scene.run.duration))
+    return window_of(scene, force_of(looked)[1:], dt, stopper_force_of(looked))
 
 
-def window_of(scene: Scene, force: Array, dt: float) -> Window:
-    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N]."""
+def window_of(scene: Scene, force: Array, dt: float, stopper: Array | None = None) -> Window:
+    """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N].
+
+    ``stopper``: (n + 1,) its force; what it changes before the reed comes to the seat belongs to the window.
+    """
     width = scene.run.filter_width
     longest = MOST * width / LEAST
     groups = measures.merged(dt * measures.closed_steps(force))
@@ -73,7 +78,10 @@ def window_of(scene: Scene, force: Array, dt: float) -> Window:
         return Window(0.0, min(scene.run.duration, longest), 0)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
-    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
+    first = float(groups[0, 0])
+    if stopper is not None and np.any(stopper):
+        first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
+    start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
     if scene.reed.is_loaded or scene.contact.preload:  # its flight is not free
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
@@ -82,15 +90,24 @@ def window_of(scene: Scene, force: Array, dt: float) -> Window:
 
 @dataclass(frozen=True)
 class Bench:
-    """Pre-runs of one scene: the same window again and again, one thing changed at a time."""
+    """Pre-runs of one scene: the same window again and again, one thing changed at a time.
+
+    Attributes:
+        scene: whose impact they march.
+        seat: what is struck, unless a run has another one.
+        window: the part of the run that they march.
+        stopper: of a scene that has one.
+    """
 
     scene: Scene
     seat: GreensFunction
     window: Window
+    stopper: Body | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
@@ -104,11 +121,15 @@ class Bench:
         """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
         asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
-        problem = problem_of(self.scene, striker.body, target.body)
-        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
+        stoppers = self._beyond(dt)
+        problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
+        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
         force, displacement = force_of(stepper), displacement_of(stepper) if "seat_displacement" in asked else None
-        stress = stress_of(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
+        stress = None
+        if "stress" in asked:
+            stopper = stopper_force_of(stepper)
+            stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
         return values_of(force, dt, width, displacement, stress)
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
@@ -127,6 +148,14 @@ class Bench:
         if dt not in self._seats:
             self._seats[dt] = Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
         return self._seats[dt]
+
+    def _beyond(self, dt: float) -> tuple[Discrete, ...]:
+        """The stopper, where there is one."""
+        if self.stopper is None:
+            return ()
+        if dt not in self._stoppers:
+            self._stoppers[dt] = Discrete.of(self.stopper, dt, step_count(dt, self.window.duration))
+        return (self._stoppers[dt],)
 
 
 def advanced(body: Body, time: float) -> Body:
@@ -153,8 +182,3 @@ def _marched(prepared: Prepared) -> impact.ContactStepper:
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
     return stepper
-
-
-def _force(prepared: Prepared) -> Array:
-    """(n,) contact force of each step [N]."""
-    return force_of(_marched(prepared))[1:]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.bodies.body import Body
 from impact.runs.budget import SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
@@ -66,7 +67,10 @@ class Seen:
     def of(scene: Scene, surrogate: Surrogate, machine: Machine) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
-        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens))
+        stopper = None
+        if scene.stopper is not None:  # a look costs nothing: the run computes it
+            stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
+        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens, stopper), stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from seatfem.study.impacts.stopper import stopper_notes
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.runs.round import Round
@@ -16,7 +17,7 @@ NARROWER: Final = "a narrower seat.greens.bandwidth"
 def remarks(done: Round) -> tuple[str, ...]:
     """In sentences, the most general first."""
     limits = map(str, validity_advice(done.plan.scene, done.seat.greens))
-    return (*_assumed_reed(done), *limits, *_advice(done), *_no_bar(done))
+    return (*_assumed_reed(done), *limits, *_advice(done), *stopper_notes(done.plan.scene), *_no_bar(done))
 
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:

@@ -36,6 +36,7 @@ class Round:
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
         rings: ``result`` ring by ring, where the patch has several.
+        stopper: what happened at the stopper, where there is one.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
         spent: wall time of this round by stage [s].
@@ -50,6 +51,7 @@ class Round:
     stress: ReedStress | None
     left: Budget
     rings: ImpactResult | None = None
+    stopper: ImpactResult | None = None
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)

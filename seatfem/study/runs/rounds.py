@@ -17,9 +17,10 @@ from seatfem.structures.build import Cache
 from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import check_length, solve_contact, stress_of, striker_of, time_step, whole_patch
+from seatfem.study.impacts.contact import check_length, solve_contact, stopper_of, stress_of, striker_of, time_step
 from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
@@ -171,17 +172,21 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
     striker = striker_of(scene, method.reed.n_modes)
-    dt = method.time_step or time_step(scene, striker.greens, seat.greens)
+    bodies = [striker.greens, seat.greens]
+    if scene.stopper is not None:
+        with watch("stopper"):  # once for all runs of this process
+            bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
+    dt = method.time_step or time_step(scene, *bodies)
     check_length(scene, dt)
     with watch("contact"):
-        contacts = solve_contact(scene, striker, seat.greens, dt, progress)
-        result, rings = whole_patch(contacts), contacts if contacts.force.ndim > 1 else None
+        touches = taken_apart(scene, solve_contact(scene, striker, seat.greens, dt, progress))
+        result, met = touches.seat, touches.stopper_force
     wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):
-        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
+        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):
-        left = error_budget(scene, method, seat, striker, result, stress if wanted else None)
-    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings)
+        left = error_budget(scene, method, seat, striker, result, stress if wanted else None, touches.stopper)
+    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), touches.rings, touches.stopper)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

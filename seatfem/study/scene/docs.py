@@ -58,12 +58,12 @@ _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 def scene_page() -> str:
     """The whole page, as Markdown. A table that stands in several others is described once, at the end."""
-    tables = [(f"[{name}]", table) for name, field in Scene.model_fields.items() for table in _tables(field.annotation)]
+    tables = [(f"[{name}]", table) for name, field in Scene.model_fields.items() for table in _in_it(field)]
     sections = list(_once(tables))
     inner = dict.fromkeys(
         (name, part)
         for _, table in sections
-        for name, field in table.model_fields.items()
+        for name, field in _own(table).items()
         for part in _tables(field.annotation)
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
@@ -75,6 +75,19 @@ def scene_page() -> str:
         if table is Material:
             parts.append(_named_materials())
     return "".join(parts).rstrip() + "\n"
+
+
+def _own(table: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Its keys, but for a field whose own keys stand in its place: they are described under the same heading."""
+    return {name: field for name, field in table.model_fields.items() if name != getattr(table, "inlined", "")}
+
+
+def _in_it(field: FieldInfo) -> Iterator[type[BaseModel]]:
+    """The tables that a key may hold, with those whose keys stand in them."""
+    for table in _tables(field.annotation):
+        yield table
+        if inlined := getattr(table, "inlined", ""):
+            yield from _tables(table.model_fields[inlined].annotation)
 
 
 def _named_materials() -> str:
@@ -102,7 +115,7 @@ def _section(name: str, table: type[BaseModel]) -> str:
 def _table(table: type[BaseModel]) -> str:
     rows = (
         f"| `{key}` | {_holds(field)} | {_default(field)} | {field.description or ''} |\n"
-        for key, field in table.model_fields.items()
+        for key, field in _own(table).items()
         if key != "kind"
     )
     return _COLUMNS + "".join(rows) + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Literal
 
 from pydantic import Field
@@ -63,3 +64,10 @@ class HuntCrossleyLaw(ContactLaw):
 
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
+
+
+def law_as_text(given: object) -> object:
+    """law = "signorini" is law = { kind = "signorini" }, in the table ``given``."""
+    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+        return {**given, "law": {"kind": given["law"]}}
+    return given

@@ -19,6 +19,7 @@ from seatfem.study.scene.locate import KeyPath, key_lines
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Accuracy, Contact, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+from seatfem.study.scene.stopper import stopper_of
 
 _BUILT_IN: Final = (kinds_of(), laws(), tuple(all_measures()))
 LIMIT: Final = 1 * MB
@@ -61,6 +62,7 @@ def scene_of(
     tables = {"contact": contact, "accuracy": accuracy}
     fields: Any = {name: (table, Scene.model_fields[name]) for name, table in tables.items()}
     fields |= {name: (one_of(kinds), Scene.model_fields[name]) for name in BODIES}
+    fields["stopper"] = (stopper_of(kinds, laws) | None, Scene.model_fields["stopper"])
     return create_model("Scene", __base__=Scene, **fields)
 
 

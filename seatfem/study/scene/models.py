@@ -10,8 +10,9 @@ from pydantic import Field, model_validator
 from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.scene.laws import ContactLaw, laws
+from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
+from seatfem.study.scene.stopper import Stopper
 
 if TYPE_CHECKING:
     Body = Structure
@@ -22,7 +23,7 @@ else:
     AnyLaw = one_of(laws())
     Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
-"""The roles: tables that take any kind of structure."""
+"""The roles of every scene: tables that take any kind of structure."""
 
 
 class Contact(Table):
@@ -46,10 +47,7 @@ class Contact(Table):
     @model_validator(mode="before")
     @classmethod
     def _law_as_text(cls, given: object) -> object:
-        """law = "signorini" is law = { kind = "signorini" }."""
-        if isinstance(given, Mapping) and isinstance(given.get("law"), str):
-            return {**given, "law": {"kind": given["law"]}}
-        return given
+        return law_as_text(given)
 
 
 class Run(Table):
@@ -94,8 +92,30 @@ class Scene(Table):
     seat: Body = Field(description="what is struck")
     reed: Body = Field(description="what strikes")
     contact: Contact = default({}, "where and how the two touch")
+    stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
+
+    @property
+    def bodies(self) -> Mapping[str, Structure]:
+        """The bodies that take part, by the names of their tables."""
+        found = {"seat": self.seat, "reed": self.reed}
+        return found if self.stopper is None else {**found, "stopper": self.stopper.body}
+
+    @property
+    def contact_at(self) -> float | tuple[float, float] | None:
+        """Where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
+        at = self.contact.at
+        if self.stopper is None or self.stopper.at is None:
+            return at
+        here = self.reed.free_point if at is None else at
+        assert here is not None
+        return at if self.stopper.at == here else (here, self.stopper.at)
+
+    @property
+    def has_two_places(self) -> bool:
+        """Whether seat and stopper meet the reed at different places: the second is a port of its own."""
+        return isinstance(self.contact_at, tuple)
 
     @model_validator(mode="after")
     def _in_their_roles(self) -> Self:
@@ -114,6 +134,22 @@ class Scene(Table):
     @model_validator(mode="after")
     def _contact_on_the_reed(self) -> Self:
         self.reed.check_contact(self.contact.at)
+        return self
+
+    @model_validator(mode="after")
+    def _stopper_beyond_the_reed(self) -> Self:
+        """The stopper meets the reed where it has a place, and not before the start."""
+        if (stopper := self.stopper) is None:
+            return self
+        self.reed.check_contact(stopper.at, "stopper.at")
+        start = self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
+        if start > stopper.gap * (1 + 1e-9):
+            raise KeyProblem(
+                "stopper.gap",
+                f"{1e3 * stopper.gap:.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
+                f"place there, inside the stopper (limit: stopper.gap); make the gap at least {1e3 * start:.6g} mm, or "
+                "release the reed from a smaller deflection",
+            )
         return self
 
     @model_validator(mode="after")
