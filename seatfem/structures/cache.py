@@ -1,4 +1,4 @@
-"""Structures computed before: in a file of the run, or in the store, by the hash of all they depend on."""
+"""Structures computed before: in a file of the run, or in the cache folder, by the hash of all they depend on."""
 
 from __future__ import annotations
 
@@ -103,13 +103,13 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """Where computed structures are looked for and kept.
+    """Where computed structures are looked for and written to.
 
-    A store that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
+    A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
     of another key: it is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the store alone.
+        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone.
         store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
             coarser mesh and of the patch in rings, so that error bars stay known.
     """
