@@ -17,11 +17,12 @@ from seatfem.structures.build import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
-from seatfem.study.impacts.measures import SOURCES, key_of
+from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
+from seatfem.study.scene.measures import key_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENES = (

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
-from seatfem.study.impacts.measures import all_measures
+from seatfem.study.scene.measures import all_measures
 
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.pictures.drawing import scaled
-from seatfem.study.impacts.measures import all_measures, key_of
+from seatfem.study.scene.measures import all_measures, key_of
 
 OF_EACH_STEP: Final = ("max_seat_displacement_m",)
 """Measures in which the spring follows the force of every single step, so that its value depends on the step."""

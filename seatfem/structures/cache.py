@@ -1,9 +1,10 @@
-"""Structures computed before: in a file of the run, or in the store, by the hash of all they depend on."""
+"""Structures computed before: in a file of the run, or in the cache folder, by the hash of all they depend on."""
 
 from __future__ import annotations
 
 import hashlib
 import math
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,7 +14,6 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.code import sources_from_elsewhere
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
-from seatfem.structures.reduction.reducer import defined
 from seatfem.structures.rings import rings_of, with_fewer_rings
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_key
@@ -51,7 +51,12 @@ def key_of(structure: Structure, method: Method) -> str:
 
 
 def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
-    asked = (each for each in defined() if method.reduction in (AUTO, each.name)) if structure.is_reduced else ()
+    """Hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be chosen."""
+    asked: list[type] = []
+    if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
+        from seatfem.structures.reduction.reducer import defined  # for load time
+
+        asked = [each for each in defined() if method.reduction in (AUTO, each.name)]
     return sources_from_elsewhere(*structure.made_by(), *asked)
 
 
@@ -98,13 +103,13 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """Where computed structures are looked for and kept.
+    """Where computed structures are looked for and written to.
 
-    A store that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
+    A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
     of another key: it is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the store alone.
+        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone.
         store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
             coarser mesh and of the patch in rings, so that error bars stay known.
     """

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seatfem.faces.verdict import name_of
-from seatfem.study.impacts.measures import Blow, Measure, all_measures
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene.measures import Blow, Measure, all_measures
 
 SCENE = """
 [seat]

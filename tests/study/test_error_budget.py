@@ -15,9 +15,10 @@ from impact.runs.variations import narrowed
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, striker_of
-from seatfem.study.impacts.measures import SOURCES, all_measures, bar_keys, measured
+from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.measures import all_measures
 
 ROD = impact.fixed_rod(young=200e9, density=7850.0, area=1e-6, length=5e-3)
 MODES = ModalGreens(

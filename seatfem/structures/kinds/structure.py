@@ -162,6 +162,11 @@ class Structure(Striking):
         """The column of material under the struck face, where that is what it is guessed by."""
         return None
 
+    @property
+    def model_words(self) -> str:
+        """What its closed form is called in results."""
+        return f"{self.kind.replace('_', ' ')}, closed form"
+
     def closed_form(self) -> GreensFunction | None:
         """The body in closed form, where there is one."""
         return None
@@ -200,9 +205,7 @@ class Structure(Striking):
         """Its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh, too."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
-        words = self.kind.replace("_", " ")
-        about = {"seat_model": words if self.kind == "spring" else f"{words}, closed form"}
-        return Solved(greens, about=about, plane=self.plane)
+        return Solved(greens, about={"seat_model": self.model_words}, plane=self.plane)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""

@@ -54,11 +54,17 @@ class Reducer(ABC):
         name: what asks for it.
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
         any_time: whether its g holds beyond the duration it was computed for, as modes of the body do.
+        factorizes: whether it takes the memory of a sparse factorization.
+        diagonal_mass: whether it serves no model but those of a diagonal mass.
+        modal_damping: whether it takes damping by ratios, which have no sparse matrix.
     """
 
     name: ClassVar[str]
     oscillators: ClassVar[bool] = True
     any_time: ClassVar[bool] = False
+    factorizes: ClassVar[bool] = True
+    diagonal_mass: ClassVar[bool] = False
+    modal_damping: ClassVar[bool] = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""

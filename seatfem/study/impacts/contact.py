@@ -19,9 +19,10 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.rings import ring_shares, rings_of
-from seatfem.study.impacts.measures import any_needs_stress, values_of
+from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
 from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20

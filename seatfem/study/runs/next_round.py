@@ -10,12 +10,12 @@ from typing import Final
 from impact.runs.budget import Budget, safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import key_of
 from seatfem.study.planning.costs import OF_THE_SEAT
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import LONGEST, MEMORY, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
+from seatfem.study.scene.measures import key_of
 
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": OF_THE_SEAT,

@@ -22,7 +22,7 @@ from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, stress_of
-from seatfem.study.impacts.measures import any_needs_stress, bar_keys
+from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.stopper import stopper_keys
 from seatfem.study.impacts.touches import Touches
@@ -42,6 +42,7 @@ from seatfem.study.runs.summary import (
 )
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
+from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 

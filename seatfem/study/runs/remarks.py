@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from seatfem.study.impacts.measures import key_of
 from seatfem.study.impacts.stopper import stopper_notes
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.runs.round import Round
+from seatfem.study.scene.measures import key_of
 
 NARROWER: Final = "a narrower seat.greens.bandwidth"
 

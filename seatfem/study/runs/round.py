@@ -12,8 +12,9 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import STRIKER, key_of
+from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene.measures import key_of
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",

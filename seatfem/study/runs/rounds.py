@@ -26,7 +26,7 @@ from seatfem.study.impacts.contact import (
     striker_of,
     time_step,
 )
-from seatfem.study.impacts.measures import STRIKER, Source, any_needs_stress
+from seatfem.study.impacts.measures import STRIKER, Source
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
@@ -34,6 +34,7 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
+from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 

@@ -18,9 +18,10 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.study.impacts.measures import all_measures, key_of, measured
+from seatfem.study.impacts.measures import measured
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
+from seatfem.study.scene.measures import all_measures, key_of
 
 
 def summarise(

@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator
+from pydantic import AfterValidator, BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
 from seatfem.fields import ReadQuantity, kind_of
 from seatfem.structures.kinds.materials import Material
+from seatfem.structures.kinds.parts import Registered
 from seatfem.structures.kinds.selectors import ByColour
 from seatfem.structures.named_materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene
@@ -130,12 +131,20 @@ def _holds(field: FieldInfo) -> str:
     if _tables(field.annotation):
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
+    if names := _registered(field):
+        return names
     if (quantity := _measured(_notes(field))) is not None:
         return quantity
     options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
     return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
+
+
+def _registered(field: FieldInfo) -> str:
+    """The names that a registry has."""
+    checks = [note.func for note in _notes(field) if isinstance(note, AfterValidator)]
+    return ", ".join(f"`{_toml(name)}`" for each in checks if isinstance(each, Registered) for name in each.options)
 
 
 def _measured(notes: Iterable[object]) -> str | None:

@@ -14,9 +14,9 @@ from pydantic import ValidationError, create_model
 from impact.files.input_files import MB, read_text
 from seatfem.fields import one_of
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.impacts.measures import all_measures
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.locate import KeyPath, key_lines
+from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Accuracy, Contact, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
 from seatfem.study.scene.stopper import stopper_of

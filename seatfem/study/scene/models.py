@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.impacts.measures import all_measures, any_needs_stress
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
+from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
 
 if TYPE_CHECKING:

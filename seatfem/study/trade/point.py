@@ -120,8 +120,8 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),
-        "seat_poles": len(getattr(seat.greens, "omega", ())),
-        "road": getattr(seat.greens, "origin", {}).get("method", ""),
+        "seat_poles": seat.greens.marched_poles(step, scene.run.duration / step) or 0,
+        "reduction": seat.greens.provenance.get("method", ""),
         "time_step_s": step,
         "engine": result.engine,
         "stages_s": {name: round(spent, 4) for name, spent in watch.stages.items()},

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from impact.files.atomic import whole_file
 from impact.files.table import without_nan, write_rows
-from seatfem.study.impacts.measures import key_of
+from seatfem.study.scene.measures import key_of
 from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
 
 
