@@ -152,7 +152,7 @@ def krylov_vectors(structure: Structure, method: Method, duration: float, modes:
     return float(3.2 * (modes + 8) ** 0.4 * ratio**-0.286 * method.tolerance**TOLERANCE_POWER)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _sizes_of(mesh: SeatMesh) -> Sizes:
     surface = float(mesh.mesh.boundary_facets().size)
     return Sizes(mesh.quality.elements, mesh.quality.nodes, surface, counts_of(mesh))

@@ -9,7 +9,7 @@ end of a rod, which a bulky body's do not: the surrogate asks for more of the ba
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -63,6 +63,12 @@ def unknown(what: str, face: Face) -> Surrogate:
     patch = Patch(width**2 / 4, width / 2, width, compliance, face.density, c_p, 0.53 * c_p)
     words = f"{what}; here it is taken for a face {1e3 * width / 2:.2g} mm wide"
     return Surrogate(_rod_behind(patch, SPREADING, 0.0), False, words)
+
+
+def ringing(greens: GreensFunction, ratio: float) -> GreensFunction:
+    """What stands for a striker: it flies as its own damping ratio has it, waves that spread come back to it."""
+    g = greens.modal
+    return greens if g is None else replace(g, zeta=np.minimum(g.zeta, ratio))
 
 
 def freed(greens: GreensFunction, mass: float) -> GreensFunction:

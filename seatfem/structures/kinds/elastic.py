@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from impact.greens.base import GreensFunction
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
 from seatfem.structures.kinds.materials import AnyMaterial
 from seatfem.structures.kinds.opened import listed
 from seatfem.structures.kinds.parts import Rayleigh
@@ -112,7 +112,7 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
-        greens = self.surrogate(duration, face).greens
+        greens = ringing(self.surrogate(duration, face).greens, self.damping_ratio + self.material.loss_factor / 2)
         return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[Finding]:

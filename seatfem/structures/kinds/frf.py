@@ -76,7 +76,7 @@ class FrequencyResponseFile(Moving):
             ) from problem
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _read(file: Path, node: int | None, direction: Direction, state: FileState) -> FrequencyResponse:
     from impact.measured.frf import FrequencyResponseError, read_frf  # of such bodies only
     from seatfem.structures.formats.uff import read_frf_uff

@@ -85,7 +85,7 @@ class Matrices(Reduced):
         return Solved(reduction.greens, model=model, modes=reduction.modes, about=about)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _read(
     files: tuple[Path, Path, Path | None, Path],
     system: System,

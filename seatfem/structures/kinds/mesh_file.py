@@ -115,7 +115,7 @@ class MeshFile(Elastic):
         return of_mesh(self, mesh, wanted, watch, progress)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _read(
     file: Path,
     contact: str,

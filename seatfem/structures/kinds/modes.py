@@ -50,7 +50,7 @@ class UniversalModes(Moving):
         return Solved(self.function(), about={"seat_model": f"modes from {self.file.name}"})
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _read(file: Path, node: int, direction: Direction, system: System | None, state: FileState) -> ModalGreens:
     from seatfem.structures.formats.uff import read_modes_uff  # of such bodies only
 

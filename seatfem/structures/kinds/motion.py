@@ -120,7 +120,7 @@ class Moving(Structure):
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
         found = self.surrogate(duration, face)
-        return found.greens if found.exact or self.velocity is None else None
+        return found.greens if found.exact else None
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens

@@ -79,6 +79,8 @@ def first_look(
     few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
+    if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
+        dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
     looked = _marched(impact.prepare(problem_of(scene, few, Body(seat), stopper), dt, scene.run.duration))
     return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked))

@@ -7,17 +7,21 @@ from impact.greens.base import GreensFunction
 from seatfem.study.scene import Scene
 
 
-def validity_advice(scene: Scene, seat: GreensFunction | None = None) -> tuple[Advice, ...]:
+def validity_advice(
+    scene: Scene, seat: GreensFunction | None = None, reed: GreensFunction | None = None
+) -> tuple[Advice, ...]:
     """What the run answers beyond the limits of its theory or of its data."""
     found = list(scene.reed.limits())
-    band = None if seat is None else _measured_band(seat)
-    if band is not None and scene.run.filter_width < 1 / band:
+    for role, greens in (("seat", seat), ("reed", reed)):
+        band = None if greens is None else _measured_band(greens)
+        if band is None or scene.run.filter_width >= 1 / band:
+            continue
         found.append(
             Advice(
                 "1/run.filter_width over the measured band",
                 1 / (scene.run.filter_width * band),
                 1.0,
-                f"the seat was measured up to {band:.4g} Hz; what a filter of {scene.run.filter_width:.3g} s passes "
+                f"the {role} was measured up to {band:.4g} Hz; what a filter of {scene.run.filter_width:.3g} s passes "
                 "beyond is a guess, and no bar knows",
                 f"use run.filter_width >= {1 / band:.3g} s, or measure further",
             )

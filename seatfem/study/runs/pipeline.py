@@ -35,6 +35,7 @@ from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
     plan_keys,
+    reed_keys,
     regime_keys,
     summarise,
     timing_keys,
@@ -164,6 +165,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
         **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
+        **reed_keys(scene.reed.kind, done.reed),
         **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
     }
 

@@ -16,7 +16,7 @@ NARROWER: Final = "a narrower seat.greens.bandwidth"
 
 def remarks(done: Round) -> tuple[str, ...]:
     """In sentences, the most general first."""
-    limits = map(str, validity_advice(done.plan.scene, done.seat.greens))
+    limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
     return (*_assumed_reed(done), *limits, *_advice(done), *stopper_notes(done.plan.scene), *_no_bar(done))
 
 

@@ -179,8 +179,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
-    with watch(STRIKER):
-        reed = before.reed if before is not None else solved_striker(scene, progress)
+    reed = None if before is None else before.reed
+    if reed is None and scene.reed.is_solved:
+        with watch(STRIKER):
+            reed = solved_striker(scene, progress)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:

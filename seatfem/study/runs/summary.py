@@ -18,6 +18,7 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import measured
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
@@ -91,6 +92,14 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
     """The stated error of the seat's Green's function."""
     error = greens.error_estimate
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
+
+
+def reed_keys(kind: str, reed: Solved | None) -> dict[str, object]:
+    """What strikes; of one that was computed, whether it was there before, and the stated error of its g."""
+    if reed is None:
+        return {"reed_kind": kind}
+    errors = {f"reed_{key}": value for key, value in greens_error_keys(reed.greens).items()}
+    return {"reed_kind": kind, "reed_reused": reed.reused, **errors, "reed_level_error": reed.level_error}
 
 
 def accuracy_keys(done: Round) -> dict[str, object]:

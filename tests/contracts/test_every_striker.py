@@ -1,0 +1,126 @@
+"""What holds of every kind of body that may strike: its contact is planned, its error told, and told as the reed's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pytest
+
+import impact
+from impact.bodies.reeds import reed
+from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds.registry import kind_of
+from seatfem.study.impacts import contact
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, load_scene
+from tests.fuzz import corpus
+
+MESHES: Final = Path(__file__).parents[2] / "meshes"
+HELD: Final = 'deflection = "1 um"\n'
+SIZE: Final = 'mesh = { size = "4 mm" }\n'
+GREENS: Final = 'greens = { bandwidth = "30 kHz", tolerance = "5 %" }\n'
+SOLID: Final = f'material = "steel"\ndamping_ratio = 0.02\n{SIZE}{GREENS}'
+DRAWN: Final = SOLID + HELD
+BEAM: Final = 'length = "20 mm"\nn_modes = 6\nrelease = { tip_deflection = "20 um" }\n'
+STRIKERS: Final = {
+    "annular": 'bore_radius = "4 mm"\nlip_width = "1 mm"\n' + DRAWN,
+    "bar": 'length = "20 mm"\nwidth = "4 mm"\nheight = "4 mm"\nmodel = "sector"\n' + DRAWN,
+    "block": 'width = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\npatch_depth = "4 mm"\n' + DRAWN,
+    "cad": f'file = "{(MESHES / "block.step").as_posix()}"\n' + DRAWN,
+    "cantilever": BEAM,
+    "clamped_clamped": BEAM,
+    "conical": 'bore_radius = "4 mm"\nface_width = "2 mm"\n' + DRAWN,
+    "frf": 'file = "frf.csv"\n' + HELD,
+    "greens": 'file = "reed.h5"\n' + HELD,
+    "matrices": 'mass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "SI"\ndamping_ratio = 0.05\n'
+    'greens = { bandwidth = "20 kHz" }\n' + HELD,
+    "mesh": f'file = "{(MESHES / "annular_seat.msh").as_posix()}"\n' + DRAWN.replace(SIZE, ""),
+    "modes": 'file = "modes.uff"\nnode = 7\ndirection = "+z"\nsystem = "SI"\n' + HELD,
+    "plate": 'ports = 3\nport_radius = "3 mm"\npitch = "10 mm"\nmargin = "5 mm"\nthickness = "4 mm"\n'
+    'land_width = "1 mm"\nclamp_width = "2 mm"\n' + DRAWN,
+    "rigid_mass": 'mass = "2 g"\nvelocity = "-0.5 m/s"\n',
+    "rod": 'young = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\nfar_end = "free"\n'
+    'velocity = "-0.1 m/s"\n',
+    "stopper": 'radius = "8 mm"\nthickness = "5 mm"\ncontact_radius = "3 mm"\n' + DRAWN,
+    "timoshenko": BEAM,
+    "tip_mass": 'tip_mass = "0.05 g"\n' + BEAM,
+}
+
+
+def may_strike(kind: type[Structure]) -> bool:
+    return kind.__module__.startswith("seatfem.") and bool(kind.model_construct().moved_by)
+
+
+def scene_of(kind: str, folder: Path) -> Scene:
+    """It opens 0.2 um before it touches, and its step is left to the plan."""
+    write_files(folder)
+    text = (
+        f'[seat]\nkind = "spring"\nstiffness = "20 N/um"\n[reed]\nkind = "{kind}"\n{STRIKERS[kind]}'
+        '[contact]\ngap = "0.2 um"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n[accuracy]\ntarget = "20 %"\n'
+    )
+    (folder / "scene.toml").write_text(text, encoding="utf-8")
+    return load_scene(folder / "scene.toml")
+
+
+def write_files(folder: Path) -> None:
+    """An oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
+    mass, stiffness, zeta = 0.02, 4e7, 0.05
+    for name, value in (("m", mass), ("k", stiffness)):
+        head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
+        (folder / f"{name}.mtx").write_text(f"{head}{value!r}\n", encoding="utf-8")
+    (folder / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
+    w = 2 * np.pi * (f := np.arange(50.0, 20e3, 50.0))
+    g = 1 / (stiffness - mass * w**2 + 2j * zeta * np.sqrt(mass * stiffness) * w)
+    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
+    head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
+    (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
+    corpus._universal(folder / "modes.uff", corpus._units(), *corpus._modes())
+
+
+def test_every_kind_that_may_strike_is_here() -> None:
+    assert set(STRIKERS) == {kind_of(kind) for kind in kinds_of() if may_strike(kind)}
+
+
+@pytest.mark.parametrize("kind", STRIKERS)
+def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its contact is seen by the plan; what it is known to be off by is in the bars, or named beside them."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    scene = scene_of(kind, tmp_path)
+    plan = plan_scene(scene)
+    assert min(plan.error.values()) > 0
+    assert not any("no contact" in note for note in plan.notes)
+    assert ("striker" in plan.cost.parts) == scene.reed.is_meshed
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["reed_kind"] == kind
+    assert found["contact_count"] > 0
+    if not scene.reed.is_solved:
+        return
+    assert any("the striker is computed as [reed] states it" in note for note in plan.notes)
+    stated = [found[f"reed_greens_error_{name}"] for name in ("mesh", "reduction")]
+    for name, value in zip(("mesh", "reduction"), stated, strict=True):
+        assert (f"striker's {name}" in str(found["error_unknown"])) == (value is None)
+    if any(stated):
+        assert found["error_striker_filtered_peak_force_N"] > 0
+
+
+@pytest.mark.parametrize("kind", STRIKERS)
+def test_what_is_wrong_with_a_striker_is_told_in_its_table(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(kind, tmp_path)
+    key = next(key for key in type(scene.reed).model_fields if key != "kind")
+
+    def wrong(*given: object, **more: object) -> None:
+        raise ModelError(f"seat.{key} is wrong")
+
+    monkeypatch.setattr(contact, "build", wrong)
+    monkeypatch.setattr(type(scene.reed), "body", wrong)
+    contact._solved.cache_clear()
+    with pytest.raises(ModelError, match=rf"^reed.{key} is wrong"):
+        contact.striker_of(scene)
