@@ -13,6 +13,8 @@ from seatfem.study.scene.measures import Blow, all_measures, key_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
+STRIKER: Final = "striker"
+"""What is left by one that was computed: no plan makes it finer."""
 
 
 def measured(result: ImpactResult, filter_width: float, stress: ReedStress | None = None) -> Values:
