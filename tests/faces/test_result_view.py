@@ -135,7 +135,7 @@ def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
 
 
 def test_a_stopper_has_a_block_of_its_own() -> None:
-    """Below the seat's rows, without bars; its raw peak stands with what depends on the step. None without a stopper."""
+    """Below the rows of the seat, without bars; its raw peak stands with what depends on the step."""
     stopper = {
         "filtered_peak_force_N": 20.0,
         "impulse_Ns": 2e-3,
