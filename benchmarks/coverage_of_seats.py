@@ -3,8 +3,8 @@
     python benchmarks/coverage_of_seats.py [seed [first [last]]]
 
 appends a row per seat to results/coverage_of_seats.csv (seeds 20 and 21, which led to `MESH_SAFETY` and
-`refinement_of`) or, for any other seed, to results/coverage_of_seats_held_out.csv; seats that are there
-already are not run again.
+`refinement_of`) or, for any other seed, to results/coverage_of_seats_held_out.csv; seats that are there already are not
+run again.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.impacts.measures import all_measures
 
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
@@ -104,7 +104,7 @@ def _bar(summary: Mapping[str, object], key: str) -> float | None:
 
 def _asked(summary: Mapping[str, object]) -> list[str]:
     names = str(summary.get("accuracy_measures", "")).split(", ")
-    return [key for name, key in KEYS.items() if name in names]
+    return [each.key for name, each in all_measures().items() if name in names]
 
 
 def _target(summary: Mapping[str, object], key: str, value: float | None, bar: float | None) -> str:

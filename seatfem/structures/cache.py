@@ -10,8 +10,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from impact.greens.base import GreensFunction
+from seatfem.machine.code import sources_from_elsewhere
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import Method
+from seatfem.structures.method import AUTO, Method
+from seatfem.structures.reduction.reducer import defined
 from seatfem.structures.rings import rings_of, with_fewer_rings
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_key
@@ -31,18 +33,26 @@ def warn(text: str) -> None:
 def key_of(structure: Structure, method: Method) -> str:
     """A hash of everything a structure's Green's function depends on, the code included.
 
-    Files count by content, not by name, with all that they include; what the method leaves open counts not at all.
+    Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
+    a kind, a shape or a reduction from elsewhere the file counts in which it is written.
     """
     how = {key: value for key, value in vars(method).items() if value is not None and key != "n_modes"}
     if how.get("rings") == 1:
         del how["rings"]
     parts: dict[str, object] = {**structure.content(), "method": how}
+    if code := _from_elsewhere(structure, method):
+        parts["code"] = code
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
             from seatfem.structures.formats.includes import with_included  # with readers that take half a second
 
             parts[key] = sorted(_hash(part) for part in with_included(file))
     return content_key(parts)
+
+
+def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
+    asked = (each for each in defined() if method.reduction in (AUTO, each.name)) if structure.is_reduced else ()
+    return sources_from_elsewhere(*structure.made_by(), *asked)
 
 
 def _hash(path: Path) -> str:

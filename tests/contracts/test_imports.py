@@ -5,6 +5,7 @@ import importlib
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,8 +23,13 @@ BELOW = ("progress", "brief", "advice")
 NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "seatfem")
 
 
-def imports(path: Path, *, module_level: bool = False) -> Iterator[tuple[int, str]]:
+@cache
+def imports(path: Path, *, module_level: bool = False) -> tuple[tuple[int, str], ...]:
     """Line and full name of every import in a file; `module_level` keeps those that run when the file is imported."""
+    return tuple(_imports(path, module_level))
+
+
+def _imports(path: Path, module_level: bool) -> Iterator[tuple[int, str]]:
     tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
     for node in _outside_functions(tree) if module_level else ast.walk(tree):
         if isinstance(node, ast.Import):

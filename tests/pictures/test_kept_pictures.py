@@ -5,15 +5,17 @@ from pathlib import Path
 import pytest
 
 import impact
-from seatfem.structures.kinds.spring import Spring
+from seatfem.structures.kinds import Spring
+from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, content_key
-from seatfem.study.method import stated_method
+from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
 from seatfem.study.scene import load_scene
 
 KEY = content_key({"seat": "a"})
 OTHER = content_key({"seat": "b"})
+METHOD = RunMethod(Method("axisymmetric", 1e6), Method())
 SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)
 SCENE = """\
 [seat]
@@ -48,9 +50,7 @@ def write(path, text="curve"):
 
 def drawn(scene, folder, of_seat, monkeypatch):
     monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
-    files, gaps = pictures.draw_run(
-        scene, stated_method(scene), Solved(SEAT), None, None, folder, lambda stage, done: None
-    )
+    files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, folder, lambda stage, done: None)
     assert gaps == ()
     assert all(file.parent == folder and file.is_file() for file in files)
     return {file.name for file in files}
@@ -97,9 +97,7 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
 
     of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
     monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: of_seat)
-    files, gaps = pictures.draw_run(
-        scene, stated_method(scene), Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None
-    )
+    files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0] == "skipped pictures: modes.png: MemoryError: no reason given"
     assert gaps[1].startswith("pictures of the seat are not kept for later runs: ")

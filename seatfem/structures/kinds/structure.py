@@ -53,6 +53,10 @@ class Structure(Striking):
         """What its Green's function depends on beside the method, as JSON values; files stand for themselves."""
         return self.model_dump(mode="json", exclude=set(self.not_of_greens))
 
+    def made_by(self) -> tuple[type, ...]:
+        """Classes whose code its Green's function depends on."""
+        return (type(self),)
+
     def part(self) -> Part | None:
         """Its faces, to be shown; ``None`` of a body without any."""
         return None

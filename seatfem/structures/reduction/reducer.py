@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -79,6 +81,14 @@ class Reducer(ABC):
     def advice(self, model: SecondOrderModel) -> str:
         """What would have been better, of one that was asked for by name; "" where nothing."""
         return ""
+
+
+def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
+    """Every reduction that is imported by now: concrete subclasses with a name of their own, however deep."""
+    for kind in base.__subclasses__():
+        if not inspect.isabstract(kind) and "name" in vars(kind):
+            yield kind
+        yield from defined(kind)
 
 
 def factorized(model: SecondOrderModel, vectors: int) -> float:

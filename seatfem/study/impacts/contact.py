@@ -10,7 +10,6 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
-from impact.march.laws import Law
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
@@ -19,10 +18,9 @@ from seatfem.structures.build import Cache, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.rings import ring_shares, rings_of
-from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.measures import any_needs_stress, values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
 from seatfem.study.scene import Scene
-from seatfem.study.scene.laws import AnyLaw
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -84,23 +82,6 @@ def stress_of(
     return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
 
 
-def law_of(scene: Scene, share: float = 1.0) -> Law:
-    """The contact law of the scene, or of a ``share`` of the patch's area."""
-    return _law(scene.contact.law, share)
-
-
-def _law(law: AnyLaw, share: float = 1.0) -> Law:
-    match law.kind:
-        case "signorini":
-            return impact.Signorini()
-        case "spring":
-            return impact.LinearSpring(share * law.stiffness)
-        case "hertz":
-            return impact.Hertz(share * law.stiffness)
-        case "hunt_crossley":
-            return impact.HuntCrossley(share * law.stiffness, law.damping)
-
-
 def run_contact(
     scene: Scene,
     striker: impact.Body,
@@ -146,16 +127,16 @@ def problem_of(
 ) -> impact.ContactProblem:
     """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
     presses as a rigid body. A stopper comes last; ``None``: the scene's own, where it has one."""
-    gap, rings = scene.contact.gap, rings_of(seat.greens)
+    gap, law, rings = scene.contact.gap, scene.contact.law, rings_of(seat.greens)
     if rings == 1 and scene.stopper is None:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene), preload=scene.contact.preload)
+        return impact.ContactProblem(striker, seat, gap=gap, law=law.law(), preload=scene.contact.preload)
     shares = ring_shares(rings)
-    contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
+    contacts = [impact.Contact(seat, port=k, gap=gap, law=law.law(float(shares[k]))) for k in range(rings)]
     if scene.stopper is not None:
         target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
         assert target is not None
-        law = _law(scene.stopper.law)
-        contacts.append(impact.Contact(target, gap=scene.stopper.gap, law=law, side=-1, striker_port=port))
+        law, gap = scene.stopper.law, scene.stopper.gap
+        contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
@@ -173,7 +154,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = "stress" in scene.accuracy.measures
+    wanted = any_needs_stress(scene.accuracy.measures)
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     return values_of(force, dt, scene.run.filter_width, displacement, stress)

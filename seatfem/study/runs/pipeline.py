@@ -22,7 +22,7 @@ from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, stress_of
-from seatfem.study.impacts.measures import bar_keys
+from seatfem.study.impacts.measures import any_needs_stress, bar_keys
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.stopper import stopper_keys
 from seatfem.study.impacts.touches import Touches
@@ -140,7 +140,7 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
     with watch("spring baseline"):
         touches = run_contacts(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
     with watch("reed stress"):
-        coarsely = "stress" not in scene.accuracy.measures
+        coarsely = not any_needs_stress(scene.accuracy.measures)
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
     return _Baseline(done.result, stiffness, touches, stress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.impacts.measures import key_of
 from seatfem.study.impacts.stopper import stopper_notes
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import MODES, STEP
@@ -45,7 +45,7 @@ def _advice(done: Round) -> tuple[str, ...]:
 def _no_bar(done: Round) -> tuple[str, ...]:
     if not done.without_bar:
         return ()
-    keys, names = (", ".join(words) for words in ([KEYS[n] for n in done.without_bar], done.without_bar))
+    keys, names = (", ".join(words) for words in ([key_of(n) for n in done.without_bar], done.without_bar))
     return (
         f"{keys} has no error bar: the plan took the seat for a spring, which serves the measures asked for, and what "
         f"that leaves out of others is not known; add {names} to accuracy.measures",

@@ -12,7 +12,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import KEYS, Source
+from seatfem.study.impacts.measures import Source, key_of
 from seatfem.study.planning.plan import Plan
 
 REMEDIES: Final[Mapping[Source, str]] = {
@@ -82,7 +82,7 @@ def missed(done: Round) -> tuple[str, ...]:
             source = done.left.dominant(name)
             remedy = next((words for known, words in REMEDIES.items() if known == source), "")
             found.append(
-                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{key_of(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
                 f"{source.replace('_', ' ')}'s: {remedy}"
             )
     if found and done.stopped:

@@ -18,7 +18,7 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import check_length, solve_contact, stopper_of, stress_of, striker_of, time_step
-from seatfem.study.impacts.measures import Source
+from seatfem.study.impacts.measures import Source, any_needs_stress
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
@@ -180,7 +180,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("contact"):
         touches = taken_apart(scene, solve_contact(scene, striker, seat.greens, dt, progress))
         result, met = touches.seat, touches.stopper_force
-    wanted = "stress" in scene.accuracy.measures
+    wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):

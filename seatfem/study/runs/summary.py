@@ -18,7 +18,7 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.impacts.measures import all_measures, key_of, measured
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 
@@ -33,7 +33,9 @@ def summarise(
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
-    return {
+    values = measured(result, filter_width, stress)
+    keys = {each.key: values.get(name) for name, each in all_measures().items()}
+    return keys | {
         "peak_force_N": measures.peak_force(result),
         "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
         "filter_width_s": filter_width,
@@ -113,7 +115,7 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
-        **{f"plan_predicted_error_{KEYS[name]}": error for name, error in plan.error.items()},
+        **{f"plan_predicted_error_{key_of(name)}": error for name, error in plan.error.items()},
     }
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
-from seatfem.fields import ReadQuantity
+from seatfem.fields import ReadQuantity, kind_of
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.selectors import ByColour
 from seatfem.structures.named_materials import NAMED_MATERIALS
@@ -107,7 +107,7 @@ def _once(inner: Iterable[tuple[str, type[BaseModel]]]) -> Iterator[tuple[str, t
 
 
 def _section(name: str, table: type[BaseModel]) -> str:
-    kind = f', kind = "{_kind(table)}"' if "kind" in table.model_fields else ""
+    kind = f', kind = "{kind_of(table)}"' if "kind" in table.model_fields else ""
     return f"## {name}{kind}\n\n{_summary(table)}\n\n{_table(table)}"
 
 
@@ -198,10 +198,6 @@ def _toml(value: object) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
     return f'"{value}"' if isinstance(value, str) else str(value)
-
-
-def _kind(table: type[BaseModel]) -> str:
-    return str(get_args(table.model_fields["kind"].annotation)[0])
 
 
 def _notes(field: FieldInfo) -> Iterator[object]:

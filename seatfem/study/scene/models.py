@@ -7,17 +7,21 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default
+from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.scene.kinds import any_kind
-from seatfem.study.scene.laws import AnyLaw, law_as_text
+from seatfem.study.impacts.measures import all_measures, any_needs_stress
+from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.stopper import Stopper
 
 if TYPE_CHECKING:
     Body = Structure
+    AnyLaw = ContactLaw
+    Measure = str
 else:
-    Body = any_kind(kinds_of())  # of those that the program has of its own
+    Body = one_of(kinds_of())  # of those that the program has of its own, as are the laws and measures
+    AnyLaw = one_of(laws())
+    Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
 
@@ -60,7 +64,6 @@ class Run(Table):
         return self
 
 
-Measure = Literal["impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress"]
 AccuracyLevel = Literal["quick", "standard", "reference"]
 TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %", "reference": "0.3 %"}
 
@@ -160,7 +163,7 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _stress_of_what_bends(self) -> Self:
-        if "stress" in self.accuracy.measures and not self.reed.has_stress:
+        if any_needs_stress(self.accuracy.measures) and not self.reed.has_stress:
             name = self.reed.kind.replace("_", " ")
             bends = "has no stress that is known" if self.reed.reach else "does not bend, it has no stress"
             raise KeyProblem("accuracy.measures", f"a {name} {bends}: remove it, or use a cantilever")

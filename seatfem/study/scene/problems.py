@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from seatfem.fields import KeyProblem
+from seatfem.fields import KeyProblem, kind_of
 from seatfem.study.scene.locate import KeyPath
 
 MOST: Final = 100
@@ -159,7 +159,7 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
         if isinstance(part, int) or named:
             path, named = (*path, part), False
             continue
-        if len(tables) > 1 and part in (tags := {_kind(each): each for each in tables}):
+        if len(tables) > 1 and part in (tags := {kind_of(each): each for each in tables}):
             table, tables = tags[str(part)], ()
             continue
         if len(tables) == 1:
@@ -188,7 +188,3 @@ def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
     if get_origin(annotation) in (Union, types.UnionType, Annotated, dict, tuple, list):
         return tuple(table for part in get_args(annotation) for table in _tables(part))
     return ()
-
-
-def _kind(table: type[BaseModel]) -> str:
-    return str(get_args(table.model_fields["kind"].annotation)[0])

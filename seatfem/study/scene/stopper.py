@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Gap, KeyProblem, Length, Table, default
+from seatfem.fields import Gap, KeyProblem, Length, Table, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.study.scene.kinds import any_kind
-from seatfem.study.scene.laws import AnyLaw, law_as_text
+from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 
 if TYPE_CHECKING:
     _Body = Structure
+    _Law = ContactLaw
 else:
-    _Body = any_kind(kinds_of())
+    _Body = one_of(kinds_of())
+    _Law = one_of(laws())
 
 
 class Stopper(Table):
@@ -28,7 +29,7 @@ class Stopper(Table):
 
     gap: Gap = Field(description="distance from the undeformed reed to the stopper, on the side away from the seat")
     at: Length | None = Field(None, description="position on the reed, from its root; that of the contact where absent")
-    law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     body: _Body = Field(description="what is met")
 
     @model_validator(mode="before")
@@ -53,7 +54,10 @@ class Stopper(Table):
         return self
 
 
-def stopper_of(kinds: tuple[type[Structure], ...]) -> type[Stopper]:
-    """A stopper whose body may be of these kinds."""
-    body: Any = (any_kind(kinds), Stopper.model_fields["body"])
-    return create_model("Stopper", __base__=Stopper, body=body)
+def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
+    """A stopper whose body may be of these kinds, met by these laws."""
+    fields: Any = {
+        "body": (one_of(kinds), Stopper.model_fields["body"]),
+        "law": (one_of(laws), Stopper.model_fields["law"]),
+    }
+    return create_model("Stopper", __base__=Stopper, **fields)
