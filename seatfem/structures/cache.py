@@ -36,7 +36,7 @@ def key_of(structure: Structure, method: Method) -> str:
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
     a kind, a shape or a reduction from elsewhere the file counts in which it is written.
     """
-    how = {key: value for key, value in vars(method).items() if value is not None and key != "n_modes"}
+    how = {key: value for key, value in vars(method).items() if value is not None}
     if how.get("rings") == 1:
         del how["rings"]
     parts: dict[str, object] = {**structure.content(), "method": how}

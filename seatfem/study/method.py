@@ -12,6 +12,7 @@ from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel
 
+from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.method import Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
@@ -22,6 +23,7 @@ MODEL, REDUCTION = "seat.model", "seat.greens.method"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
+SEAT_MODES: Final = "seat.n_modes"
 FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODEL: ("seat", "level"),
     SIZE: ("seat", "size"),
@@ -30,6 +32,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     BAND: ("seat", "bandwidth"),
     TOLERANCE: ("seat", "tolerance"),
     REDUCTION: ("seat", "reduction"),
+    SEAT_MODES: ("seat", "n_modes"),
     MODES: ("reed", "n_modes"),
     STEP: ("time_step",),
     RINGS: ("seat", "rings"),
@@ -77,7 +80,9 @@ def stated_method(scene: Scene) -> RunMethod:
     """
     rings = scene.contact.rings if scene.seat.is_meshed or is_given(scene, RINGS) else None
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
-    return RunMethod(seat, scene.reed.stated(), scene.run.time_step)
+    with in_role("reed", scene.reed):
+        reed = scene.reed.stated()
+    return RunMethod(seat, reed, scene.run.time_step)
 
 
 def value_of(scene: Scene, key: str) -> Any:

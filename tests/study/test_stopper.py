@@ -223,15 +223,15 @@ def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
     """They march with it: the mass comes back to the seat; and begin before it is met, where that comes first."""
     scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     seat, stopper = impact.spring(stiffness=1e6), stopper_of(scene)
-    assert first_look(scene, seat, stopper).groups == 2
-    bench = Bench(scene, seat, Window(0.0, 1.4e-3, 2), stopper)
+    assert first_look(scene, seat, stopper=stopper).groups == 2
+    bench = Bench(scene, seat, Window(0.0, 1.4e-3, 2), stopper=stopper)
     assert bench.measures(dt=1e-7)["impulse"] == pytest.approx(4e-3, rel=0.01)
     free = scene.model_copy(update={"stopper": None})
     assert Bench(free, seat, bench.window).measures(dt=1e-7)["impulse"] == pytest.approx(2e-3, rel=0.01)
     force, above = np.zeros(1400), np.zeros(1401)
     force[900:950], above[300:340] = 1.0, 1.0
-    assert window_of(scene, force, 1e-6).start == pytest.approx(890e-6)
-    assert window_of(scene, force, 1e-6, above).start == pytest.approx(289e-6)
+    assert window_of(scene, striker_of(scene), force, 1e-6).start == pytest.approx(890e-6)
+    assert window_of(scene, striker_of(scene), force, 1e-6, above).start == pytest.approx(289e-6)
 
 
 REFUSED = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +11,23 @@ import pytest
 import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import ModeShape, reed
-from seatfem.study.impacts.contact import problem_of, striker_of
+from impact.greens.base import ErrorEstimate
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.cache import key_of
+from seatfem.structures.kinds import kinds_of
+from seatfem.structures.kinds.roles import in_words_of
+from seatfem.structures.levels import LevelError
+from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.accuracy.prerun import Bench
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.contact import RunError, check_step, problem_of, striker_of
+from seatfem.study.method import stated_method
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.refining import refine
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs.rounds import carry_out
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -147,3 +162,137 @@ def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
     more = 'model = "rod"\nvelocity = "-1 m/s"\n'
     with pytest.raises(ValueError, match=r"reed.velocity = -1 m/s: a body of kind 'bar' that is held cannot translate"):
         run_scene(scene_of(tmp_path, BAR, more), tmp_path / "out")
+
+
+OPEN = RUN.replace('time_step = "1 us"\n', "").replace("50 %", "10 %")
+COARSE_BAR = BAR + 'model = "sector"\ngreens = { bandwidth = "40 kHz" }\ndeflection = "1 um"\n'
+FREE_ROD = (
+    'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
+    'far_end = "free"\nvelocity = "-0.1 m/s"\n'
+)
+
+
+def open_scene_of(folder: Path, striker: str, gap: str) -> Scene:
+    """Its step is left to the plan."""
+    path = folder / "scene.toml"
+    path.write_text(f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{OPEN}', encoding="utf-8")
+    return load_scene(path)
+
+
+def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
+    """A spring has no mesh: what is left is the striker's, and nothing that a plan chooses makes it finer."""
+    outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um"), tmp_path / "out")
+    found = outcome.summary
+    assert found["error_striker_impulse_Ns"] > 0.01 * found["impulse_Ns"]
+    assert found["error_mesh_impulse_Ns"] == 0.0
+    assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
+    assert found["accuracy_rounds"] == 1
+    assert any("most of it is the striker's: refine reed.mesh" in told for told in outcome.messages)
+
+
+def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
+    g = impact.rigid_mass(mass=2e-3, velocity=0.0).greens
+    impact.save_greens(g.with_error(ErrorEstimate(0.0, None)), tmp_path / "mass.h5")
+    known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
+    assert run_scene(scene_of(tmp_path, known), tmp_path / "out").summary["error_unknown"] == "striker's mesh"
+
+
+def test_a_plan_computes_no_striker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes what stands for it, and tells what it will cost."""
+    monkeypatch.setattr(contact, "build", lambda *given, **more: pytest.fail("computed by a plan"))
+    scene = open_scene_of(tmp_path, COARSE_BAR.replace("40 kHz", "41 kHz"), "0.2 um")
+    plan = plan_scene(scene)
+    assert plan.cost.parts["striker"] > 0
+    assert min(plan.error.values()) > 0
+    assert any("what its mesh, reduction and level leave is not predicted" in note for note in plan.notes)
+    far = plan_scene(scene.model_copy(update={"reed": scene.reed.model_copy(update={"deflection": 1e-9})}))
+    assert max(far.error.values()) == 0  # it does not touch
+
+
+def test_a_rod_thrown_over_a_gap_is_planned_by_its_contact(tmp_path: Path) -> None:
+    """It has no modes that could be moved on: the pre-runs begin where the run does."""
+    near, far = (plan_scene(open_scene_of(tmp_path, FREE_ROD, gap)) for gap in ("0 mm", "20 um"))
+    for plan in (near, far):
+        assert 0 < max(plan.error.values()) <= 0.1
+        assert "no contact" not in "\n".join(plan.notes)
+    assert far.method.time_step == pytest.approx(near.method.time_step, rel=0.51)
+    assert far.choice("history").reason.endswith("the striker has step weights")
+
+
+def test_half_the_step_is_looked_at_of_every_striker_with_waves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps: list[float] = []
+    measures = Bench.measures
+
+    def listen(self: Bench, *, dt: float, **more: Any) -> Any:
+        steps.append(dt)
+        return measures(self, dt=dt, **more)
+
+    scene = scene_of(tmp_path, FREE_ROD)
+    done = carry_out(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    monkeypatch.setattr(Bench, "measures", listen)
+    error_budget(scene, done.plan.method, done.seat, done.striker, done.result)
+    assert steps == [1e-6, 5e-7]
+
+
+FIXED_ROD = FREE_ROD.replace('far_end = "free"\nvelocity = "-0.1 m/s"\n', "")
+IMMOBILE = {
+    FIXED_ROD + 'velocity = "-1 m/s"\n': "reed.velocity: a rod that is held cannot translate; far_end = 'free' lets it",
+    FIXED_ROD + 'deflection = "1 um"\n': "reed.deflection: a rod in closed form has no modes to be set in motion; kind",
+    FIXED_ROD + 'force = "-1 N"\n': "reed.force: a rod in closed form has no modes to be set in motion; kind = 'bar'",
+    FREE_ROD + 'force = "-1 N"\n': "reed.force: a free rod in closed form has no modes to be set in motion; use",
+    BAR + 'model = "rod"\nforce = "-1 N"\n': "reed.model: a rod in closed form has no modes to be set in motion; use",
+}
+
+
+@pytest.mark.parametrize("striker", IMMOBILE)
+def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, striker)
+    assert IMMOBILE[striker] in str(caught.value)
+
+
+def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
+    """The same body, with the same mistake, as a seat and as a striker."""
+    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
+    wrong = BAR + 'model = "axisymmetric"\n'
+    for role, scene in {
+        "seat": lambda: scene_of(tmp_path, ball, seat="[seat]\n" + wrong),
+        "reed": lambda: scene_of(tmp_path, wrong + 'deflection = "1 um"\n'),
+    }.items():
+        with pytest.raises(LevelError, match=rf"^{role}.model = 'axisymmetric' does not apply"):
+            striker_of(scene()) if role == "reed" else stated_method(scene())
+
+
+def test_files_that_are_called_as_a_table_keep_their_names() -> None:
+    bar = next(kind for kind in kinds_of() if kind.__name__ == "BarSeat").model_construct()
+    told = "/tmp/seat.mesh: seat.mesh.size and reed.greens, not seat.h5"
+    assert in_words_of("reed", bar, told) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
+
+
+def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None:
+    """Three modes are not enough, and the run says so; more are kept unless the file says how many."""
+    ball = 'kind = "rigid_mass"\nmass = "0.2 g"\nvelocity = "-0.5 m/s"\n'
+    few = "[seat]\n" + CANTILEVER.replace("n_modes = 8", "n_modes = 3")
+    found = run_scene(scene_of(tmp_path, ball, seat=few), tmp_path / "few").summary
+    assert found["error_model_filtered_peak_force_N"] > 0.05 * found["filtered_peak_force_N"]
+    assert found["plan_predicted_error_filtered_peak_force_N"] > 0.05
+    many = "[seat]\n" + CANTILEVER.replace("n_modes = 8", "n_modes = 200")
+    one, other = (scene_of(tmp_path, ball, seat=text) for text in (few, many))
+    assert key_of(one.seat, stated_method(one).seat) != key_of(other.seat, stated_method(other).seat)
+    folder = tmp_path / "few"  # where the seat of 3 modes is
+    again = run_scene(other, folder).summary
+    assert not again["seat_reused"]
+    open_seat = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER.replace("n_modes = 8\n", ""))
+    plan = plan_scene(open_seat)
+    finer = refine(plan, "model")
+    assert finer is not None
+    assert finer.method.seat.n_modes > plan.method.seat.n_modes == 40  # type: ignore[operator]
+
+
+def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
+    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
+    thick = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER + 'thickness = "8 mm"\n')
+    with pytest.raises(RunError, match=r"^seat.thickness = 8 mm over seat.length = 25.4 mm"):
+        check_step(thick)

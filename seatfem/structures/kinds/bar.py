@@ -11,7 +11,7 @@ from pydantic import Field
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.progress import Progress
-from seatfem.fields import Length
+from seatfem.fields import KeyProblem, Length
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
@@ -32,6 +32,10 @@ class BarSeat(Drawn):
     width: Length = Field(description="side of the cross-section")
     height: Length = Field(description="other side of the cross-section")
     fixed: Literal["end"] = Field("end", description="the clamped face")
+
+    def check_motion(self) -> None:
+        if self.model == "rod" and self.velocity is None:
+            raise KeyProblem("model", "a rod in closed form has no modes to be set in motion; use model = 'sector'")
 
     def geometry(self) -> Bar:
         return Bar(length=self.length, width=self.width, height=self.height)

@@ -149,6 +149,9 @@ class Drawn(Elastic):
         copies = self.copies.get(level, 1)
         return body_in_numbers(self.geometry()).inner.total / copies
 
+    def mass(self) -> float:
+        return self.material.density * self.measures_inside("3d")
+
     # Computing it
 
     def solve(

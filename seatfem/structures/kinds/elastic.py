@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
+from impact.greens.base import GreensFunction
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
-from seatfem.structures.estimates.surrogate import Face, Surrogate, of_patch
+from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch
 from seatfem.structures.kinds.materials import AnyMaterial
 from seatfem.structures.kinds.opened import listed
 from seatfem.structures.kinds.parts import Rayleigh
@@ -105,6 +106,14 @@ class Elastic(Reduced):
         patch = self.patch()
         assert patch is not None
         return of_patch(patch, self.damping_ratio + self.material.loss_factor / 2)
+
+    def mass(self) -> float:
+        """[kg], all of it of the body's own material."""
+        raise NotImplementedError
+
+    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+        greens = self.surrogate(duration, face).greens
+        return freed(greens, self.mass()) if self.velocity is not None and self.loose else greens
 
     def unknown_names(self, faces: Collection[str], regions: Collection[str]) -> Iterator[Finding]:
         """Supports on faces that are not there, materials of regions that are not there."""

@@ -90,6 +90,9 @@ class MeshFile(Elastic):
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
 
+    def mass(self) -> float:
+        return self.material.density * self.read().quality.volume
+
     def numbers(self, method: Method, coarser: float = 1.0) -> Numbers | None:
         from seatfem.structures.estimates.costs import numbers_of_mesh
 

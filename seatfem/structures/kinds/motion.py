@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import Approach, ExistingFile, Force, KeyProblem, Length, Position, SignedPressure, Table
+from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
@@ -117,6 +118,10 @@ class Moving(Structure):
     def is_solved(self) -> bool:
         return True
 
+    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+        found = self.surrogate(duration, face)
+        return found.greens if found.exact or self.velocity is None else None
+
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         assert known is not None
@@ -137,7 +142,12 @@ class Moving(Structure):
 def _shape(greens: GreensFunction, kind: str, key: str) -> Array:
     """(M,) of the first port on the modes. Raises `GreensFunctionError` of a body without modes."""
     if (modal := greens.modal) is None or len(modal.omega) == 0:
-        raise GreensFunctionError(f"reed.{key}: a body of kind {kind!r} has no modes to be set in motion; use velocity")
+        remedy = (
+            "only with modal damping alone, and a reduction that keeps modes (greens.method = 'auto'), can it strike"
+            if math.isinf(greens.mass())
+            else "use velocity"
+        )
+        raise GreensFunctionError(f"reed.{key}: a body of kind {kind!r} has no modes to be set in motion; {remedy}")
     return np.asarray(modal.shapes[:, 0])
 
 

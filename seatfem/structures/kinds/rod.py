@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,8 @@ from impact.greens.base import GreensFunction
 from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
 from seatfem.structures.estimates.column import Column
 from seatfem.structures.kinds.motion import Moving
+
+NO_MODES: Final = "a rod in closed form has no modes to be set in motion; kind = 'bar' with model = 'sector' has them"
 
 
 class Rod(Moving):
@@ -43,6 +45,14 @@ class Rod(Moving):
     @property
     def loose(self) -> str:
         return "" if self.far_end == "fixed" else "seat.far_end = 'free' holds nothing"
+
+    def check_motion(self) -> None:
+        if self.far_end == "fixed" and self.velocity is not None:
+            raise KeyProblem("velocity", "a rod that is held cannot translate; far_end = 'free' lets it go")
+        for key in ("deflection", "force"):
+            if getattr(self, key) is not None:
+                free = "a free rod in closed form has no modes to be set in motion; use velocity"
+                raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
 
     @property
     def is_solved(self) -> bool:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 
@@ -26,6 +26,13 @@ class Striking(Table):
     def is_solved(self) -> bool:
         """Whether its Green's function must be computed or read before it strikes."""
         return False
+
+    def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
+        """What stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
+
+        ``face``: of what it strikes.
+        """
+        return None
 
     @property
     def face(self) -> Face:
@@ -74,6 +81,9 @@ class Striking(Table):
             raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
         if at > self.reach:
             raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+
+    def check_motion(self) -> None:
+        """Raises `KeyProblem` for a motion that it is known not to be capable of."""
 
     def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
         """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),

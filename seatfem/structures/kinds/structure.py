@@ -37,7 +37,7 @@ class Structure(Striking):
     """
 
     not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
-    """Keys that say how a body is computed, and how it moves: what its Green's function does not depend on."""
+    """Keys that say how a body is computed, which its method knows, and how it moves."""
 
     # What it is
 
@@ -198,7 +198,7 @@ class Structure(Striking):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         """Its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh, too."""
-        greens = self.closed_form()
+        greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
         words = self.kind.replace("_", " ")
         about = {"seat_model": words if self.kind == "spring" else f"{words}, closed form"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import impact
@@ -10,13 +11,13 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
+from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, with_body
 from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
-from seatfem.study.impacts.measures import SOURCES, Source, measured
+from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
@@ -34,8 +35,9 @@ def error_budget(
     result: ImpactResult,
     stress: ReedStress | None = None,
     stopper: ImpactResult | None = None,
+    reed: Solved | None = None,
 ) -> Budget:
-    """What mesh, reduction, time step, model and patch leave in the measures of ``result``.
+    """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
 
     - time_step: see `impact.runs.variations`; also half the step through the impact that carries the filtered
       peak. The runs below take the doubled step, if it resolves the filter, and are compared with that one.
@@ -43,46 +45,53 @@ def error_budget(
       at hand, g made larger by its stated error.
     - reduction: the highest modes of the seat, down to 1.6 below the last, moved into the residual, and g larger by
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
-    - model: fewer modes of the reed, by 1.4, or half of what half of them change, or, of few, what many change; g
+    - model: fewer modes of a beam, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
       (`seatfem.structures.statics.beyond_level`); a thick reed's shear.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
+    - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
+      them is named beside the bars.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted. ``stopper``:
     what happened at the stopper, where the scene has one; it stays as it is in all runs, and no bar knows its errors.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found: dict[Source, Terms | None] = {
+    found: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
         "model": _of_model(scene, method, seat, problem),
         "patch": _of_patch(scene, seat, problem),
     }
+    of_reed = {} if reed is None else _of_reed(scene, reed, problem)
+    if reed is not None:
+        found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
+    unknown = tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
 
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt)
 
-    values, finer = measured(result, width, stress), _finer_step(scene, method, seat, result, stopper)
-    sources = {str(source): terms for source, terms in found.items()}
-    left = budget_of(run, problem, values, result.dt, sources, filter_width=width, finer=finer)
-    return Budget(values, {s: left.parts[s] for s in SOURCES if s in left.parts}, SOURCES)
+    values, finer = measured(result, width, stress), _finer_step(scene, method, problem, result, stopper)
+    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
+    names = (*SOURCES, *([] if reed is None else [STRIKER]))
+    return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
 
 
 def _finer_step(
-    scene: Scene, method: RunMethod, seat: Solved, result: ImpactResult, stopper: ImpactResult | None
+    scene: Scene, method: RunMethod, problem: ContactProblem, result: ImpactResult, stopper: ImpactResult | None
 ) -> Values:
-    """Twice what half the step changes in the impact of a reed, if that is short beside the run.
+    """Twice what half the step changes in the impact of a striker with waves, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
     tells.
     """
-    if method.reed.n_modes is None:
+    striker, seat = problem.striker, problem.target.greens
+    if striker.greens.highest_rate == 0:
         return {}
-    window = window_of(scene, result.force[1:], result.dt, None if stopper is None else stopper.force)
+    window = window_of(scene, striker, result.force[1:], result.dt, None if stopper is None else stopper.force)
     if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
-    bench = Bench(scene, seat.greens, window, stopper_of(scene))
+    bench = Bench(scene, seat, window, striker.greens, stopper_of(scene))
     here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 
@@ -109,9 +118,17 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
         return None
     if (shear := scene.reed.shear_error(scene.contact.at)) > SHEAR_SHARE * scene.accuracy.target:
         level = (*level, *(of_body(problem, problem.striker, shear) or ()))
+    if (shear := scene.seat.shear_error(None)) > SHEAR_SHARE * scene.accuracy.target:
+        level = (*level, *(of_body(problem, problem.target, shear) or ()))
     better = with_start(seat.greens) or scene.seat.beyond(method.seat.level)
     if better is not None:
         level = (*level, (_with_seat(scene, problem, better),))
+    if method.seat.n_modes is not None:
+        modes = (
+            _with_seat(scene, problem, scene.seat.body(None, number).greens, weight)
+            for number, weight in other_modes(method.seat.n_modes)
+        )
+        level = (*level, tuple(modes))
     if method.reed.n_modes is None:
         return level
     modes = (
@@ -119,6 +136,17 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
         for number, weight in other_modes(method.reed.n_modes)
     )
     return (*level, tuple(modes))
+
+
+def _of_reed(scene: Scene, reed: Solved, problem: ContactProblem) -> Mapping[str, Terms | None]:
+    """By name, what is not known to be exact in a striker that was computed; ``None``: it is unknown."""
+    striker, stated = problem.striker, reed.greens.error_estimate
+    mesh = of_body(problem, striker, stated.mesh)
+    if reed.coarser is not None:
+        coarser = striker_of(scene, greens=reed.coarser)
+        mesh = ((Variation(with_body(problem, striker, coarser), 1 / (reed.refinement - 1)),),)
+    reduction = of_body(problem, striker, stated.reduction)
+    return {"mesh": mesh, "reduction": reduction, "level": of_body(problem, striker, reed.level_error)}
 
 
 def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:

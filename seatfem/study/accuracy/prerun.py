@@ -18,11 +18,13 @@ from impact import measures
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.motion import Discrete
 from impact.march.stepper import Prepared, step_count
+from impact.progress import Progress, silent
 from impact.runs.budget import Values
-from seatfem.study.impacts.contact import problem_of, stress_of, striker_of
+from seatfem.structures.kinds.roles import in_role
+from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import displacement_of, force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
@@ -56,19 +58,36 @@ class Window:
         return self.groups > 0
 
 
-def first_look(scene: Scene, seat: GreensFunction, stopper: Body | None = None) -> Window:
-    """Where the contact is that matters: a coarse run with few modes over the whole duration."""
-    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None)
+def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | None:
+    """What pre-runs take for a striker that has to be computed: nothing is, unless nothing stands for it."""
+    if not scene.reed.is_solved:
+        return None
+    with in_role("reed", scene.reed):
+        found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
+    if found is None and (solved := solved_striker(scene, progress)) is not None:
+        return solved.greens
+    return found
+
+
+def first_look(
+    scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None, stopper: Body | None = None
+) -> Window:
+    """Where the contact is that matters: a coarse run with few modes over the whole duration.
+
+    ``striker``: what stands for one that has to be computed.
+    """
+    few = striker_of(scene, min(FEW, value_of(scene, MODES)) if has_key(scene, MODES) else None, striker)
     width = scene.run.filter_width
     dt = min(max(scene.run.duration / LOOK, width / 10), width / 2, scene.run.duration / 200)
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
     looked = _marched(impact.prepare(problem_of(scene, few, Body(seat), stopper), dt, scene.run.duration))
-    return window_of(scene, force_of(looked)[1:], dt, stopper_force_of(looked))
+    return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked))
 
 
-def window_of(scene: Scene, force: Array, dt: float, stopper: Array | None = None) -> Window:
+def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Array | None = None) -> Window:
     """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N].
 
+    From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come.
     ``stopper``: (n + 1,) its force; what it changes before the reed comes to the seat belongs to the window.
     """
     width = scene.run.filter_width
@@ -82,7 +101,7 @@ def window_of(scene: Scene, force: Array, dt: float, stopper: Array | None = Non
     if stopper is not None and np.any(stopper):
         first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
-    if scene.reed.is_loaded or scene.contact.preload:  # its flight is not free
+    if scene.reed.is_loaded or scene.contact.preload or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
@@ -94,14 +113,16 @@ class Bench:
 
     Attributes:
         scene: whose impact they march.
-        seat: what is struck, unless a run has another one.
+        seat: what is struck, or what stands for it, unless a run has another one.
         window: the part of the run that they march.
+        striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
     """
 
     scene: Scene
     seat: GreensFunction
     window: Window
+    striker: GreensFunction | None = None
     stopper: Body | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -136,7 +157,7 @@ class Bench:
         """With its free motion, which all runs of this step share."""
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
-            body = advanced(striker_of(self.scene, n_modes), start)
+            body = advanced(striker_of(self.scene, n_modes, self.striker), start)
             discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]
@@ -159,10 +180,15 @@ class Bench:
 
 
 def advanced(body: Body, time: float) -> Body:
-    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity."""
-    g = body.greens.modal
-    if time == 0.0 or g is None:
+    """A modal body after free motion over ``time`` [s]; a translation stays in its velocity.
+
+    Raises:
+        GreensFunctionError: a body without modes to be moved.
+    """
+    if time == 0.0:
         return body
+    if (g := body.greens.modal) is None:
+        raise GreensFunctionError("a body without modes cannot be moved on: the window of a pre-run begins at 0")
     start = body.modal_start()
     a, _ = oscillator.transition(time, g.omega, g.zeta)
     q = a[0, 0] * start.displacement + a[0, 1] * start.velocity

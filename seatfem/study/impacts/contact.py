@@ -14,9 +14,10 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
-from seatfem.structures.build import Cache, build
+from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
+from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import any_needs_stress, values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
@@ -33,9 +34,23 @@ class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
 
 
-def striker_of(scene: Scene, n_modes: int | None = None) -> impact.Body:
-    """The scene's striker; ``n_modes``: of a body known by its own modes, in place of the number that it states."""
-    return scene.reed.body(_computed(scene.reed, scene.run.duration), n_modes, scene.contact_at)
+def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> impact.Body:
+    """The scene's striker.
+
+    Args:
+        n_modes: of a body known by its own modes, in place of the number that it states.
+        greens: of a body whose Green's function has to be computed; ``None``: it is computed.
+    """
+    if greens is None and (solved := solved_striker(scene)) is not None:
+        greens = solved.greens
+    with in_role("reed", scene.reed):
+        return scene.reed.body(greens, n_modes, scene.contact_at)
+
+
+def solved_striker(scene: Scene, progress: Progress = silent) -> Solved | None:
+    """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form."""
+    with in_role("reed", scene.reed):
+        return _computed(scene.reed, scene.run.duration, progress)
 
 
 def stopper_of(scene: Scene) -> impact.Body | None:
@@ -43,14 +58,18 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     if scene.stopper is None:
         return None
     stopper = scene.stopper.body
-    greens = _computed(stopper, scene.run.duration) or stopper.closed_form()
+    with in_role("stopper", stopper):
+        solved = _computed(stopper, scene.run.duration)
+    greens = stopper.closed_form() if solved is None else solved.greens
     assert greens is not None
     return impact.Body(greens)
 
 
-def _computed(structure: Structure, duration: float) -> GreensFunction | None:
-    """Its Green's function where that must be computed, ``None`` of a closed form."""
-    return _solved(_Asked(key_of(structure, structure.stated()), structure, duration)) if structure.is_solved else None
+def _computed(structure: Structure, duration: float, progress: Progress = silent) -> Solved | None:
+    """The structure, computed as its own keys state; ``None`` of a closed form."""
+    if not structure.is_solved:
+        return None
+    return _solved(_Asked(key_of(structure, structure.stated()), structure, duration, progress))
 
 
 @dataclass(frozen=True)
@@ -60,12 +79,13 @@ class _Asked:
     key: str
     structure: Structure = field(compare=False)
     duration: float
+    progress: Progress = field(default=silent, compare=False)
 
 
 @lru_cache(maxsize=2)
-def _solved(asked: _Asked) -> GreensFunction:
+def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_meshed else None
-    return build(asked.structure, asked.structure.stated(), asked.duration, cache).greens
+    return build(asked.structure, asked.structure.stated(), asked.duration, cache, progress=asked.progress)
 
 
 def stress_of(
@@ -169,8 +189,9 @@ def time_step(scene: Scene, *bodies: GreensFunction) -> float:
 
 def check_step(scene: Scene) -> None:
     """Refuse what cannot serve, before anything expensive happens: a given step, a seat that nothing holds."""
-    if thick := scene.reed.too_thick():
-        raise RunError(thick)
+    for role, body in (("reed", scene.reed), ("seat", scene.seat)):
+        if thick := body.too_thick():
+            raise RunError(in_words_of(role, body, thick))
     if loose := scene.seat.loose:
         raise RunError(
             f"{loose}, so it has no static stiffness to compare with; clamp a face or add a support "

@@ -18,6 +18,8 @@ from impact.runs.budget import Budget, Values
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
+STRIKER: Final = "striker"
+"""What is left by one that was computed: no plan makes it finer."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.greens.base import GreensFunction
@@ -17,7 +17,9 @@ from seatfem.structures.estimates.costs import (
     seat_model,
     seat_seconds,
 )
+from seatfem.study.accuracy.prerun import stand_in_of
 from seatfem.study.impacts.contact import striker_of, time_step
+from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Cost
 from seatfem.study.scene import Scene
@@ -63,11 +65,14 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
         parts |= seat_seconds(seat, rates, static=static)
     if coarser is not None and not kept:
         parts["mesh error"] = sum(seat_seconds(coarser, rates, static=static).values())
+    reed = striker_elements(scene, method)
+    parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
     has_views = seat is not None and seat.runs == 1.0 and not static
     parts["pictures"] = SHEETS * rates.sheet + (_views(seat, rates) if seat is not None and has_views else 0.0)
-    return Cost(sum(parts.values()), _memory(seat, has_views, contact.memory), parts)
+    memory = max(_memory(seat, has_views, contact.memory), _memory(reed[0] if reed else None, False, contact.memory))
+    return Cost(sum(parts.values()), memory, parts)
 
 
 def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
@@ -84,6 +89,30 @@ def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     return coarse_of(scene.seat, method.seat, scene.run.duration)
 
 
+def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:
+    """The striker's in numbers, and the coarser ones behind its mesh error; ``None`` where they are not known."""
+    reed, how, duration = scene.reed, method.reed, scene.run.duration
+    if not reed.is_solved or how.level in ("rod", "closed form") or (model := seat_model(reed, how, duration)) is None:
+        return None
+    coarser = coarse_of(reed, how, duration)
+    return (model,) if coarser is None else (model, coarser)
+
+
+def striker_poles(
+    scene: Scene, method: RunMethod, dt: float, steps: float, known: GreensFunction | None
+) -> float | None:
+    """Poles of the striker that are marched; ``None``: it has step weights.
+
+    ``known``: what stands for one that has to be computed.
+    """
+    if method.reed.n_modes is not None:
+        return method.reed.n_modes
+    if (elements := striker_elements(scene, method)) is not None:
+        return elements[0].poles
+    greens = scene.reed.closed_form() if known is None else known
+    return 1.0 if greens is None else greens.marched_poles(dt, steps)
+
+
 def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
     """The seat's Green's function where that costs nothing to have; ``None`` of others, and of files."""
     return scene.seat.closed_form() if method.seat.level in ("rod", "closed form") else None
@@ -98,6 +127,7 @@ class ContactModel:
         poles, reed: of seat and reed.
         coarse_poles: of the seat at a step twice as long.
         runs: behind the error bars.
+        bends: whether the reed is a beam, whose stress is looked for.
     """
 
     steps: float
@@ -105,6 +135,7 @@ class ContactModel:
     reed: float
     coarse_poles: float
     runs: float
+    bends: bool = True
 
     @property
     def memory(self) -> float:
@@ -116,37 +147,53 @@ def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> Contact
     """``seat``: its finite elements, as far as they have waves."""
     closed = closed_form(scene, method)
     dt = method.time_step or _step(scene, method, seat, closed)
-    steps, modes = max(1.0, scene.run.duration / dt), float(method.reed.n_modes or 1)
+    steps = max(1.0, scene.run.duration / dt)
     if seat is not None:
-        return ContactModel(steps, seat.poles, modes, seat.poles, BUDGET_RUNS)
-    return contact_model(steps, modes, dt, closed)
+        model = ContactModel(steps, seat.poles, 1.0, seat.poles, BUDGET_RUNS)
+    else:
+        model = contact_model(steps, dt, closed)
+    return with_striker(model, scene, method, dt, stand_in_of(scene))
 
 
-def contact_model(steps: float, modes: float, dt: float, closed: GreensFunction | None) -> ContactModel:
-    """With a closed form in place of finite elements, as far as it is known."""
+def contact_model(steps: float, dt: float, closed: GreensFunction | None) -> ContactModel:
+    """With a closed form in place of finite elements, as far as it is known, struck by a rigid mass."""
     if closed is None:
-        return ContactModel(steps, 0.0, modes, 0.0, CLOSED_RUNS)
+        return ContactModel(steps, 0.0, 1.0, 0.0, CLOSED_RUNS)
     poles, coarse = _poles(closed, dt, steps), _poles(closed.forces_only(), 2 * dt, steps / 2)
-    return ContactModel(steps, poles, modes, coarse, CLOSED_RUNS)
+    return ContactModel(steps, poles, 1.0, coarse, CLOSED_RUNS)
+
+
+def with_striker(
+    model: ContactModel, scene: Scene, method: RunMethod, dt: float, known: GreensFunction | None
+) -> ContactModel:
+    """The same march with the scene's striker; ``known``: what stands for one that has to be computed."""
+    poles = striker_poles(scene, method, dt, model.steps, known)
+    reed = _weights(model.steps) if poles is None else float(poles)
+    return replace(model, reed=reed, bends=method.reed.n_modes is not None)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
     """Poles that are marched, or as many as take the time of exact step weights."""
     marched = greens.marched_poles(dt, steps)
-    return WEIGHTS * math.log2(steps + 2) if marched is None else marched
+    return _weights(steps) if marched is None else marched
+
+
+def _weights(steps: float) -> float:
+    return WEIGHTS * math.log2(steps + 2)
 
 
 def _step(scene: Scene, method: RunMethod, seat: SeatModel | None, closed: GreensFunction | None) -> float:
-    reed = striker_of(scene, method.reed.n_modes).greens
+    reed, elements = striker_of(scene, method.reed.n_modes, stand_in_of(scene)).greens, striker_elements(scene, method)
     dt = time_step(scene, reed, reed if closed is None else closed)
-    if seat is None or method.seat.bandwidth is None:
-        return dt
-    return min(dt, 1 / (4 * 2 * math.pi * highest_pole(seat, method.seat.tolerance) * method.seat.bandwidth))
+    for model, how in ((seat, method.seat), (None if elements is None else elements[0], method.reed)):
+        if model is not None and how.bandwidth is not None:
+            dt = min(dt, 1 / (4 * 2 * math.pi * highest_pole(model, how.tolerance) * how.bandwidth))
+    return dt
 
 
 def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
     """[s] by stage."""
-    stress = rates.stress * model.reed if model.reed > 1 else 0.0
+    stress = rates.stress * model.reed if model.bends and model.reed > 1 else 0.0
 
     def run(poles: float) -> float:
         return rates.step + rates.pole * (poles + model.reed)

@@ -60,7 +60,7 @@ def plan_scene(
     machine, target = machine or Machine.known(), scene.accuracy.target
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
-    choices = Choices(Seen.of(scene, surrogate, machine), without)
+    choices = Choices(Seen.of(scene, surrogate, machine, progress), without)
     wanted = decision = choices.cheapest(target)
     method, at_hand = _at_hand(wanted, folder, Store.default() if store is None else store)
     if not at_hand:
@@ -159,6 +159,11 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
         )
     found.extend(stopper_notes(plan.scene))
+    if plan.scene.reed.is_solved:
+        found.append(
+            "the striker is computed as [reed] states it; what its mesh, reduction and level leave is not predicted: "
+            "the run measures it"
+        )
     if not seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:

@@ -21,6 +21,7 @@ from seatfem.study.method import (
     ORDER,
     REDUCTION,
     RINGS,
+    SEAT_MODES,
     SIZE,
     STEP,
     TOLERANCE,
@@ -28,7 +29,7 @@ from seatfem.study.method import (
     has_key,
     is_given,
 )
-from seatfem.study.planning.costs import closed_form, finite_elements
+from seatfem.study.planning.costs import closed_form, finite_elements, striker_poles
 from seatfem.study.planning.deciding import Decision
 from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, MANY
@@ -70,8 +71,12 @@ def _history(decision: Decision, method: RunMethod) -> Choice:
     if known is None:
         return Choice("history", "chosen once the seat is known", f"{steps}; poles for a sum of oscillators", False)
     poles, why = known
-    modes = max(1, round(decision.contact.n_modes or 1))
-    plan = engines.choose([_stand_in(modes), _stand_in(poles)], 1, max(1, round(count)))
+    known_reed = decision.seen.sensitivity.bench.striker
+    marched_by_reed = striker_poles(decision.seen.scene, method, dt, count, known_reed)
+    reed = None if marched_by_reed is None else max(1, round(marched_by_reed))
+    plan = engines.choose([_stand_in(reed), _stand_in(poles)], 1, max(1, round(count)))
+    if poles is not None and reed is None:
+        poles, why = None, "the striker has step weights"
     if poles is None:
         value = "direct sum" if plan.block >= round(count) else "FFT"
         return Choice("history", value, f"{steps}; {why}", False)
@@ -183,6 +188,11 @@ def _modes(decision: Decision, method: RunMethod) -> str:
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
 
 
+def _seat_modes(decision: Decision, method: RunMethod) -> str:
+    many = f", or {MANY}" if method.value(SEAT_MODES) < FEW else ""
+    return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, SEAT_MODES))}"
+
+
 def _step(decision: Decision, method: RunMethod) -> str:
     others = "longer and much shorter" if is_given(decision.seen.scene, STEP) else "longer"
     return f"against {others} ones, it changes {_most(_of(decision, STEP))}"
@@ -229,6 +239,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
     SIZE: _size,
     CONTACT_SIZE: _contact_size,
     ORDER: _order,
+    SEAT_MODES: _seat_modes,
     MODES: _modes,
     STEP: _step,
     RINGS: _rings,

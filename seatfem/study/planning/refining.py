@@ -9,8 +9,7 @@ from typing import Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.impacts.measures import Source
-from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SIZE, STEP, TOLERANCE
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SEAT_MODES, SIZE, STEP, TOLERANCE
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
@@ -18,11 +17,11 @@ from seatfem.study.planning.reasons import described
 from seatfem.study.planning.seen import BANDS, RING_NUMBERS, fitted
 from seatfem.study.safety import FEWER, LEAST_FINER, LONGEST, MESH_ORDER, MOST_FINER, MOST_ROUNDS
 
-KEYS: Final[Mapping[Source, tuple[str, ...]]] = {
+KEYS: Final[Mapping[str, tuple[str, ...]]] = {
     "mesh": (SIZE, CONTACT_SIZE),
     "reduction": (BAND, TOLERANCE),
     "time_step": (STEP,),
-    "model": (MODES,),
+    "model": (MODES, SEAT_MODES),
     "patch": (RINGS,),
 }
 """What is made finer for the sake of a source of error."""
@@ -31,7 +30,7 @@ AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 """Stages of every round; the others are the run's."""
 
 
-def refine(plan: Plan, source: Source, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
+def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
     """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
 
     A level of modelling that leaves something out gives way to the next; else keys are made finer.
@@ -49,10 +48,12 @@ def refine(plan: Plan, source: Source, factor: float = 2.0, machine: Machine | N
     return _finer_keys(plan, source, factor, machine)
 
 
-def _finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | None) -> Plan | None:
+def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None) -> Plan | None:
     """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
-    values = {key: _finer(plan, key, factor) for key in KEYS[source] if plan.is_open(key) and plan.method.value(key)}
+    values = {
+        key: _finer(plan, key, factor) for key in KEYS.get(source, ()) if plan.is_open(key) and plan.method.value(key)
+    }
     if CONTACT_SIZE not in values and SIZE in values:
         values[SIZE] = max(values[SIZE], plan.method.seat.contact_size or 0.0)
     method = plan.method.replaced(values)
@@ -79,7 +80,7 @@ def _finer_keys(plan: Plan, source: Source, factor: float, machine: Machine | No
 
 def _finer(plan: Plan, key: str, factor: float) -> float | int:
     value = plan.method.value(key)
-    if key == MODES:
+    if key in (MODES, SEAT_MODES):
         more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
         return min(MOST_MODES, more)
     if key == BAND:

@@ -17,8 +17,9 @@ from seatfem.structures.estimates.costs import (
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
 from seatfem.structures.method import Method
+from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
-from seatfem.study.method import BAND, MODEL, RINGS, SIZE, TOLERANCE, is_given
+from seatfem.study.method import BAND, MODEL, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
@@ -53,10 +54,22 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     Of finite elements, each also with every number of rings.
     """
     if not seen.reduced:
-        return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", {}),)
+        return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", _left_by_modes(seen)),)
     waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, seen.scene.seat.level(0.0).reason)
     left = _left_by_rings(seen) if seen.patch is not None else {}
     return tuple(divided for option in waves for divided in _divided(option, left))
+
+
+def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
+    """What other numbers of modes of a seat that is a beam change, as the budget states it."""
+    seat, n_modes = seen.scene.seat, seen.stated.seat.n_modes
+    if n_modes is None:
+        return {}
+    here, found = seat.body(None, n_modes).greens, dict.fromkeys(seen.sensitivity.base, 0.0)
+    for number, weight in other_modes(n_modes):
+        change = seen.sensitivity.between(here, seat.body(None, number).greens)
+        found = {name: max(value, weight * change[name]) for name, value in found.items()}
+    return {SEAT_MODES: found}
 
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.bodies.body import Body
+from impact.progress import Progress, silent
 from impact.runs.budget import SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
@@ -16,7 +17,7 @@ from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
-from seatfem.study.accuracy.prerun import Bench, first_look
+from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.measures import Source
 from seatfem.study.method import (
@@ -24,6 +25,7 @@ from seatfem.study.method import (
     MODEL,
     MODES,
     RINGS,
+    SEAT_MODES,
     SIZE,
     STEP,
     TOLERANCE,
@@ -36,7 +38,7 @@ from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
     MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch",
+    RINGS: "patch", SEAT_MODES: "model",
 }  # fmt: skip
 """The source of error that a key is behind."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -64,13 +66,14 @@ class Seen:
     machine: Machine
 
     @staticmethod
-    def of(scene: Scene, surrogate: Surrogate, machine: Machine) -> Seen:
+    def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        bench = Bench(scene, surrogate.greens, first_look(scene, surrogate.greens, stopper), stopper)
+        seat, striker = surrogate.greens, stand_in_of(scene, progress)
+        bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
 

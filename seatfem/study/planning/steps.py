@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
 from seatfem.study.impacts.contact import MAX_STEPS
-from seatfem.study.method import MODES, STEP, is_given
-from seatfem.study.planning.costs import BUDGET_RUNS, ContactModel, closed_form, contact_model, contact_seconds
+from seatfem.study.method import MODES, STEP, RunMethod, is_given
+from seatfem.study.planning.costs import (
+    BUDGET_RUNS,
+    ContactModel,
+    closed_form,
+    contact_model,
+    contact_seconds,
+    with_striker,
+)
 from seatfem.study.planning.seen import Seen, fitted
 
 
@@ -61,11 +68,13 @@ def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> Contact
     left = _known_to_a_step(seen, step)
     changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
     number = None if modes is None else round(modes.value)
+    stated = replace(seen.stated, reed=replace(seen.stated.reed, n_modes=number))
     if closed:
         run = seen.scene.run.duration / step.value
-        model = contact_model(run, float(number or 1), step.value, closed_form(seen.scene, seen.stated))
+        model = contact_model(run, step.value, closed_form(seen.scene, seen.stated))
+        model = with_striker(model, seen.scene, stated, step.value, seen.sensitivity.bench.striker)
         return ContactOption(step.value, number, changes, sum(contact_seconds(model, seen.machine).values()), 0.0)
-    bare, one = (_seconds(seen, step.value, float(number or 1), poles) for poles in (0.0, 1.0))
+    bare, one = (_seconds(seen, stated, step.value, poles) for poles in (0.0, 1.0))
     return ContactOption(step.value, number, changes, bare, one - bare)
 
 
@@ -77,6 +86,7 @@ def _known_to_a_step(seen: Seen, step: Rung) -> Changes:
     return {**step.changes, "contact_duration": max(step.changes["contact_duration"], step.value / duration)}
 
 
-def _seconds(seen: Seen, dt: float, modes: float, poles: float) -> float:
-    model = ContactModel(max(1.0, seen.scene.run.duration / dt), poles, modes, poles, BUDGET_RUNS)
+def _seconds(seen: Seen, method: RunMethod, dt: float, poles: float) -> float:
+    model = ContactModel(max(1.0, seen.scene.run.duration / dt), poles, 1.0, poles, BUDGET_RUNS)
+    model = with_striker(model, seen.scene, method, dt, seen.sensitivity.bench.striker)
     return sum(contact_seconds(model, seen.machine).values())

@@ -10,7 +10,7 @@ from typing import Final
 from impact.runs.budget import Budget, safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import SOURCES, Source, key_of
+from seatfem.study.impacts.measures import key_of
 from seatfem.study.planning.costs import OF_THE_SEAT
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
@@ -98,7 +98,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     if allowed == 0.0:
         return None, f"{key_of(measure)} is zero, a relative error means nothing"
     stated = []
-    for source in sorted((s for s in SOURCES if s in left.parts), key=lambda s: -left.parts[s][measure]):
+    for source in sorted(left.parts, key=lambda s: -left.parts[s][measure]):
         share = left.parts[source][measure]
         if share <= RESERVE * allowed:
             break
@@ -112,7 +112,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     return None, f"nothing finer is left to choose for the {' and the '.join(stated)} (stated in the file?)"
 
 
-def _too_large(left: Budget, source: Source, measure: str, allowed: float) -> float:
+def _too_large(left: Budget, source: str, measure: str, allowed: float) -> float:
     """By which factor one source is too large, the others left as they are and a fifth kept in reserve."""
     here = left.parts[source][measure]
     others = sum(part[measure] for part in left.parts.values()) - here

@@ -12,14 +12,15 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import Source, key_of
+from seatfem.study.impacts.measures import STRIKER, key_of
 from seatfem.study.planning.plan import Plan
 
-REMEDIES: Final[Mapping[Source, str]] = {
+REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
     "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
     "time_step": "shorten run.time_step",
     "model": "keep more reed.n_modes, or a seat.model that leaves less out",
+    STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
     "patch": "divide the struck patch by contact.rings = 4, or more",
 }
 
@@ -32,6 +33,7 @@ class Round:
         plan: its scene was run.
         seat: its answer, and whether it was there before (``reused``).
         striker: of the run.
+        reed: its Green's function and what is known of it, where that was computed.
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
         rings: ``result`` ring by ring, where the patch has several.
@@ -51,6 +53,7 @@ class Round:
     left: Budget
     rings: ImpactResult | None = None
     stopper: ImpactResult | None = None
+    reed: Solved | None = None
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
@@ -80,7 +83,9 @@ def missed(done: Round) -> tuple[str, ...]:
     for name in done.plan.scene.accuracy.measures:
         if (bar := done.left.relative(name)) > target:
             source = done.left.dominant(name)
-            remedy = next((words for known, words in REMEDIES.items() if known == source), "")
+            remedy = REMEDIES.get(source, "")
+            if source == "model" and done.plan.method.seat.n_modes is not None:
+                remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(
                 f"{key_of(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
                 f"{source.replace('_', ' ')}'s: {remedy}"

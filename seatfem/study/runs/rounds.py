@@ -17,8 +17,16 @@ from seatfem.structures.build import Cache
 from seatfem.structures.cache import key_of
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import check_length, solve_contact, stopper_of, stress_of, striker_of, time_step
-from seatfem.study.impacts.measures import Source, any_needs_stress
+from seatfem.study.impacts.contact import (
+    check_length,
+    solve_contact,
+    solved_striker,
+    stopper_of,
+    stress_of,
+    striker_of,
+    time_step,
+)
+from seatfem.study.impacts.measures import STRIKER, Source, any_needs_stress
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
@@ -170,7 +178,9 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
-    striker = striker_of(scene, method.reed.n_modes)
+    with watch(STRIKER):
+        reed = before.reed if before is not None else solved_striker(scene, progress)
+    striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
         with watch("stopper"):  # once for all runs of this process
@@ -184,8 +194,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):
-        left = error_budget(scene, method, seat, striker, result, stress if wanted else None, touches.stopper)
-    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), touches.rings, touches.stopper)
+        wanted_stress = stress if wanted else None
+        left = error_budget(scene, method, seat, striker, result, wanted_stress, touches.stopper, reed)
+    left = _at_least_planned(plan, left)
+    return Round(plan, seat, striker, result, stress, left, touches.rings, touches.stopper, reed)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

@@ -129,6 +129,10 @@ class Scene(Table):
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
+        try:
+            reed.check_motion()
+        except KeyProblem as problem:
+            raise KeyProblem(f"reed.{problem.key}", str(problem)) from None
         return self
 
     @model_validator(mode="after")
