@@ -16,7 +16,7 @@ from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_json import plan_json
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
-from seatfem.study.impacts.contact import problem_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
@@ -136,6 +136,38 @@ def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
         problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
         assert problem.striker.greens.ports == ("contact",)
         assert [contact.side for contact in problem.contacts] == [1, -1]
+
+
+def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
+    """Two rings and a stopper: three contacts, of which the first two are the seat's."""
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
+    nothing = np.zeros((0, 2))
+    greens = impact.ModalGreens(
+        np.zeros(0), np.zeros(0), nothing, impact.Residual(nothing, np.zeros(0), compliance), ("contact_1", "contact_2")
+    )
+    touches = run_contacts(scene, striker_of(scene), greens, 2e-7)
+    byhand = impact.solve(
+        impact.ContactProblem(
+            impact.rigid_mass(mass=1e-3, velocity=-1.0),
+            contacts=[
+                *(impact.Contact(greens, port=k, gap=1e-4) for k in range(2)),
+                impact.Contact(impact.spring(stiffness=4e6), gap=2e-4, side=-1),
+            ],
+        ),
+        dt=2e-7,
+        duration=1.4e-3,
+    )
+    assert touches.rings is not None
+    assert touches.stopper is not None
+    np.testing.assert_allclose(touches.rings.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
+    np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
+    np.testing.assert_array_equal(touches.seat.force, touches.rings.force.sum(axis=1))
+    assert touches.stopper.force.max() > 1.0
+    asked = measures_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7)
+    assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
+    mean = touches.seat.target_displacement
+    assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
 
 
 def test_the_keys_of_a_run(tmp_path: Path) -> None:

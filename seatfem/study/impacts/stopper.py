@@ -27,5 +27,5 @@ def stopper_notes(scene: Scene) -> tuple[str, ...]:
         return ()
     return (
         f"the stopper (kind {scene.stopper.body.kind!r}) is taken as its keys state it: what its mesh, reduction or "
-        "data are off by is in no error bar; refine its keys and compare",
+        "data are off by is in no error bar, and what it takes in no prediction; refine its keys and compare",
     )

@@ -12,6 +12,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.scene.measures import key_of
 
 NARROWER: Final = "a narrower seat.greens.bandwidth"
+OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stopper where that is the one"
 
 
 def remarks(done: Round) -> tuple[str, ...]:
@@ -29,11 +30,11 @@ def _assumed_reed(done: Round) -> tuple[str, ...]:
 def _advice(done: Round) -> tuple[str, ...]:
     """Of the run, in keys of the scene; about a step that was chosen, and whose error is within the target, none."""
     measured = done.met and not done.plan.is_given(STEP)
-    told = []
+    narrower, told = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not (measured and of_the_step):
-            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else NARROWER}
+            keys = {"dt <=": f"{STEP} <=", "fewer modes": f"fewer {MODES}" if "striker" in advice.name else narrower}
             remedy = advice.remedy
             for word, key in keys.items():
                 remedy = remedy.replace(word, key)
