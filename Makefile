@@ -1,6 +1,7 @@
 # make demo    the example, all the way, into seatfem-demo/
 # make test    lint, types, tests
-# Both make .venv and install what they need first; a second run installs nothing.
+# make quick   lint and the tests that take less than a minute in all
+# All make .venv and install what they need first; a second run installs nothing.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -11,7 +12,7 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types unit verify doctor docs extremes fuzz clean distclean
+.PHONY: help demo test quick lint types unit verify doctor docs extremes fuzz clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -21,6 +22,10 @@ demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
 
 test: lint types unit
+
+QUICK := tests/contracts tests/impact tests/literature tests/study/test_scene.py tests/study/test_units.py
+quick: lint
+	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 -m "not slow" $(QUICK)
 
 lint: $(VENV)/installed-dev
 	$(PY) -m ruff check .

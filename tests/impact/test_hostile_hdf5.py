@@ -80,6 +80,7 @@ def test_no_other_files_bytes_become_numbers(seat, tmp_path, monkeypatch, make, 
         load_greens(seat)
 
 
+@pytest.mark.slow
 def test_groups_that_hold_themselves_and_crowds(seat):
     changed(seat, lambda file: file.create_group("a").__setitem__("again", file["a"]))
     assert load_greens(seat).ports == SEAT.ports  # each group is looked at once
@@ -158,6 +159,7 @@ def test_values_of_another_type(seat):
         load_greens(changed(seat, replaced(lambda file: file.__setitem__("values", [b"abc"]))))
 
 
+@pytest.mark.slow
 def test_a_scene_with_such_a_file_is_bad_input(seat, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with h5py.File(tmp_path / SECRET_FILE, "w", userblock_size=USER_BLOCK) as file:

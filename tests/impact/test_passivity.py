@@ -120,6 +120,7 @@ def test_smallest_eigenvalue_against_a_dense_matrix(level):
     assert passivity(greens, DT).smallest >= exact * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_two_ports_each_passive_but_not_together():
     """g_12 = 1.1 g_11 = 1.1 g_22: equal and opposite forces draw work though each port alone is passive."""
     g = seat_samples(500)
@@ -147,6 +148,7 @@ def rebound(greens, steps: int, dt: float = DT, mass: float = 0.05):
     return float(result.energy.striker[-1] / (0.5 * mass)), float(share.min())
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(
     seed=st.integers(0, 2**31),

@@ -89,6 +89,7 @@ def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
     assert filtered_error(fit, truth) < fit.error_estimate.total < 0.01  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_the_error_estimate_covers_the_error() -> None:
     """Random bodies, some with modes beyond the band; noise of each line or of the whole record."""
     ratios = []

@@ -107,6 +107,7 @@ def test_a_map_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Monk
     assert len(read_rows(path)) == 4
 
 
+@pytest.mark.slow
 def test_picture_of_the_map(tmp_path: Path) -> None:
     plot_map(read_rows(MAPS / "regime_rigid.csv"), read_rows(MAPS / "regime_reed.csv"), tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 20_000
