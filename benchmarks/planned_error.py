@@ -17,11 +17,12 @@ from seatfem.structures.build import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
-from seatfem.study.impacts.measures import KEYS, SOURCES
+from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
+from seatfem.study.scene.measures import key_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENES = (
@@ -55,7 +56,7 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
         shares = {source: safety(measure) * plan.shares.get(source, {}).get(measure, 0.0) for source in SOURCES}
         parts = (f"{100 * shares[s]:.2g} / {100 * stated.get(s, 0.0):.2g}" for s in SOURCES)
         whole = f"{100 * plan.error[measure]:.2g} / {100 * left.relative(measure):.2g}"
-        found.append((name, plan.level, KEYS[measure], f"{100 * scene.accuracy.target:g}", whole, *parts))
+        found.append((name, plan.level, key_of(measure), f"{100 * scene.accuracy.target:g}", whole, *parts))
     return found
 
 

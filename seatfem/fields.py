@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -27,6 +27,29 @@ class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def kind_of(table: type[BaseModel]) -> str:
+    """The name of a table among others in its place, its ``kind: Literal["name"]``; "" of what has none."""
+    field = table.model_fields.get("kind")
+    annotation = None if field is None else field.annotation
+    return str(get_args(annotation)[0]) if get_origin(annotation) is Literal else ""
+
+
+def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
+    """Every subclass with a kind, however deep, in the order of their definition."""
+    found: list[type[AnyTable]] = []
+    for each in base.__subclasses__():
+        found += [*([each] if kind_of(each) else []), *kinds_below(each)]
+    return tuple(dict.fromkeys(found))
+
+
+def one_of(kinds: tuple[type[Table], ...]) -> Any:
+    """The annotation of a key that holds one of these tables, told apart by their ``kind``."""
+    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
 
 
 def default(written: object, description: str, example: object = None) -> Any:

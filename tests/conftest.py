@@ -4,10 +4,12 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
+from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.store import VARIABLE
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
@@ -35,3 +37,19 @@ def store_of_the_test(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pyt
     folder = tmp_path_factory.mktemp("store")
     monkeypatch.setenv(VARIABLE, str(folder))
     return folder
+
+
+@pytest.fixture(scope="session")
+def one_gmsh() -> Iterator[gmsh_process.GmshSession]:
+    """A process that makes the meshes of many tests: its start takes longer than most of them."""
+    with gmsh_process.GmshSession() as session:
+        yield session
+
+
+@pytest.fixture(autouse=True)
+def meshes_by_one_process(
+    request: pytest.FixtureRequest, one_gmsh: gmsh_process.GmshSession, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`run_gmsh` takes that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
+    if request.node.get_closest_marker("own_gmsh") is None:
+        monkeypatch.setattr(gmsh_process, "GmshSession", lambda: nullcontext(one_gmsh))

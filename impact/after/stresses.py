@@ -21,6 +21,10 @@ ROUND_OFF = 1e-12  # relative, of sums over modes
 _BLOCK = 1024  # times held at once
 
 
+At = float | tuple[float, ...] | None
+"""Where a reed is touched, distances from its clamp [m]; ``None``: at its tip."""
+
+
 class StressError(ValueError):
     """A stress that this record cannot give; the message names number, limit and remedy."""
 
@@ -50,7 +54,7 @@ class ReedStress:
 
 
 def bending_stress(
-    force: Array, dt: float, reed: Body, beam: Cantilever, x: ArrayLike, *, contact_at: float | None = None
+    force: Array, dt: float, reed: Body, beam: Cantilever, x: ArrayLike, *, contact_at: At = None
 ) -> Array:
     """(X, n + 1) bending stress of a reed under its contact force, in the face towards the seat, > 0 in tension [Pa].
 
@@ -62,37 +66,40 @@ def bending_stress(
     The modal sum of a point load's curvature converges only like 1/n, at the kink of its moment. r is what the sum
     leaves out, known exactly: a force that varies slowly gives the exact stress with any number of modes. n(t) is the
     force as the reed's residual compliance follows it, n' = rate (N - n): the model of the contact itself. What the
-    modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp.
+    modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp. A reed
+    with several contacts has a term r n for each.
 
     Args:
         force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
-            where that is not zero the reed starts preloaded, in equilibrium with it and with its loads.
+            where that is not zero the reed starts preloaded, in equilibrium with it and with its loads. Of a reed with
+            several ports (n + 1, ports), along the normal: the force of a stopper is negative.
         dt: step [s].
-        reed: the striker of that run, made of ``beam``, in contact at one point.
+        reed: the striker of that run, made of ``beam``.
         beam: its geometry and material.
         x: (X,) distances from the clamp [m].
         contact_at: as given to `cantilever_reed`; ``None`` is the tip.
 
     Raises:
-        StressError: forces of several contacts, or a reed with several.
+        StressError: forces, places and ports of the reed that differ in number.
         GreensFunctionError: a position off the reed.
 
     Source: R. E. Cornwell, R. R. Craig and C. P. Johnson, On the application of the mode-acceleration method to
     structural engineering problems, Earthquake Eng. Struct. Dyn. 11 (1983) 679.
     """
+    pushes = _by_port(force, reed)
     fields = _fields(reed, beam, np.atleast_1d(np.asarray(x, dtype=float)), contact_at)
-    return np.concatenate([fields.T @ part.T for part in _coordinates(force, dt, reed, 1)], axis=1)
+    return np.concatenate([fields.T @ part.T for part in _coordinates(pushes, dt, reed, 1)], axis=1)
 
 
 def peak_bending_stress(
-    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
+    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
     """The largest |`bending_stress`| along the reed and over the record, the release included: `reed_stress` whole."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
 def reed_stress(
-    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: float | None = None, coarsely: bool = False
+    force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> ReedStress:
     """The largest |`bending_stress`| along the reed, before the first touch and after it.
 
@@ -101,7 +108,7 @@ def reed_stress(
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
-    omega = _modal(reed).omega
+    pushes, omega = _by_port(force, reed), _modal(reed).omega
     share = 2 if coarsely else 1
     places = np.linspace(0.0, beam.length, max(1, len(omega) * POINTS_PER_WAVE // (2 * share)) + 1)
     stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
@@ -109,7 +116,7 @@ def reed_stress(
     reach = np.abs(fields).max(axis=1)
     touch = _first_touch(force)
     peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
-    for part in _coordinates(force, dt, reed, stride):
+    for part in _coordinates(pushes, dt, reed, stride):
         times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
         for after in (False, True):
             near = np.flatnonzero((bound > (1 - ROUND_OFF) * peaks[after].value) & ((times > touch) == after))
@@ -119,7 +126,7 @@ def reed_stress(
                 time = float(times[near[row]] * dt)
                 peaks[after] = PeakStress(float(stress[row, column]), float(places[column]), time)
         first += len(part)
-    return ReedStress(peaks[0], peaks[1] if np.any(force > 0) else None)
+    return ReedStress(peaks[0], peaks[1] if np.any(force) else None)
 
 
 def _first_touch(force: Array) -> float:
@@ -127,39 +134,52 @@ def _first_touch(force: Array) -> float:
 
     ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
     """
-    touching = np.flatnonzero(force > 0)
+    touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
     return float(touching[0]) - 1 if touching.size else np.inf
 
 
-def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: float | None) -> Array:
-    """(M + 1, X) stress per unit of each of `_coordinates`: of the modes, and r(x) of the followed force."""
+def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
+    """(M + p, X) stress per unit of each of `_coordinates`: of the modes, and r(x) of each followed force."""
     greens = _modal(reed)
     curvature = beam.curvatures(len(greens.omega), x)
-    at = beam.length if contact_at is None else contact_at
-    left_out = np.maximum(at - x, 0.0) / beam.rigidity - (greens.shapes[:, 0] / greens.omega**2) @ curvature
-    return np.asarray(beam.young * beam.thickness / 2 * np.vstack([curvature, left_out]))
-
-
-def _coordinates(force: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
-    """(..., M + 1) blocks of modal coordinates and followed force at every ``stride``-th time, the first at t = 0."""
-    greens = _modal(reed)
-    if force.ndim != 1 or len(greens.ports) != 1:
+    places = contact_at if isinstance(contact_at, tuple) else (beam.length if contact_at is None else contact_at,)
+    if len(places) != len(greens.ports):
         raise StressError(
-            f"force {force.shape} and a reed with {len(greens.ports)} contacts: the stress is that of a single one"
+            f"contact_at has {len(places)} places, the reed {len(greens.ports)} contacts: give one for each"
         )
+    left_out = [
+        np.maximum(at - x, 0.0) / beam.rigidity - (shape / greens.omega**2) @ curvature
+        for at, shape in zip(places, greens.shapes.T, strict=True)
+    ]
+    return np.asarray(beam.young * beam.thickness / 2 * np.vstack([curvature, *left_out]))
+
+
+def _by_port(force: Array, reed: Body) -> Array:
+    """(p, n + 1) forces on the ports of the reed."""
+    ports, pushes = len(_modal(reed).ports), np.atleast_2d(force.T)
+    if len(pushes) != ports:
+        raise StressError(
+            f"force {force.shape} and a reed with {ports} contacts: give a column for each, in the order of its ports"
+        )
+    return pushes
+
+
+def _coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
+    """(..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0 on."""
+    greens, ports = _modal(reed), len(pushes)
     rate = _following(greens)
-    followed = replace(greens, residual=Residual(np.full((1, 1), rate), np.array([rate]), np.zeros((1, 1))))
+    followed = replace(greens, residual=Residual(rate * np.eye(ports), np.full(ports, rate), np.zeros((ports, ports))))
     start = reed.modal_start()
-    pull = greens.shapes[:, 0] * force[0]
-    if force[0] > 0:  # a preload: the loads were carried since ever, as the contact force was
+    pull = greens.shapes @ pushes[:, 0]
+    if np.any(pushes[:, 0]):  # a preload: the loads were carried since ever, as the contact force was
         pull = pull + sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in reed.loads)
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
-    replay = Replay(followed, dt, start, force[:1], force[:1], [load.shape for load in reed.loads])
-    yield np.append(start.displacement, force[0])[None, :]
-    for part in blocks(len(force) - 1, _BLOCK * stride):
+    replay = Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
+    yield np.append(start.displacement, pushes[:, 0])[None, :]
+    for part in blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
-        yield replay.coordinates(force[None, 1:][:, part], amplitudes, stride)
+        yield replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
 
 
 def _following(greens: ModalGreens) -> float:

@@ -43,7 +43,9 @@ def seal_holds(path: Path) -> bool | None:
 def can_be_opened(path: Path) -> bool:
     """Whether HDF5 reads the file's structure without crashing, tried in a process of its own."""
     try:
-        probe = subprocess.run([sys.executable, "-c", _PROBE, str(path)], capture_output=True, timeout=60, check=False)
+        probe = subprocess.run(
+            [sys.executable, "-P", "-c", _PROBE, str(path)], capture_output=True, timeout=60, check=False
+        )
     except subprocess.TimeoutExpired:
         return False
     return probe.returncode >= 0

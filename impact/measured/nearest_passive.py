@@ -22,7 +22,7 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
     """The nearest samples from which no force can draw work; ``greens`` itself if it is passive.
 
     Minimises sum_ij,k (g'_ij - g_ij)^2 at the sample times under Re[(1 - z) W(z)] >= 0 on |z| = 1, W the step weights
-    of g' at its own step (`impact.passivity.passivity`). The dual of this quadratic programme is solved by an
+    of g' at its own step (`impact.measured.passivity.passivity`). The dual of this quadratic programme is solved by an
     accelerated projected gradient; the small violation it leaves is lifted by the least multiple of a falling ramp:
     any g that never rises and ends at zero is passive, for
 

@@ -41,7 +41,7 @@ def load(path: Path) -> Scene:
     from seatfem.study.scene import load_scene
 
     scene = load_scene(path)
-    if scene.seat.needs_gmsh or scene.reed.needs_gmsh:
+    if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     return scene
 

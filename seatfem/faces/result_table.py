@@ -11,7 +11,7 @@ from rich.table import Table
 
 from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.scene.measures import all_measures
 
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
@@ -25,9 +25,16 @@ ROWS: Final = (
     ("reed stress, before", "initial_reed_stress_Pa", "Pa"),
     ("reed stress, largest", "peak_reed_stress_Pa", "Pa"),
 )
+STOPPER: Final = (
+    ("peak, {width} mean", "stopper_filtered_peak_force_N", "N"),
+    ("impulse", "stopper_impulse_Ns", "N s"),
+    ("first contact", "stopper_first_contact_s", "s"),
+    ("contacts", "stopper_contact_count", ""),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
+    ("stopper peak", "stopper_peak_force_N", "N"),
 )
 INSTEAD: Final = {"peak_reed_stress_Pa": "peak_reed_stress_after_contact_Pa"}
 """Rows that another one makes needless."""
@@ -52,6 +59,12 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
+    if any(key in summary for _, key, _ in STOPPER):
+        table.add_section()
+        table.add_row("at the stopper")
+        for label, key, unit in STOPPER:
+            words = label.format(width=duration(summary.get("filter_width_s")))
+            table.add_row(f" {words}", *_cells(summary, key, unit))
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
     table.add_row(f"raw{step}", style="dim")
@@ -91,7 +104,7 @@ def _bar(summary: Mapping[str, object], key: str) -> float | None:
 
 def _asked(summary: Mapping[str, object]) -> list[str]:
     names = str(summary.get("accuracy_measures", "")).split(", ")
-    return [key for name, key in KEYS.items() if name in names]
+    return [each.key for name, each in all_measures().items() if name in names]
 
 
 def _target(summary: Mapping[str, object], key: str, value: float | None, bar: float | None) -> str:

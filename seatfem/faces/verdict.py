@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from impact.pictures.drawing import scaled
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.scene.measures import all_measures, key_of
 
 OF_EACH_STEP: Final = ("max_seat_displacement_m",)
 """Measures in which the spring follows the force of every single step, so that its value depends on the step."""
@@ -51,7 +51,9 @@ def verdict(summary: Mapping[str, object]) -> str:
     if summary.get("plan_seat_level") == "spring":
         return _by_plan(summary)
     found = [d for key in _asked(summary) if (d := difference(summary, key)) is not None]
-    found = found or [d for name in ("filtered_peak", "impulse") if (d := difference(summary, KEYS[name])) is not None]
+    found = found or [
+        d for name in ("filtered_peak", "impulse") if (d := difference(summary, key_of(name))) is not None
+    ]
     if not found:
         return ""
     told = sorted((d for d in found if d.bars > 1), key=lambda d: -abs(d.relative))
@@ -68,13 +70,9 @@ def verdict(summary: Mapping[str, object]) -> str:
 
 def name_of(key: str, summary: Mapping[str, object]) -> str:
     """A measure in words."""
-    names = {
+    names = {each.key: each.words for each in all_measures().values()} | {
         "filtered_peak_force_N": f"peak force (mean over {duration(summary.get('filter_width_s'))})",
-        "impulse_Ns": "impulse",
-        "contact_duration_s": "contact duration",
-        "max_seat_displacement_m": "seat displacement",
         "peak_reed_stress_Pa": "reed stress",
-        "peak_reed_stress_after_contact_Pa": "reed stress after the first touch",
     }
     return names.get(key, key)
 
@@ -102,7 +100,7 @@ def as_number(value: object) -> float | None:
 
 def _asked(summary: Mapping[str, object]) -> tuple[str, ...]:
     names = str(summary.get("accuracy_measures", "")).split(", ")
-    return tuple(KEYS[name] for name in names if name in KEYS)
+    return tuple(each.key for name, each in all_measures().items() if name in names)
 
 
 def _by_plan(summary: Mapping[str, object]) -> str:

@@ -24,17 +24,19 @@ def start_worker(
     environment: Mapping[str, str] | None = None,
     own_session: bool = False,
 ) -> subprocess.Popen[str]:
-    """Start ``python -m module arguments`` with this very package; the module calls `end_with_parent` first of all.
+    """Start ``python -P -m module arguments`` with this very package; the module calls `end_with_parent` first of all.
 
+    Its modules come from where the interpreter has its own, this package's folder and PYTHONPATH: never from the
+    current folder, in which a file from elsewhere may be called gmsh.py.
     Keep the standard input open while the worker is wanted. Its standard error goes to ``log``, its standard output
     nowhere, or with ``answers`` to a pipe. ``environment``: variables besides the caller's. ``own_session``: it and all
     that it starts are one process group, which `end_worker` ends.
     """
-    paths = [str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")]
-    own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}
+    paths = [str(Path(__file__).resolve().parents[2]), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), STARTED_BY: started_by()}  # "": the current folder
     with log.open("wb") as errors:
         return subprocess.Popen(
-            [sys.executable, "-m", "seatfem.jobs.worker", module, *arguments],
+            [sys.executable, "-P", "-m", "seatfem.jobs.worker", module, *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE if answers else subprocess.DEVNULL,
             stderr=errors,

@@ -102,7 +102,7 @@ def _processor() -> float:
 
 
 def _start(default: Machine) -> Rates:
-    start = BEYOND_IMPORTS * _time(lambda: subprocess.run([sys.executable, "-c", _IMPORTS], check=True))
+    start = BEYOND_IMPORTS * _time(lambda: subprocess.run([sys.executable, "-P", "-c", _IMPORTS], check=True))
     return {"start": start, "compiled": default.compiled * start / default.start}
 
 

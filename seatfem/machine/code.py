@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from functools import cache
 from hashlib import sha256
 from importlib import metadata
@@ -31,6 +32,22 @@ def code_version(without: tuple[str, ...] = ()) -> str:
 def numerics_version() -> str:
     """Of all that Green's functions are computed with."""
     return code_version(NOT_NUMERICS)
+
+
+def is_ours(made: type) -> bool:
+    """Whether a class is of either package."""
+    return made.__module__.partition(".")[0] in ("impact", "seatfem")
+
+
+def sources_from_elsewhere(*classes: type) -> list[str]:
+    """Hashes of the files that classes from elsewhere are written in, with those that they derive from.
+
+    What our own classes derive from counts not at all, and what a file imports counts not either.
+    """
+    known = {base for one in classes for ours in one.__mro__ if is_ours(ours) for base in ours.__mro__}
+    modules = {base.__module__ for one in classes for base in one.__mro__ if base not in known}
+    files = {getattr(sys.modules.get(name), "__file__", None) for name in modules}
+    return sorted(sha256(Path(file).read_bytes()).hexdigest() for file in files if file)
 
 
 def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:

@@ -147,7 +147,7 @@ def _try(code: str) -> tuple[bool, str]:
     """Run code in another interpreter: (success, its output or what went wrong)."""
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
+            [sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=PROBE_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
         return False, f"no answer within {PROBE_TIMEOUT:g} s"

@@ -58,7 +58,7 @@ def load_pyvista() -> ModuleType:
 def can_draw() -> bool:
     """Whether VTK draws here: tried once, in a process of its own (0.6 s), since libEGL without a driver crashes it."""
     try:
-        tried = subprocess.run([sys.executable, "-c", _PROBE], capture_output=True, timeout=60, check=False)
+        tried = subprocess.run([sys.executable, "-P", "-c", _PROBE], capture_output=True, timeout=60, check=False)
     except subprocess.TimeoutExpired:
         return False
     return tried.returncode == 0

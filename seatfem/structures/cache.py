@@ -1,17 +1,19 @@
-"""Structures computed before: in a file of the run, or in the store, by the hash of all they depend on."""
+"""Structures computed before: in a file of the run, or in the cache folder, by the hash of all they depend on."""
 
 from __future__ import annotations
 
 import hashlib
 import math
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from impact.greens.base import GreensFunction
+from seatfem.machine.code import sources_from_elsewhere
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import Method
+from seatfem.structures.method import AUTO, Method
 from seatfem.structures.rings import rings_of, with_fewer_rings
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_key
@@ -31,18 +33,31 @@ def warn(text: str) -> None:
 def key_of(structure: Structure, method: Method) -> str:
     """A hash of everything a structure's Green's function depends on, the code included.
 
-    Files count by content, not by name, with all that they include; what the method leaves open counts not at all.
+    Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
+    a kind, a shape or a reduction from elsewhere the file counts in which it is written.
     """
     how = {key: value for key, value in vars(method).items() if value is not None}
     if how.get("rings") == 1:
         del how["rings"]
     parts: dict[str, object] = {**structure.content(), "method": how}
+    if code := _from_elsewhere(structure, method):
+        parts["code"] = code
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
             from seatfem.structures.formats.includes import with_included  # with readers that take half a second
 
             parts[key] = sorted(_hash(part) for part in with_included(file))
     return content_key(parts)
+
+
+def _from_elsewhere(structure: Structure, method: Method) -> list[str]:
+    """Hashes of the files of the kind, of its shape, and of the reductions that are asked for or may be chosen."""
+    asked: list[type] = []
+    if structure.is_reduced and "seatfem.structures.reduction.reducer" in sys.modules:  # else all reductions are ours
+        from seatfem.structures.reduction.reducer import defined  # for load time
+
+        asked = [each for each in defined() if method.reduction in (AUTO, each.name)]
+    return sources_from_elsewhere(*structure.made_by(), *asked)
 
 
 def _hash(path: Path) -> str:
@@ -88,13 +103,13 @@ def _serving(greens: GreensFunction | None, key: str, duration: float) -> Greens
 
 @dataclass(frozen=True)
 class Cache:
-    """Where computed structures are looked for and kept.
+    """Where computed structures are looked for and written to.
 
-    A store that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
+    A folder that cannot be written to costs a warning, and so does a function that carries no seal, is damaged, or is
     of another key: it is computed again.
 
     Attributes:
-        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the store alone.
+        path: file of the run, which holds the function afterwards, whatever its origin; ``None``: the folder alone.
         store: of functions by hash; default: the user's. Those of finite elements go there, behind the function of the
             coarser mesh and of the patch in rings, so that error bars stay known.
     """

@@ -121,7 +121,7 @@ def _solved(
     with watch("assembly"):
         model = matrices(body, mesh, level, progress, rings=method.rings or 1)
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
-    if method.level == "spring":
+    if method.static:
         with watch("reduction"):
             spring = static_greens(model, body.damping_ratio)
         return Solved(_from_mesh(spring, mesh), None, mesh, model, about={**about, "seat_model": SPRING})
@@ -157,7 +157,7 @@ def _around(
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
-    if method.level == "spring":
+    if method.static:
         greens, about = without_waves(greens), {**about, "seat_model": SPRING}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
 

@@ -86,3 +86,13 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
+
+    @property
+    def static(self) -> bool:
+        """Whether the body stands for its static compliance alone, without waves."""
+        return self.level == "spring"
+
+    @property
+    def exact(self) -> bool:
+        """Whether there is nothing to discretise."""
+        return self.level in ("rod", "closed form")

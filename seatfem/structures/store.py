@@ -34,7 +34,7 @@ class Entry:
     Attributes:
         key: the content hash.
         path: its file.
-        size: of the file and of what is kept beside it [bytes].
+        size: of the file and of what lies beside it [bytes].
         used: when it was last read or written [s since 1970].
     """
 
@@ -123,12 +123,12 @@ class Store:
         return StoreError(f"{self.folder}: cannot be written to ({problem}); {remedy}")
 
     def fetch(self, key: str, folder: Path) -> tuple[Path, ...]:
-        """Copies in ``folder``, under their own names, of what was kept beside the function."""
+        """Copies in ``folder``, under their own names, of what lies beside the function."""
         found = []
-        for kept in self._beside(key):
-            target = folder / kept.name.partition(".")[2]
+        for file in self._beside(key):
+            target = folder / file.name.partition(".")[2]
             with suppress(FileNotFoundError):  # pruned by another program
-                self._copy(kept, target)
+                self._copy(file, target)
                 found.append(target)
         return tuple(found)
 

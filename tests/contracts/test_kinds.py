@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.reduction.registry import reducers
 from seatfem.structures.shapes import families
+from seatfem.study.scene.laws import laws
 
 ROOT = Path(__file__).parents[2] / "seatfem"
 KINDS = ROOT / "structures" / "kinds"
@@ -55,3 +58,74 @@ def test_no_shape_is_asked_for_its_family() -> None:
             if asks and drawn & {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}:
                 found.append(f"{path}:{node.lineno}")
     assert found == []
+
+
+ALSO_WORDS = {
+    "spring": "a level of modelling",
+    "rod": "a level of modelling",
+    "mesh": "a source of error, and a stage of the work",
+    "modes": "a stage of the work",
+    "greens": "a table",
+    "cad": "a family of shapes",
+    "bar": "of errors",
+    "stopper": "a role",
+}
+"""Names that mean something else, too: forbidden where a kind is asked for."""
+QUOTED = {
+    ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",
+    ("pictures", "lanczos"): "matplotlib's way to scale pictures",
+    ("study/scene/models.py", "signorini"): "the law of a scene that states none",
+    ("study/scene/stopper.py", "signorini"): "the law of a stopper that states none",
+    ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",
+}
+ASKED = {
+    ("faces/verdict.py", "spring"): "a summary, which is text: a spring is its own baseline",
+    ("structures/formats/uff.py", "modes"): "what a data set holds, not a kind",
+    ("study/trade/ladder.py", "rod"): "scenes that the trade writes by itself",
+    ("study/trade/ladder.py", "spring"): "scenes that the trade writes by itself",
+}
+
+
+def all_names() -> set[str]:
+    """Kinds, laws and reductions that the program has of its own."""
+    kinds = {kind_of(each) for each in (*kinds_of(), *laws()) if each.__module__.startswith("seatfem.")}
+    return kinds | {name for name, each in reducers().items() if type(each).__module__.startswith("seatfem.")}
+
+
+def quoted(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str, bool]]:
+    """Line, name, and whether a kind is asked for by it (or stated): compared with, matched, or the value of "kind"."""
+    asked_for: set[int] = set()
+    for node in ast.walk(tree):
+        text = ast.unparse(node) if isinstance(node, ast.Compare | ast.Match) else ""
+        if "kind" in text or ".reduction" in text or "law" in text:
+            asked_for |= {id(each) for each in ast.walk(node)}
+        if isinstance(node, ast.Dict):
+            pairs = zip(node.keys, node.values, strict=True)
+            asked_for |= {id(value) for key, value in pairs if isinstance(key, ast.Constant) and key.value == "kind"}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in names:
+            yield node.lineno, node.value, id(node) in asked_for
+
+
+def test_no_kind_law_or_reduction_is_named_outside_its_own_file() -> None:
+    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
+    found, used = [], set()
+    for path in FILES:
+        if any(path.is_relative_to(each) for each in own):
+            continue
+        place = path.relative_to(ROOT).as_posix()
+        for line, name, asked_for in quoted(ast.parse(path.read_text(encoding="utf-8")), all_names()):
+            excepted = {(at, word) for at, word in (QUOTED | ASKED) if place.startswith(at) and word in ("*", name)}
+            used |= excepted
+            if not excepted and (asked_for or name not in ALSO_WORDS):
+                found.append(f"{place}:{line}: {name}")
+    assert found == []
+    assert used == set(QUOTED | ASKED), "exceptions that nothing needs"
+
+
+@pytest.mark.parametrize(
+    "code",
+    ['x.kind == "plate"', 'match law.kind:\n  case "hertz": pass', 'x.reduction in ("lanczos",)', '{"kind": "rod"}'],
+)
+def test_the_name_is_seen_in_every_form(code: str) -> None:
+    assert [asked_for for _, _, asked_for in quoted(ast.parse(code), all_names())] == [True]

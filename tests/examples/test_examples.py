@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from impact import measures
+from impact.storage.hdf5 import load_results
 from seatfem.structures.kinds import Annular, BarSeat, Cantilever, MeshFile, Plate, RigidMass, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.impacts.contact import striker_of
@@ -131,6 +133,31 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert 0.003 < excess < 0.008
     if path.stem.endswith("area"):  # waves dominate: the first jump of the raw force is beyond the spring's
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
+
+
+def test_flapper_between_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml")
+    scene = scene.model_copy(update={"run": scene.run.model_copy(update={"time_step": 5e-8})})
+    summary: Any = run_scene(scene, tmp_path / "with").summary
+    alone: Any = run_scene(scene.model_copy(update={"stopper": None}), tmp_path / "without").summary
+    # the same impact up to the stopper
+    assert summary["first_contact_s"] == alone["first_contact_s"] == pytest.approx(ARRIVAL, abs=6e-8)
+    assert summary["contact_duration_s"] == alone["contact_duration_s"]
+    assert 1e-3 < summary["stopper_first_contact_s"] < 1.6e-3
+    assert summary["stopper_contact_count"] == summary["spring_stopper_contact_count"] == 1
+    results = load_results(tmp_path / "with" / "result.h5")
+    stopper = results["stopper"]
+    # a spring: its displacement is its force over its stiffness, and the reed goes no further
+    np.testing.assert_allclose(stopper.target_displacement * 5e6, stopper.force, atol=1e-9 * stopper.force.max())
+    assert stopper.striker_displacement.max() == pytest.approx(0.8e-3 + stopper.force.max() / 5e6, rel=1e-9)
+    assert np.all(stopper.gap > -1e-12)
+    free = load_results(tmp_path / "without" / "result.h5")["wave"]
+    thrown = [measures.contact_groups(one)[:, 0] for one in (results["wave"], free)]
+    again, later = (starts[starts > summary["stopper_first_contact_s"]][0] for starts in thrown)
+    assert again < later - 1e-4
+    assert summary["energy_residual"] < 1e-9
 
 
 def test_the_struck_plate_has_no_symmetry() -> None:

@@ -132,3 +132,24 @@ def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
     exact = difference({**RUN, "error_bar_" + PEAK: 0.0}, PEAK)
     assert exact is not None
     assert exact.bars == float("inf")
+
+
+def test_a_stopper_has_a_block_of_its_own() -> None:
+    """Below the rows of the seat, without bars; its raw peak stands with what depends on the step."""
+    stopper = {
+        "filtered_peak_force_N": 20.0,
+        "impulse_Ns": 2e-3,
+        "first_contact_s": 1.4e-3,
+        "contact_count": 1,
+        "peak_force_N": 33.0,
+    }
+    found = {f"{spring}stopper_{key}": value for spring in ("", "spring_") for key, value in stopper.items()}
+    lines = printed(**found)
+    first = lines.index("at the stopper")
+    assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
+    assert lines[first + 1 : first + 5] == [
+        "peak, 2 us mean 20 N 20 N", "impulse 2 mN s 2 mN s", "first contact 1.4 ms 1.4 ms", "contacts 1 1",
+    ]  # fmt: skip
+    raw = next(k for k, line in enumerate(lines) if line.startswith("raw"))
+    assert raw < next(k for k, line in enumerate(lines) if line.startswith("stopper peak 33 N 33 N"))
+    assert not [line for line in printed() if "stopper" in line]

@@ -308,7 +308,8 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     """Two real programs: each ends well, and what they leave is whole."""
     scene = scene_file(tmp_path, BLOCK + BALL)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "SEATFEM_STORE": str(tmp_path / "store")}
-    command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]
+    command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out")]
+    command += ["--quiet", "--rounds", "1"]
     both = [subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     told = [process.communicate(timeout=300)[1] for process in both]
     assert all(process.returncode in (DONE, FAILED) for process in both)  # whether the target is met is not the point

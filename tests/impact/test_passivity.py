@@ -152,7 +152,7 @@ def rebound(greens, steps: int, dt: float = DT, mass: float = 0.05):
     seed=st.integers(0, 2**31),
     level=st.floats(1e-4, 1.0),
     tail=st.sampled_from(["zero", "hold", "forbid"]),
-    n=st.integers(60, 300),
+    n=st.integers(60, 160),
     late=st.integers(0, 5),
     stride=st.integers(1, 3),
 )

@@ -372,3 +372,41 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
 def test_a_journal_on_a_full_disk_is_named() -> None:
     with pytest.raises(OSError, match=r"No space left on device: '/dev/full'"):
         journal.append(Path("/dev/full"), {"a": 1})
+
+
+@pytest.mark.parametrize("python_path", ["{root}", "{root}:", ":{root}"])
+def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path: str) -> None:
+    """What a file from elsewhere is called beside which the program runs."""
+    folder, script = tmp_path / "here", tmp_path / "script.py"
+    folder.mkdir()
+    for name in ("gmsh", "meshio", "numpy", "runpy"):
+        (folder / f"{name}.py").write_text("import pathlib; pathlib.Path('ran').touch(); raise SystemExit(7)")
+    script.write_text(
+        f"""
+import os, sys
+from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.shapes import AnnularSeat
+os.environ["PYTHONPATH"] = {python_path.format(root=ROOT)!r}
+print(make_mesh(AnnularSeat(), MeshSpec(size=2.5e-3)).mesh.nelements)
+"""
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(script)]  # as its console script starts the program
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, env=environment, check=False, timeout=120
+    )
+    assert not (folder / "ran").exists()
+    assert int(done.stdout) > 100
+
+
+def test_every_interpreter_is_started_without_the_current_folder() -> None:
+    """-P: Python puts it first otherwise, for -c and -m."""
+    started = [
+        (path, line)
+        for room in ("impact", "seatfem")
+        for path in (ROOT / room).rglob("*.py")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if "sys.executable, " in line and '"-' in line
+    ]
+    assert len(started) >= 5
+    assert [path for path, line in started if 'sys.executable, "-P"' not in line] == []

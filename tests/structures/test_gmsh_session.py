@@ -12,6 +12,8 @@ from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.shapes import AnnularSeat, Stopper
 
+pytestmark = pytest.mark.own_gmsh
+
 COARSE = MeshSpec(size=2.5e-3)
 
 

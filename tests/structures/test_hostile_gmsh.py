@@ -11,6 +11,8 @@ from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
 from seatfem.structures.shapes import CadPart, GeometryError
 
+pytestmark = pytest.mark.own_gmsh
+
 MESHES = Path(__file__).parents[2] / "meshes"
 SOUND = MESHES / "annular_seat.msh"
 HEAD = b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"

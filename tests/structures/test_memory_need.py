@@ -89,7 +89,7 @@ def test_the_prediction_is_within_a_factor_of_a_process_of_its_own(shape, method
     command = [sys.executable, "-c", PROGRAM, shape, method, *map(str, cells)]
     done = subprocess.run(command, env={**os.environ, **threads}, capture_output=True, text=True, check=True)
     need = memory_need(counts_of(block(shape, 2, cells)))
-    predicted = need.lanczos if method == "lanczos" else need.factorized
+    predicted = need.of(method)
     assert 1 / 1.5 < predicted / float(done.stdout) < 1.5
 
 
@@ -110,13 +110,13 @@ def test_the_refusal_names_need_memory_key_and_what_would_fit():
 
 def test_hexahedra_may_do_without_a_factorization():
     need = memory_need(HEXES)
-    there = 2 * need.lanczos
+    there = 2 * need.products
     assert there < need.factorized
     with pytest.raises(MemoryNeedError, match=r'make the mesh coarser, about .*or seat.greens.method = "lanczos" \('):
         check_memory(HEXES, available=there)
     check_memory(HEXES, method="lanczos", available=there)
     with pytest.raises(MemoryNeedError, match=r"coarser, about [^,]* unknowns fit$"):
-        check_memory(HEXES, method="lanczos", available=need.lanczos / 2)
+        check_memory(HEXES, method="lanczos", available=need.products / 2)
 
 
 def test_a_system_that_tells_nothing_is_trusted(monkeypatch):

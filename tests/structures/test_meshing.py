@@ -228,12 +228,14 @@ def use_fake_gmsh(monkeypatch, folder: Path, source: str) -> None:
     monkeypatch.setenv("PYTHONPATH", str(folder))
 
 
+@pytest.mark.own_gmsh
 def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, "raise OSError('libGLU.so.1: cannot open shared object file')")
     with pytest.raises(MeshingError, match=r"libGLU.so.1.*apt-get install --no-install-recommends libglu1-mesa"):
         make_mesh(AnnularSeat(), COARSE)
 
 
+@pytest.mark.own_gmsh
 def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, FAKE_GMSH.format(act="os.kill(os.getpid(), signal.SIGSEGV)"))
     out = tmp_path / "out"
@@ -243,6 +245,7 @@ def test_crash_is_an_error_and_leaves_no_file(monkeypatch, tmp_path):
     assert not list(out.iterdir())
 
 
+@pytest.mark.own_gmsh
 def test_interrupt_kills_gmsh(monkeypatch, tmp_path):
     pid_file = tmp_path / "pid"
     source = FAKE_GMSH.format(act=f"open({str(pid_file)!r}, 'w').write(str(os.getpid()))")

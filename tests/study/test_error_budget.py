@@ -15,9 +15,10 @@ from impact.runs.variations import narrowed
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contact, striker_of
-from seatfem.study.impacts.measures import KEYS, SOURCES, bar_keys, measured
+from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.measures import all_measures
 
 ROD = impact.fixed_rod(young=200e9, density=7850.0, area=1e-6, length=5e-3)
 MODES = ModalGreens(
@@ -96,15 +97,20 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
 
 
 def test_a_budget_adds_up_and_names_what_dominates() -> None:
-    values = dict.fromkeys(KEYS, 10.0)
-    found = Budget(values, {"mesh": dict.fromkeys(KEYS, 0.3), "time_step": dict.fromkeys(KEYS, 0.1)}, SOURCES)
+    values = dict.fromkeys(all_measures(), 10.0)
+    found = Budget(
+        values, {"mesh": dict.fromkeys(all_measures(), 0.3), "time_step": dict.fromkeys(all_measures(), 0.1)}, SOURCES
+    )
     assert found.bar("impulse") == pytest.approx(SAFETY * 0.4)
     assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
     assert safety("stress") > safety("impulse") == SAFETY
     assert found.dominant("impulse") == "mesh"
     assert found.unknown == ("reduction", "model", "patch")
     assert bar_keys(found)["error_mesh_impulse_Ns"] == 0.3
-    assert Budget(dict.fromkeys(KEYS, 0.0), {"mesh": dict.fromkeys(KEYS, 0.1)}).relative("impulse") == math.inf
+    assert (
+        Budget(dict.fromkeys(all_measures(), 0.0), {"mesh": dict.fromkeys(all_measures(), 0.1)}).relative("impulse")
+        == math.inf
+    )
 
 
 def test_measures_of_no_contact_are_zero(scene: Scene) -> None:

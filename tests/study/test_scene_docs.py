@@ -22,7 +22,7 @@ def test_the_page_is_current() -> None:
 
 def test_every_kind_of_seat_is_on_the_page() -> None:
     for kind in ("annular", "bar", "block", "cad", "mesh", "rod", "spring", "greens"):
-        assert f'## [seat], [reed], kind = "{kind}"' in scene_page()
+        assert f'## [seat], [reed], [stopper], kind = "{kind}"' in scene_page()
     assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in scene_page()
 
 

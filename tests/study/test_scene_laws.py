@@ -5,7 +5,7 @@ import math
 import pytest
 
 import impact
-from seatfem.study.impacts.contact import law_of, run_contact, striker_of
+from seatfem.study.impacts.contact import run_contact, striker_of
 from seatfem.study.scene import SceneError, load_scene
 
 SCENE = """\
@@ -44,7 +44,7 @@ def scene_with(law, folder):
     ],
 )
 def test_a_scenes_law(law, expected, tmp_path):
-    assert law_of(scene_with(law, tmp_path)) == expected
+    assert scene_with(law, tmp_path).contact.law.law() == expected
 
 
 @pytest.mark.parametrize(

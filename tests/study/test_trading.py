@@ -99,14 +99,14 @@ def test_every_level_that_describes_the_seat_is_on_the_ladder(name: str):
     varied = {p.varied for p in ladder(scene)}
     assert varied >= {"by hand", "diagonal", "mesh", "order", "band", "tolerance", "time step", "history"}
     assert ("reed modes" in varied) == (name != "mass_on_bar")
-    assert ("road" in varied) == (name != "flapper_on_arc")  # harmonics have one road
+    assert ("reduction" in varied) == (name != "flapper_on_arc")  # harmonics have one
 
 
 def test_lanczos_runs_where_the_mass_is_diagonal():
-    roads = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")) if p.varied == "road"}
-    assert "hexahedra, road lanczos" in roads
-    roads = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")) if p.varied == "road"}
-    assert roads == {"road krylov", "road modes", "road second_order"}
+    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_plate.toml")) if p.varied == "reduction"}
+    assert "hexahedra, reduction lanczos" in names
+    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")) if p.varied == "reduction"}
+    assert names == {"reduction krylov", "reduction modes", "reduction second_order"}
 
 
 def test_closed_forms_have_time_steps_and_nothing_to_mesh():
@@ -362,3 +362,23 @@ def test_a_scene_that_is_wrong_is_refused_before_anything_runs(small: Path, caps
     small.write_text(SMALL.replace("20 g", "20 m"), encoding="utf-8")
     assert run_command(["trade", str(small)]) == 2
     assert "reed.mass" in capsys.readouterr().err
+
+
+def test_a_point_tells_its_reduction_and_its_poles(tmp_path: Path):
+    """Of a function by modes their number; of one that is convolved none."""
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        '[seat]\nkind = "annular"\nmodel = "axisymmetric"\nbore_radius = "4 mm"\nlip_width = "2 mm"\n'
+        'rayleigh = { stiffness = "1 us" }\n'
+        'lip_edge_radius = "0 mm"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\nmaterial = "steel"\n'
+        'greens = { bandwidth = "100 kHz", tolerance = "3 %" }\n'
+        '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+        '[run]\nduration = "30 us"\ntime_step = "0.1 us"\n'
+    )
+    found = {}
+    for name in ("krylov", "transient"):
+        outcome = carry_out(path, Point(name, "", "reduction", {"seat.greens.method": name}))
+        assert outcome.state == "done", outcome.reason
+        found[outcome.about["reduction"]] = outcome.about["seat_poles"]
+    assert found["krylov"] > 5
+    assert found["transient"] == 0

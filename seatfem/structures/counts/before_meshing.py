@@ -24,7 +24,7 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     how = body.stated() if method is None else method
     sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
     need = memory_need(sizes.counts)
-    least = need.lanczos if how.reduction == "lanczos" else need.factorized
+    least = need.of(how.reduction)
     margin = FILE_MARGIN if body.files() else MARGIN
     there = available_memory()
     if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:

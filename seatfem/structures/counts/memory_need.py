@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from seatfem.machine.memory import available_memory
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.levels import CHEAPEST_FIRST
-from seatfem.structures.method import AnyLevel, Level
+from seatfem.structures.method import AUTO, AnyLevel, Level
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh
@@ -73,10 +73,14 @@ class Counts:
 
 @dataclass(frozen=True)
 class MemoryNeed:
-    """Predicted peaks [bytes], beyond what the program itself takes: of reductions that factorize, and of Lanczos."""
+    """Predicted peaks [bytes], beyond what the program itself takes: of reductions that factorize, and of others."""
 
     factorized: float
-    lanczos: float
+    products: float
+
+    def of(self, method: str) -> float:
+        """Of a reduction by name, or of "auto"."""
+        return self.factorized if _factorizes(method) else self.products
 
 
 def counts_of(mesh: SeatMesh) -> Counts:
@@ -111,7 +115,7 @@ def check_memory(
 
     Args:
         counts: of the model.
-        method: of the reduction; "lanczos" factorizes nothing.
+        method: of the reduction.
         size: [m] of the elements, for the advice.
         levels: cheaper models that describe the seat, for the advice.
         available: [bytes]; default: what the system says. A system that says nothing is trusted.
@@ -120,7 +124,7 @@ def check_memory(
         MemoryNeedError: the need is above what is available.
     """
     need = memory_need(counts)
-    least = need.lanczos if method == "lanczos" else need.factorized
+    least = need.of(method)
     there = available_memory() if available is None else available
     if least <= there:
         return need
@@ -151,11 +155,23 @@ def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[An
         else f'use seat.mesh.size = "{1e3 * size * share ** (-1 / 3):.2g} mm"'
     )
     others = [f'seat.model = "{level}"' for level in levels]
-    if method != "lanczos" and counts.mass_nnz == counts.dof and memory_need(counts).lanczos <= there:
-        others.append(f'seat.greens.method = "lanczos" ({memory_need(counts).lanczos / GB:.2g} GB)')
-    elif method != "lanczos" and counts.mass_nnz > counts.dof:
-        others.append('seat.mesh.shape = "hex" with seat.greens.method = "lanczos", which factorizes nothing')
+    least, diagonal = memory_need(counts).products, counts.mass_nnz == counts.dof
+    from seatfem.structures.reduction.registry import reducers  # for load time, as below
+
+    for name, each in reducers().items() if _factorizes(method) else ():
+        if not each.factorizes and (diagonal or not each.diagonal_mass) and least <= there:
+            others.append(f'seat.greens.method = "{name}" ({least / GB:.2g} GB)')
+        elif not each.factorizes and each.diagonal_mass and not diagonal:
+            others.append(f'seat.mesh.shape = "hex" with seat.greens.method = "{name}", which factorizes nothing')
     return [coarser, *others]
+
+
+def _factorizes(method: str) -> bool:
+    if method == AUTO:
+        return True
+    from seatfem.structures.reduction.registry import named  # for load time: most scenes name none
+
+    return named(method).factorizes
 
 
 def _share(counts: Counts, method: str, there: float) -> float:
@@ -164,6 +180,6 @@ def _share(counts: Counts, method: str, there: float) -> float:
     for _ in range(40):
         middle = (low + high) / 2
         need = memory_need(counts.scaled(middle))
-        fits = (need.lanczos if method == "lanczos" else need.factorized) <= 0.9 * there
+        fits = need.of(method) <= 0.9 * there
         low, high = (middle, high) if fits else (low, middle)
     return max(low, 1e-12)

@@ -16,7 +16,7 @@ from seatfem.structures.kinds.matrices import Matrices
 from seatfem.structures.kinds.mesh_file import MeshFile
 from seatfem.structures.kinds.modes import UniversalModes
 from seatfem.structures.kinds.plate import Plate
-from seatfem.structures.kinds.registry import kind_of, kinds_of
+from seatfem.structures.kinds.registry import kinds_of
 from seatfem.structures.kinds.rigid_mass import RigidMass
 from seatfem.structures.kinds.rod import Rod
 from seatfem.structures.kinds.spring import Spring
@@ -46,6 +46,5 @@ __all__ = [
     "Timoshenko",
     "TipMass",
     "UniversalModes",
-    "kind_of",
     "kinds_of",
 ]

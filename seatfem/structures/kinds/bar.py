@@ -8,6 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from pydantic import Field
 
+import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.progress import Progress
@@ -15,7 +16,6 @@ from seatfem.fields import KeyProblem, Length
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.rod import fixed_rod
 from seatfem.structures.levels import NAMES, QUARTERS, Applicability
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.shapes import Bar
@@ -88,7 +88,13 @@ class BarSeat(Drawn):
         if not self._rod(self.greens.bandwidth).applies:
             return None
         solid = self.material.mean
-        return fixed_rod(solid.young, solid.density, self.width * self.height, self.length, self.damping_ratio)
+        return impact.fixed_rod(
+            young=solid.young,
+            density=solid.density,
+            area=self.width * self.height,
+            length=self.length,
+            damping_ratio=self.damping_ratio,
+        )
 
     def beyond(self, level: AnyLevel) -> GreensFunction | None:
         return self.love_rod() if level == "rod" else None

@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from impact.advice import Advice
@@ -15,6 +16,7 @@ from seatfem.fields import Acceleration, DampingRatio, KeyProblem, Length, Posit
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
+from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
 if TYPE_CHECKING:
@@ -103,13 +105,31 @@ class Beam(Structure):
     def reach(self) -> float | None:
         return self.length
 
+    @property
+    def free_point(self) -> float | None:
+        return self.beam().free_point
+
+    def start_at(self, at: float | None) -> float:
+        """Of the shape that it is released in: that of a force at the tip, or that of a mode."""
+        if self.release is None:
+            return 0.0
+        beam = self.beam()
+        tip = beam.free_point
+        x = tip if at is None else at
+        if self.release.tip_deflection is not None:
+            return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
+        assert self.release.mode is not None
+        assert self.release.deflection is not None
+        here, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
+        return self.release.deflection * float(here / free)
+
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return self._body(n_modes, at)
 
-    def _body(self, n_modes: int | None, at: float | None, *, moved: bool = True) -> Body:
+    def _body(self, n_modes: int | None, at: At, *, moved: bool = True) -> Body:
         from impact.bodies.reeds import reed  # scenes are read without it
 
         return reed(

@@ -8,6 +8,7 @@ import impact
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.striking import At
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
@@ -25,7 +26,7 @@ class Cantilever(Beam):
     def has_stress(self) -> bool:
         return True
 
-    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
+    def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
         from impact.after.stresses import reed_stress  # compiled code, of runs only
 
         return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely)

@@ -67,6 +67,9 @@ class Drawn(Elastic):
     def content(self) -> dict[str, object]:
         return {**super().content(), "shape": self.mesh.shape}
 
+    def made_by(self) -> tuple[type, ...]:
+        return (*super().made_by(), type(self.geometry()))
+
     def problems(self) -> Iterator[Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 

@@ -13,6 +13,7 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import Approach, ExistingFile, Force, KeyProblem, Length, Position, SignedPressure, Table
 from seatfem.structures.estimates.surrogate import Face
+from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
 
@@ -110,6 +111,9 @@ class Moving(Structure):
     def is_loaded(self) -> bool:
         return self.force is not None
 
+    def start_at(self, at: float | None) -> float:
+        return self.deflection or 0.0
+
     @property
     def is_solved(self) -> bool:
         return True
@@ -118,7 +122,7 @@ class Moving(Structure):
         found = self.surrogate(duration, face)
         return found.greens if found.exact else None
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):

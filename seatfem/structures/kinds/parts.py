@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from seatfem.fields import Delay, Frequency, KeyProblem, Length, Rate, Table, Tolerance, default
+from seatfem.structures.method import AUTO
 
 
 class Rayleigh(Table):
@@ -34,30 +35,33 @@ class Mesh(Table):
         return self
 
 
-def _registered(method: str) -> str:
-    """The name of a reduction, or "auto"; else the error of any key that takes one of several words."""
-    if method == "auto":
-        return method
-    from seatfem.structures.reduction.registry import reducers  # for load time: most scenes name none
+class Registered:
+    """Checks the name of a reduction, or "auto"; the error is that of any key that takes one of several words."""
 
-    if method not in (known := reducers()):
-        *first, last = map(repr, ("auto", *known))
-        raise PydanticCustomError("literal_error", "unknown", {"expected": f"{', '.join(first)} or {last}"})
-    return method
+    @property
+    def options(self) -> tuple[str, ...]:
+        """All names there are."""
+        from seatfem.structures.reduction.registry import reducers  # for load time: most scenes name none
+
+        return (AUTO, *reducers())
+
+    def __call__(self, method: str) -> str:
+        if method != AUTO and method not in self.options:
+            *first, last = map(repr, self.options)
+            raise PydanticCustomError("literal_error", "unknown", {"expected": f"{', '.join(first)} or {last}"})
+        return method
 
 
 class GreensSettings(Table):
-    """How the seat's Green's function is computed."""
+    """How a body's Green's function is computed from matrices."""
 
-    method: Annotated[str, AfterValidator(_registered)] = Field(
-        "auto",
-        description="the reduction: auto chooses among krylov, modes, transient, lanczos, second_order and others "
-        "that are registered",
+    method: Annotated[str, AfterValidator(Registered())] = Field(
+        AUTO, description="the reduction; auto: the cheapest that serves, of those from elsewhere too"
     )
     bandwidth: Frequency = default("1 MHz", "highest frequency that must be right")
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
     max_vectors: int | None = Field(
-        None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: 800, second_order 500, lanczos 20000"
+        None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
     )
 
 

@@ -10,6 +10,7 @@ import impact
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from seatfem.fields import Approach, Mass
+from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
 
@@ -35,5 +36,5 @@ class RigidMass(Structure):
     def closed_form(self) -> GreensFunction | None:
         return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)

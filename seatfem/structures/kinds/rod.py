@@ -70,15 +70,10 @@ class Rod(Moving):
         return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
 
     def closed_form(self) -> GreensFunction | None:
-        constants = (self.young, self.density, self.cross_section, self.length, self.damping_ratio)
-        return (fixed_rod if self.far_end == "fixed" else free_rod)(*constants)
-
-
-def fixed_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
-    """The rod that is clamped at its far end."""
-    return impact.fixed_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
-
-
-def free_rod(young: float, density: float, area: float, length: float, damping_ratio: float) -> GreensFunction:
-    """The rod whose far end is free."""
-    return impact.free_rod(young=young, density=density, area=area, length=length, damping_ratio=damping_ratio)
+        return (impact.fixed_rod if self.far_end == "fixed" else impact.free_rod)(
+            young=self.young,
+            density=self.density,
+            area=self.cross_section,
+            length=self.length,
+            damping_ratio=self.damping_ratio,
+        )

@@ -22,5 +22,9 @@ class Spring(Structure):
     def plane(self) -> bool:
         return True
 
+    @property
+    def model_words(self) -> str:
+        return "spring"
+
     def closed_form(self) -> GreensFunction | None:
         return impact.spring(stiffness=self.stiffness)

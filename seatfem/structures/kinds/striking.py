@@ -13,6 +13,9 @@ from seatfem.structures.estimates.surrogate import Face
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
 
+At = float | tuple[float, ...] | None
+"""Where a body is touched, from its root [m]: once, or at several places; ``None``: where it is by default."""
+
 
 class Striking(Table):
     """A body in the role of a striker; what is said here holds for one that is at rest and has no positions."""
@@ -61,20 +64,30 @@ class Striking(Table):
         """Whether its bending stress is known."""
         return False
 
-    def check_contact(self, at: float | None) -> None:
-        """Raises `KeyProblem` for a contact at a place that it does not have."""
+    @property
+    def free_point(self) -> float | None:
+        """Where it is touched unless stated [m]; ``None`` of a body without positions."""
+        return None
+
+    def start_at(self, at: float | None) -> float:
+        """Its deflection at a place at the start [m], away from the seat; ``None``: where it is touched."""
+        return 0.0
+
+    def check_contact(self, at: float | None, key: str = "contact.at") -> None:
+        """Raises `KeyProblem`, of ``key``, for a contact at a place that it does not have."""
         if at is None:
             return
         if self.reach is None:
-            raise KeyProblem("contact.at", f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
+            raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
         if at > self.reach:
-            raise KeyProblem("contact.at", f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+            raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
 
     def check_motion(self) -> None:
         """Raises `KeyProblem` for a motion that it is known not to be capable of."""
 
-    def stress(self, force: Array, dt: float, body: Body, at: float | None, *, coarsely: bool) -> ReedStress | None:
-        """Its largest bending stresses under a contact force (n + 1,) [N]; ``None`` where it has none that is known."""
+    def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
+        """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),
+        positive away from the seat; ``None`` where it has none that is known."""
         return None
 
     def too_thick(self) -> str:

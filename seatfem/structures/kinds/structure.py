@@ -14,7 +14,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.column import Column
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.kinds.striking import Striking
+from seatfem.structures.kinds.striking import At, Striking
 from seatfem.structures.levels import Applicability
 from seatfem.structures.method import AnyLevel, Level, Method
 from seatfem.structures.solved import Solved
@@ -52,6 +52,10 @@ class Structure(Striking):
     def content(self) -> dict[str, object]:
         """What its Green's function depends on beside the method, as JSON values; files stand for themselves."""
         return self.model_dump(mode="json", exclude=set(self.not_of_greens))
+
+    def made_by(self) -> tuple[type, ...]:
+        """Classes whose code its Green's function depends on."""
+        return (type(self),)
 
     def part(self) -> Part | None:
         """Its faces, to be shown; ``None`` of a body without any."""
@@ -158,6 +162,11 @@ class Structure(Striking):
         """The column of material under the struck face, where that is what it is guessed by."""
         return None
 
+    @property
+    def model_words(self) -> str:
+        """What its closed form is called in results."""
+        return f"{self.kind.replace('_', ' ')}, closed form"
+
     def closed_form(self) -> GreensFunction | None:
         """The body in closed form, where there is one."""
         return None
@@ -196,21 +205,19 @@ class Structure(Striking):
         """Its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: by a coarser mesh, too."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
         assert greens is not None
-        words = self.kind.replace("_", " ")
-        about = {"seat_model": words if self.kind == "spring" else f"{words}, closed form"}
-        return Solved(greens, about=about, plane=self.plane)
+        return Solved(greens, about={"seat_model": self.model_words}, plane=self.plane)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         """Its modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them from."""
         return None
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: float | None = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         """The body with the motion that the table states.
 
         Args:
             greens: its Green's function, where it has to be computed.
             n_modes: beam modes in place of the table's.
-            at: of the contact, from its root [m].
+            at: of the contact, from its root [m], or of several: each is a port.
         """
         known = self.closed_form() if greens is None else greens
         assert known is not None

@@ -52,6 +52,8 @@ class Lanczos(Reducer):
     most: int = 20_000
 
     name = "lanczos"
+    factorizes = False
+    diagonal_mass = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """It needs a diagonal mass, and damping that the frequency of a mode tells."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -52,11 +54,17 @@ class Reducer(ABC):
         name: what asks for it.
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
         any_time: whether its g holds beyond the duration it was computed for, as modes of the body do.
+        factorizes: whether it takes the memory of a sparse factorization.
+        diagonal_mass: whether it serves no model but those of a diagonal mass.
+        modal_damping: whether it takes damping by ratios, which have no sparse matrix.
     """
 
     name: ClassVar[str]
     oscillators: ClassVar[bool] = True
     any_time: ClassVar[bool] = False
+    factorizes: ClassVar[bool] = True
+    diagonal_mass: ClassVar[bool] = False
+    modal_damping: ClassVar[bool] = True
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""
@@ -79,6 +87,14 @@ class Reducer(ABC):
     def advice(self, model: SecondOrderModel) -> str:
         """What would have been better, of one that was asked for by name; "" where nothing."""
         return ""
+
+
+def defined(base: type[Reducer] = Reducer) -> Iterator[type[Reducer]]:
+    """Every reduction that is imported by now: concrete subclasses with a name of their own, however deep."""
+    for kind in base.__subclasses__():
+        if not inspect.isabstract(kind) and "name" in vars(kind):
+            yield kind
+        yield from defined(kind)
 
 
 def factorized(model: SecondOrderModel, vectors: int) -> float:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from seatfem.structures.damping import Damping
@@ -14,7 +13,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.lanczos import Lanczos
 from seatfem.structures.reduction.modal import Modal
-from seatfem.structures.reduction.reducer import Reducer
+from seatfem.structures.reduction.reducer import Reducer, defined
 from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
 from seatfem.structures.reduction.transient import Transient
 
@@ -28,21 +27,12 @@ def reducers() -> Mapping[str, Reducer]:
         ModelError: two kinds have one name.
     """
     found: dict[str, Reducer] = {}
-    for kind in dict.fromkeys((*_OURS, *_kinds(Reducer))):
+    for kind in dict.fromkeys((*_OURS, *defined())):
         made = kind()
         if made.name in found:
             raise ModelError(f"two reductions are named {made.name!r}: {type(found[made.name])} and {kind}")
         found[made.name] = made
     return found
-
-
-def _kinds(base: type) -> Iterator[type[Reducer]]:
-    """Concrete subclasses with a name of their own, however deep."""
-    kind: type[Reducer]
-    for kind in base.__subclasses__():
-        if not inspect.isabstract(kind) and "name" in vars(kind):
-            yield kind
-        yield from _kinds(kind)
 
 
 def named(name: str) -> Reducer:

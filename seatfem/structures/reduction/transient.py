@@ -72,6 +72,7 @@ class Transient(Reducer):
 
     name = "transient"
     oscillators = False
+    modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """What is defined by the frequency has no sparse C; a C may be of any kind that feeds no energy."""

@@ -16,8 +16,9 @@ from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
+from seatfem.study.impacts.touches import stopper_in
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
@@ -33,6 +34,7 @@ def error_budget(
     striker: impact.Body,
     result: ImpactResult,
     stress: ReedStress | None = None,
+    stopper: ImpactResult | None = None,
     reed: Solved | None = None,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
@@ -51,7 +53,8 @@ def error_budget(
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted. ``stopper``:
+    what happened at the stopper, where the scene has one; it stays as it is in all runs, and no bar knows its errors.
     """
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     found: dict[str, Terms | None] = {
@@ -68,13 +71,15 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt)
 
-    values, finer = measured(result, width, stress), _finer_step(scene, method, problem, result)
+    values, finer = measured(result, width, stress), _finer_step(scene, method, problem, result, stopper)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
     names = (*SOURCES, *([] if reed is None else [STRIKER]))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
 
 
-def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, result: ImpactResult) -> Values:
+def _finer_step(
+    scene: Scene, method: RunMethod, problem: ContactProblem, result: ImpactResult, stopper: ImpactResult | None
+) -> Values:
     """Twice what half the step changes in the impact of a striker with waves, if that is short beside the run.
 
     A spike of the force is as wide as a step: whether the filter holds it together with another one, no longer step
@@ -83,10 +88,10 @@ def _finer_step(scene: Scene, method: RunMethod, problem: ContactProblem, result
     striker, seat = problem.striker, problem.target.greens
     if striker.greens.highest_rate == 0:
         return {}
-    window = window_of(scene, striker, result.force[1:], result.dt)
+    window = window_of(scene, striker, result.force[1:], result.dt, None if stopper is None else stopper.force)
     if not window.touches or window.duration > SHORT * scene.run.duration:
         return {}
-    bench = Bench(scene, seat, window, striker.greens)
+    bench = Bench(scene, seat, window, striker.greens, stopper_of(scene))
     here, finer = (bench.measures(dt=dt, n_modes=method.reed.n_modes) for dt in (result.dt, result.dt / 2))
     return times(2.0, changes(here, finer))
 
@@ -127,7 +132,7 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     if method.reed.n_modes is None:
         return level
     modes = (
-        Variation(problem_of(scene, striker_of(scene, number), problem.target), weight)
+        Variation(problem_of(scene, striker_of(scene, number), problem.target, stopper_in(problem)), weight)
         for number, weight in other_modes(method.reed.n_modes)
     )
     return (*level, tuple(modes))
@@ -155,7 +160,7 @@ def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | No
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:
-    return Variation(problem_of(scene, problem.striker, impact.Body(greens)), weight)
+    return Variation(problem_of(scene, problem.striker, impact.Body(greens), stopper_in(problem)), weight)
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:

@@ -24,8 +24,9 @@ from impact.march.stepper import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
-from seatfem.study.impacts.contact import displacement_of, force_of, problem_of, solved_striker, stress_of, striker_of
+from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.touches import displacement_of, force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 
@@ -68,7 +69,9 @@ def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | N
     return found
 
 
-def first_look(scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None) -> Window:
+def first_look(
+    scene: Scene, seat: GreensFunction, striker: GreensFunction | None = None, stopper: Body | None = None
+) -> Window:
     """Where the contact is that matters: a coarse run with few modes over the whole duration.
 
     ``striker``: what stands for one that has to be computed.
@@ -79,14 +82,15 @@ def first_look(scene: Scene, seat: GreensFunction, striker: GreensFunction | Non
     if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    force = _force(impact.prepare(problem_of(scene, few, Body(seat)), dt, scene.run.duration))
-    return window_of(scene, few, force, dt)
+    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat), stopper), dt, scene.run.duration))
+    return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked))
 
 
-def window_of(scene: Scene, striker: Body, force: Array, dt: float) -> Window:
+def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Array | None = None) -> Window:
     """From shortly before the first contact to the end of the group with the filtered peak of ``force`` (n,) [N].
 
     From the start where the flight of the ``striker`` is not free, or has no modes that tell how far it has come.
+    ``stopper``: (n + 1,) its force; what it changes before the reed comes to the seat belongs to the window.
     """
     width = scene.run.filter_width
     longest = MOST * width / LEAST
@@ -95,7 +99,10 @@ def window_of(scene: Scene, striker: Body, force: Array, dt: float) -> Window:
         return Window(0.0, min(scene.run.duration, longest), 0)
     peak = dt * int(np.argmax(averaged(force, dt, width, MOVING_AVERAGE)))
     carrying = int(np.searchsorted(groups[:, 0], peak + width, side="right")) - 1
-    start = max(0.0, float(groups[0, 0]) - max(BEFORE, 5 * dt, 2 * width))
+    first = float(groups[0, 0])
+    if stopper is not None and np.any(stopper):
+        first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
+    start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
     if scene.reed.is_loaded or scene.contact.preload or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
@@ -107,20 +114,23 @@ class Bench:
     """Pre-runs of one scene: the same window again and again, one thing changed at a time.
 
     Attributes:
-        scene: what is asked.
-        seat: the seat, or what stands for it.
-        window: that is marched.
+        scene: whose impact they march.
+        seat: what is struck, or what stands for it, unless a run has another one.
+        window: the part of the run that they march.
         striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
+        stopper: of a scene that has one.
     """
 
     scene: Scene
     seat: GreensFunction
     window: Window
     striker: GreensFunction | None = None
+    stopper: Body | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
     _seats: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _stoppers: dict[float, Discrete] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def affords(self, dt: float) -> bool:
         """Whether a pre-run with this step [s] is cheap."""
@@ -134,11 +144,15 @@ class Bench:
         """The measures in the window [SI]; those that cost more than the march only if the scene asks for them."""
         asked, width = self.scene.accuracy.measures, self.scene.run.filter_width
         striker, target = self._striker(dt, n_modes), self._target(dt, self.seat if seat is None else seat)
-        problem = problem_of(self.scene, striker.body, target.body)
-        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target))
+        stoppers = self._beyond(dt)
+        problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
+        prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
         force, displacement = force_of(stepper), displacement_of(stepper) if "seat_displacement" in asked else None
-        stress = stress_of(self.scene, striker.body, force, dt, coarsely=True) if "stress" in asked else None
+        stress = None
+        if "stress" in asked:
+            stopper = stopper_force_of(stepper)
+            stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
         return values_of(force, dt, width, displacement, stress)
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
@@ -157,6 +171,14 @@ class Bench:
         if dt not in self._seats:
             self._seats[dt] = Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
         return self._seats[dt]
+
+    def _beyond(self, dt: float) -> tuple[Discrete, ...]:
+        """The stopper, where there is one."""
+        if self.stopper is None:
+            return ()
+        if dt not in self._stoppers:
+            self._stoppers[dt] = Discrete.of(self.stopper, dt, step_count(dt, self.window.duration))
+        return (self._stoppers[dt],)
 
 
 def advanced(body: Body, time: float) -> Body:
@@ -188,8 +210,3 @@ def _marched(prepared: Prepared) -> impact.ContactStepper:
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
     return stepper
-
-
-def _force(prepared: Prepared) -> Array:
-    """(n,) contact force of each step [N]."""
-    return force_of(_marched(prepared))[1:]

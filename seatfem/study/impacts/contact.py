@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-import numpy as np
-
 import impact
-from impact.after.result import ImpactResult, as_one
+from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
-from impact.march.laws import Law
-from impact.march.motion import port_displacement
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
@@ -24,7 +20,9 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
 from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -47,21 +45,37 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     if greens is None and (solved := solved_striker(scene)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
-        return scene.reed.body(greens, n_modes, scene.contact.at)
+        return scene.reed.body(greens, n_modes, scene.contact_at)
 
 
 def solved_striker(scene: Scene, progress: Progress = silent) -> Solved | None:
     """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form."""
-    reed = scene.reed
-    if not reed.is_solved:
+    with in_role("reed", scene.reed):
+        return _computed(scene.reed, scene.run.duration, progress)
+
+
+def stopper_of(scene: Scene) -> impact.Body | None:
+    """The scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
+    if scene.stopper is None:
         return None
-    with in_role("reed", reed):
-        return _solved(_Asked(key_of(reed, reed.stated()), reed, scene.run.duration, progress))
+    stopper = scene.stopper.body
+    with in_role("stopper", stopper):
+        solved = _computed(stopper, scene.run.duration)
+    greens = stopper.closed_form() if solved is None else solved.greens
+    assert greens is not None
+    return impact.Body(greens)
+
+
+def _computed(structure: Structure, duration: float, progress: Progress = silent) -> Solved | None:
+    """The structure, computed as its own keys state; ``None`` of a closed form."""
+    if not structure.is_solved:
+        return None
+    return _solved(_Asked(key_of(structure, structure.stated()), structure, duration, progress))
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """A striker whose Green's function is computed: once in a process, for it is asked for again and again."""
+    """A body whose Green's function is computed: once in a process, for it is asked for again and again."""
 
     key: str
     structure: Structure = field(compare=False)
@@ -76,24 +90,17 @@ def _solved(asked: _Asked) -> Solved:
 
 
 def stress_of(
-    scene: Scene, striker: impact.Body, force: Array, dt: float, *, coarsely: bool = False
+    scene: Scene,
+    striker: impact.Body,
+    force: Array,
+    dt: float,
+    *,
+    coarsely: bool = False,
+    stopper: Array | None = None,
 ) -> ReedStress | None:
-    """The reed's largest bending stresses under a contact force (n + 1,); ``None`` for a rigid mass."""
-    return scene.reed.stress(force, dt, striker, scene.contact.at, coarsely=coarsely)
-
-
-def law_of(scene: Scene, share: float = 1.0) -> Law:
-    """The contact law of the scene, or of a ``share`` of the patch's area."""
-    law = scene.contact.law
-    match law.kind:
-        case "signorini":
-            return impact.Signorini()
-        case "spring":
-            return impact.LinearSpring(share * law.stiffness)
-        case "hertz":
-            return impact.Hertz(share * law.stiffness)
-        case "hunt_crossley":
-            return impact.HuntCrossley(share * law.stiffness, law.damping)
+    """The reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None`` for a
+    rigid mass."""
+    return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
 
 
 def run_contact(
@@ -105,8 +112,21 @@ def run_contact(
     *,
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """One run: contact between striker and seat by the scene's law; of rings, their sum."""
-    return whole_patch(solve_contact(scene, striker, seat, dt, progress, engine=engine))
+    """One run: contact between striker and seat by the scene's law; of rings, their sum. The stopper is there, too."""
+    return run_contacts(scene, striker, seat, dt, progress, engine=engine).seat
+
+
+def run_contacts(
+    scene: Scene,
+    striker: impact.Body,
+    seat: GreensFunction,
+    dt: float,
+    progress: Progress = silent,
+    *,
+    engine: Engine = "auto",
+) -> Touches:
+    """The same, with what happens at the stopper."""
+    return taken_apart(scene, solve_contact(scene, striker, seat, dt, progress, engine=engine))
 
 
 def solve_contact(
@@ -118,24 +138,26 @@ def solve_contact(
     *,
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """The same, ring by ring."""
+    """The same, contact by contact: the rings of the seat, then the stopper."""
     problem = problem_of(scene, striker, impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
 
 
-def whole_patch(result: ImpactResult) -> ImpactResult:
-    """The rings of a patch, seen as one contact."""
-    return result if result.force.ndim == 1 else as_one(result, ring_shares(result.force.shape[1]))
-
-
-def problem_of(scene: Scene, striker: impact.Body, seat: impact.Body) -> impact.ContactProblem:
+def problem_of(
+    scene: Scene, striker: impact.Body, seat: impact.Body, stopper: impact.Body | None = None
+) -> impact.ContactProblem:
     """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
-    presses as a rigid body."""
-    gap, rings = scene.contact.gap, rings_of(seat.greens)
-    if rings == 1:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law_of(scene), preload=scene.contact.preload)
+    presses as a rigid body. A stopper comes last; ``None``: the scene's own, where it has one."""
+    gap, law, rings = scene.contact.gap, scene.contact.law, rings_of(seat.greens)
+    if rings == 1 and scene.stopper is None:
+        return impact.ContactProblem(striker, seat, gap=gap, law=law.law(), preload=scene.contact.preload)
     shares = ring_shares(rings)
-    contacts = [impact.Contact(seat, port=k, gap=gap, law=law_of(scene, float(shares[k]))) for k in range(rings)]
+    contacts = [impact.Contact(seat, port=k, gap=gap, law=law.law(float(shares[k]))) for k in range(rings)]
+    if scene.stopper is not None:
+        target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
+        assert target is not None
+        law, gap = scene.stopper.law, scene.stopper.gap
+        contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
@@ -146,34 +168,23 @@ def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, d
 
 def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
     """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
-    bare = impact.Body(problem.target.greens.forces_only())
-    striker, problem = problem.striker, with_body(problem, problem.target, bare)
+    striker = problem.striker
+    for body in problem.targets:
+        problem = with_body(problem, body, impact.Body(body.greens.forces_only()))
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = "stress" in scene.accuracy.measures
-    stress = stress_of(scene, striker, force, dt, coarsely=True) if wanted else None
+    wanted = any_needs_stress(scene.accuracy.measures)
+    stopper = stopper_force_of(stepper)
+    stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     return values_of(force, dt, scene.run.filter_width, displacement, stress)
 
 
-def force_of(stepper: impact.ContactStepper) -> Array:
-    """(n + 1,) contact force of the whole patch at every step done [N]."""
-    return np.concatenate([[stepper.prepared.rest.sum()], stepper.force[: stepper.done].sum(axis=1)])
-
-
-def displacement_of(stepper: impact.ContactStepper) -> Array:
-    """(n + 1,) displacement of the seat's patch, its mean [m]."""
-    seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done]
-    if force.shape[1] == 1:
-        return port_displacement(seat, -force[:, 0])
-    return np.asarray(ring_shares(force.shape[1]) @ seat.motion(-force.T).displacement)
-
-
-def time_step(scene: Scene, reed: GreensFunction, seat: GreensFunction) -> float:
-    """Step [s]: a quarter radian of the highest rate in either body, a twentieth of the filter."""
+def time_step(scene: Scene, *bodies: GreensFunction) -> float:
+    """Step [s]: a quarter radian of the highest rate in any body, a twentieth of the filter."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
-    limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (reed.highest_rate, seat.highest_rate) if rate > 0]
+    limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
     return min(limits)
 
 

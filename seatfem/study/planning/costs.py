@@ -56,7 +56,7 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
         MachineError: a damaged calibration.
         GeometryError: a CAD file whose size cannot be read.
     """
-    rates, static = machine or Machine.known(), method.seat.level == "spring"
+    rates, static = machine or Machine.known(), method.seat.static
     seat, coarser = finite_elements(scene, method), coarser_elements(scene, method)
     parts = {"program start": rates.start, "plan": PLAN * rates.start}
     if scene.seat.is_drawn and scene.seat.files():  # its inspection, by a gmsh process of its own
@@ -77,14 +77,14 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
 
 def finite_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """The seat's in numbers; ``None`` of a closed form, and of matrices, whose size is not known yet."""
-    if method.seat.level in ("rod", "closed form"):
+    if method.seat.exact:
         return None
     return seat_model(scene.seat, method.seat, scene.run.duration)
 
 
 def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     """The coarser ones behind the mesh error; ``None`` where no mesh is made for the run."""
-    if method.seat.level in ("rod", "closed form"):
+    if method.seat.exact:
         return None
     return coarse_of(scene.seat, method.seat, scene.run.duration)
 
@@ -115,7 +115,7 @@ def striker_poles(
 
 def closed_form(scene: Scene, method: RunMethod) -> GreensFunction | None:
     """The seat's Green's function where that costs nothing to have; ``None`` of others, and of files."""
-    return scene.seat.closed_form() if method.seat.level in ("rod", "closed form") else None
+    return scene.seat.closed_form() if method.seat.exact else None
 
 
 @dataclass(frozen=True)

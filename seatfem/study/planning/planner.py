@@ -15,6 +15,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
+from seatfem.study.impacts.stopper import stopper_notes
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import BAND, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
@@ -157,6 +158,7 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
         found.append(
             f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
         )
+    found.extend(stopper_notes(plan.scene))
     if plan.scene.reed.is_solved:
         found.append(
             "the striker is computed as [reed] states it; what its mesh, reduction and level leave is not predicted: "

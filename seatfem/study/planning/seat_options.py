@@ -175,7 +175,7 @@ class _Elements:
         if self.model is None:
             seconds = REDUCTION * band * tolerance**TOLERANCE_POWER
             return SeatOption(method, why, changes, seconds, mesh=self.error)
-        ratio, static = tolerance / self.method.tolerance, method.level == "spring"
+        ratio, static = tolerance / self.method.tolerance, method.static
         model = self.model.stricter(ratio)
         models = [model] if self.coarser is None else [model, self.coarser.stricter(ratio)]
         seconds = sum(sum(seat_seconds(each, self.rates, static=static).values()) for each in models)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.bodies.body import Body
 from impact.progress import Progress, silent
 from impact.runs.budget import SAFETY
 from impact.runs.variations import NARROWER
@@ -68,8 +69,11 @@ class Seen:
     def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
+        stopper = None
+        if scene.stopper is not None:  # a look costs nothing: the run computes it
+            stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
         seat, striker = surrogate.greens, stand_in_of(scene, progress)
-        bench = Bench(scene, seat, first_look(scene, seat, striker), striker)
+        bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
 

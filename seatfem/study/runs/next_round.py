@@ -10,12 +10,12 @@ from typing import Final
 from impact.runs.budget import Budget, safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import KEYS
 from seatfem.study.planning.costs import OF_THE_SEAT
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import LONGEST, MEMORY, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
+from seatfem.study.scene.measures import key_of
 
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "seat": OF_THE_SEAT,
@@ -96,7 +96,7 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
     left = done.left
     allowed = done.plan.scene.accuracy.target * abs(left.values[measure]) / safety(measure)
     if allowed == 0.0:
-        return None, f"{KEYS[measure]} is zero, a relative error means nothing"
+        return None, f"{key_of(measure)} is zero, a relative error means nothing"
     stated = []
     for source in sorted(left.parts, key=lambda s: -left.parts[s][measure]):
         share = left.parts[source][measure]

@@ -21,9 +21,11 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
-from seatfem.study.impacts.contact import RunError, check_step, run_contact, stress_of
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts, stress_of
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.stopper import stopper_keys
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.mode_pictures import draw_modes
 from seatfem.study.runs.pictures import draw_run
@@ -41,6 +43,7 @@ from seatfem.study.runs.summary import (
 )
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
+from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -98,8 +101,9 @@ def run_scene(
             baseline = _baseline(done, watch)
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
-            rings = {} if done.rings is None else {"rings": done.rings}
-            all_of_them = {"wave": done.result, "spring": baseline.result, **rings}
+            more = {"rings": done.rings, "stopper": done.stopper, "spring_stopper": baseline.touches.stopper}
+            all_of_them = {"wave": done.result, "spring": baseline.result}
+            all_of_them |= {name: result for name, result in more.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     assert baseline is not None
@@ -124,26 +128,32 @@ class _Baseline:
 
     beside: ImpactResult
     stiffness: float
-    result: ImpactResult
+    touches: Touches
     stress: ReedStress | None
+
+    @property
+    def result(self) -> ImpactResult:
+        """At the spring."""
+        return self.touches.seat
 
 
 def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
     stiffness, scene = _static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
-        result = run_contact(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
+        touches = run_contacts(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
     with watch("reed stress"):
-        coarsely = "stress" not in scene.accuracy.measures
-        stress = stress_of(scene, done.striker, result.force, result.dt, coarsely=coarsely)
-    return _Baseline(done.result, stiffness, result, stress)
+        coarsely = not any_needs_stress(scene.accuracy.measures)
+        force, met = touches.seat.force, touches.stopper_force
+        stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
+    return _Baseline(done.result, stiffness, touches, stress)
 
 
 def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
     width = scene.run.filter_width
     return {
         "title": scene.title,
-        **summarise(done.result, width, done.stress),
-        **{f"spring_{k}": v for k, v in summarise(baseline.result, width, baseline.stress).items()},
+        **_measured(Touches(done.result, done.rings, done.stopper), width, done.stress),
+        **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **bar_keys(done.left, done.without_bar),
@@ -154,9 +164,15 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         **done.seat.about,
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
+        **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
         **reed_keys(scene.reed.kind, done.reed),
         **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
     }
+
+
+def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:
+    """The keys of the seat and of the stopper."""
+    return {**summarise(touches.seat, width, stress, touches.stopper), **stopper_keys(touches.stopper, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:

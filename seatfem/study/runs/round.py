@@ -12,8 +12,9 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import KEYS, STRIKER
+from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.planning.plan import Plan
+from seatfem.study.scene.measures import key_of
 
 REMEDIES: Final[Mapping[str, str]] = {
     "mesh": "refine seat.mesh",
@@ -37,6 +38,7 @@ class Round:
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
         rings: ``result`` ring by ring, where the patch has several.
+        stopper: what happened at the stopper, where there is one.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
         spent: wall time of this round by stage [s].
@@ -51,6 +53,7 @@ class Round:
     stress: ReedStress | None
     left: Budget
     rings: ImpactResult | None = None
+    stopper: ImpactResult | None = None
     reed: Solved | None = None
     number: int = 1
     stopped: str = ""
@@ -85,7 +88,7 @@ def missed(done: Round) -> tuple[str, ...]:
             if source == "model" and done.plan.method.seat.n_modes is not None:
                 remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(
-                f"{KEYS[name]} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
+                f"{key_of(name)} has an error bar of {bar:.2g}, above accuracy.target = {target:g}; most of it is the "
                 f"{source.replace('_', ' ')}'s: {remedy}"
             )
     if found and done.stopped:

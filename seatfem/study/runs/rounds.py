@@ -21,18 +21,20 @@ from seatfem.study.impacts.contact import (
     check_length,
     solve_contact,
     solved_striker,
+    stopper_of,
     stress_of,
     striker_of,
     time_step,
-    whole_patch,
 )
 from seatfem.study.impacts.measures import STRIKER, Source
 from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
+from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
 
@@ -182,17 +184,23 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         with watch(STRIKER):
             reed = solved_striker(scene, progress)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
-    dt = method.time_step or time_step(scene, striker.greens, seat.greens)
+    bodies = [striker.greens, seat.greens]
+    if scene.stopper is not None:
+        with watch("stopper"):  # once for all runs of this process
+            bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
+    dt = method.time_step or time_step(scene, *bodies)
     check_length(scene, dt)
     with watch("contact"):
-        contacts = solve_contact(scene, striker, seat.greens, dt, progress)
-        result, rings = whole_patch(contacts), contacts if contacts.force.ndim > 1 else None
-    wanted = "stress" in scene.accuracy.measures
+        touches = taken_apart(scene, solve_contact(scene, striker, seat.greens, dt, progress))
+        result, met = touches.seat, touches.stopper_force
+    wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):
-        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted)
+        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):
-        left = error_budget(scene, method, seat, striker, result, stress if wanted else None, reed)
-    return Round(plan, seat, striker, result, stress, _at_least_planned(plan, left), rings, reed)
+        wanted_stress = stress if wanted else None
+        left = error_budget(scene, method, seat, striker, result, wanted_stress, touches.stopper, reed)
+    left = _at_least_planned(plan, left)
+    return Round(plan, seat, striker, result, stress, left, touches.rings, touches.stopper, reed)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

@@ -19,16 +19,25 @@ from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.impacts.measures import measured
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
+from seatfem.study.scene.measures import all_measures, key_of
 
 
-def summarise(result: ImpactResult, filter_width: float, stress: ReedStress | None = None) -> dict[str, object]:
-    """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress."""
+def summarise(
+    result: ImpactResult, filter_width: float, stress: ReedStress | None = None, stopper: ImpactResult | None = None
+) -> dict[str, object]:
+    """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress.
+
+    ``stopper``: what else met the striker: the impulses of a free one, which came back from it, tell no restitution.
+    """
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
-    return {
+    thrown_back = stopper is not None and bool(np.any(stopper.force))
+    values = measured(result, filter_width, stress)
+    keys = {each.key: values.get(name) for name, each in all_measures().items()}
+    return keys | {
         "peak_force_N": measures.peak_force(result),
         "filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
         "filter_width_s": filter_width,
@@ -37,7 +46,7 @@ def summarise(result: ImpactResult, filter_width: float, stress: ReedStress | No
         "contact_duration_s": float(groups[0, 1] - groups[0, 0]) if touched else None,
         "contact_count": len(groups),
         "contact_count_raw": len(raw),
-        "restitution": _restitution(result),
+        "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
         "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
         **_stress_keys("peak_reed_stress", stress.largest if stress else None),
@@ -116,7 +125,7 @@ def plan_keys(plan: Plan, seconds: float) -> dict[str, object]:
         "plan_given": ", ".join(choice.key for choice in plan.choices if choice.given),
         "plan_predicted_time_s": plan.cost.seconds,
         "plan_predicted_memory_bytes": plan.cost.memory,
-        **{f"plan_predicted_error_{KEYS[name]}": error for name, error in plan.error.items()},
+        **{f"plan_predicted_error_{key_of(name)}": error for name, error in plan.error.items()},
     }
 
 

@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator
+from pydantic import AfterValidator, BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
-from seatfem.fields import ReadQuantity
+from seatfem.fields import ReadQuantity, kind_of
 from seatfem.structures.kinds.materials import Material
+from seatfem.structures.kinds.parts import Registered
 from seatfem.structures.kinds.selectors import ByColour
 from seatfem.structures.named_materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene
@@ -57,12 +58,12 @@ _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 def scene_page() -> str:
     """The whole page, as Markdown. A table that stands in several others is described once, at the end."""
-    tables = [(f"[{name}]", table) for name, field in Scene.model_fields.items() for table in _tables(field.annotation)]
+    tables = [(f"[{name}]", table) for name, field in Scene.model_fields.items() for table in _in_it(field)]
     sections = list(_once(tables))
     inner = dict.fromkeys(
         (name, part)
         for _, table in sections
-        for name, field in table.model_fields.items()
+        for name, field in _own(table).items()
         for part in _tables(field.annotation)
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
@@ -74,6 +75,19 @@ def scene_page() -> str:
         if table is Material:
             parts.append(_named_materials())
     return "".join(parts).rstrip() + "\n"
+
+
+def _own(table: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Its keys, but for a field whose own keys stand in its place: they are described under the same heading."""
+    return {name: field for name, field in table.model_fields.items() if name != getattr(table, "inlined", "")}
+
+
+def _in_it(field: FieldInfo) -> Iterator[type[BaseModel]]:
+    """The tables that a key may hold, with those whose keys stand in them."""
+    for table in _tables(field.annotation):
+        yield table
+        if inlined := getattr(table, "inlined", ""):
+            yield from _tables(table.model_fields[inlined].annotation)
 
 
 def _named_materials() -> str:
@@ -94,14 +108,14 @@ def _once(inner: Iterable[tuple[str, type[BaseModel]]]) -> Iterator[tuple[str, t
 
 
 def _section(name: str, table: type[BaseModel]) -> str:
-    kind = f', kind = "{_kind(table)}"' if "kind" in table.model_fields else ""
+    kind = f', kind = "{kind_of(table)}"' if "kind" in table.model_fields else ""
     return f"## {name}{kind}\n\n{_summary(table)}\n\n{_table(table)}"
 
 
 def _table(table: type[BaseModel]) -> str:
     rows = (
         f"| `{key}` | {_holds(field)} | {_default(field)} | {field.description or ''} |\n"
-        for key, field in table.model_fields.items()
+        for key, field in _own(table).items()
         if key != "kind"
     )
     return _COLUMNS + "".join(rows) + "\n"
@@ -117,12 +131,20 @@ def _holds(field: FieldInfo) -> str:
     if _tables(field.annotation):
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
+    if names := _registered(field):
+        return names
     if (quantity := _measured(_notes(field))) is not None:
         return quantity
     options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
     return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
+
+
+def _registered(field: FieldInfo) -> str:
+    """The names that a registry has."""
+    checks = [note.func for note in _notes(field) if isinstance(note, AfterValidator)]
+    return ", ".join(f"`{_toml(name)}`" for each in checks if isinstance(each, Registered) for name in each.options)
 
 
 def _measured(notes: Iterable[object]) -> str | None:
@@ -185,10 +207,6 @@ def _toml(value: object) -> str:
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
     return f'"{value}"' if isinstance(value, str) else str(value)
-
-
-def _kind(table: type[BaseModel]) -> str:
-    return str(get_args(table.model_fields["kind"].annotation)[0])
 
 
 def _notes(field: FieldInfo) -> Iterator[object]:

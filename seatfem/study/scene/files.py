@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene.load import load_scene
-from seatfem.study.scene.models import BODIES, Scene
+from seatfem.study.scene.models import Scene
 from seatfem.study.scene.problems import Problem, SceneError
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def check_files(scene: Scene) -> None:
     Raises:
         SceneError: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
     """
-    findings = [((role, *path), text) for role in BODIES for path, text in getattr(scene, role).problems()]
+    findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 

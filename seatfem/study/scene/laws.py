@@ -1,40 +1,73 @@
-"""[contact] law: how the force follows from the penetration; a new law is a new class and one name in `AnyLaw`."""
+"""[contact] law: how the force follows from the penetration; a new law is a subclass of `ContactLaw`, in any file."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Literal
 
 from pydantic import Field
 
-from seatfem.fields import HertzStiffness, Slowness, Stiffness, Table, default
+from impact.march.laws import Hertz, HuntCrossley, Law, LinearSpring, Signorini
+from seatfem.fields import HertzStiffness, Slowness, Stiffness, Table, default, kinds_below
 
 
-class SignoriniLaw(Table):
+class ContactLaw(Table):
+    """A law of contact: the keys that a scene states it by, ``kind: Literal["name"]`` among them."""
+
+    kind: str
+
+    def law(self, share: float = 1.0) -> Law:
+        """The law itself, of a ``share`` of the patch's area."""
+        raise NotImplementedError
+
+
+def laws() -> tuple[type[ContactLaw], ...]:
+    """Every law that is defined by now, ours first."""
+    return kinds_below(ContactLaw)
+
+
+class SignoriniLaw(ContactLaw):
     """Rigid unilateral contact: no penetration, no adhesion."""
 
     kind: Literal["signorini"]
 
+    def law(self, share: float = 1.0) -> Law:
+        return Signorini()
 
-class SpringLaw(Table):
+
+class SpringLaw(ContactLaw):
     """A linear spring between the bodies while they touch."""
 
     kind: Literal["spring"]
     stiffness: Stiffness = Field(description="force per penetration")
 
+    def law(self, share: float = 1.0) -> Law:
+        return LinearSpring(share * self.stiffness)
 
-class HertzLaw(Table):
+
+class HertzLaw(ContactLaw):
     """Hertz's contact of a sphere: force = stiffness * penetration^1.5."""
 
     kind: Literal["hertz"]
     stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
 
+    def law(self, share: float = 1.0) -> Law:
+        return Hertz(share * self.stiffness)
 
-class HuntCrossleyLaw(Table):
+
+class HuntCrossleyLaw(ContactLaw):
     """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
 
     kind: Literal["hunt_crossley"]
     stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
 
+    def law(self, share: float = 1.0) -> Law:
+        return HuntCrossley(share * self.stiffness, self.damping)
 
-AnyLaw = Annotated[SignoriniLaw | SpringLaw | HertzLaw | HuntCrossleyLaw, Field(discriminator="kind")]
+
+def law_as_text(given: object) -> object:
+    """law = "signorini" is law = { kind = "signorini" }, in the table ``given``."""
+    if isinstance(given, Mapping) and isinstance(given.get("law"), str):
+        return {**given, "law": {"kind": given["law"]}}
+    return given

@@ -7,17 +7,21 @@ import tomllib
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from pydantic import ValidationError, create_model
 
 from impact.files.input_files import MB, read_text
+from seatfem.fields import one_of
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.locate import KeyPath, key_lines
-from seatfem.study.scene.models import BODIES, Scene, any_kind
+from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.models import BODIES, Accuracy, Contact, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+from seatfem.study.scene.stopper import stopper_of
 
-_BUILT_IN: Final = kinds_of()
+_BUILT_IN: Final = (kinds_of(), laws(), tuple(all_measures()))
 LIMIT: Final = 1 * MB
 DEEPEST: Final = 32
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
@@ -37,7 +41,7 @@ def load_scene(path: Path | str) -> Scene:
     path = Path(path)
     text = _read(path)
     data = _parse(text, path)
-    model = scene_of(kinds_of())
+    model = scene_of(kinds_of(), laws(), tuple(all_measures()))
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -45,11 +49,20 @@ def load_scene(path: Path | str) -> Scene:
 
 
 @lru_cache
-def scene_of(kinds: tuple[type[Structure], ...]) -> type[Scene]:
-    """A scene whose bodies may be of these kinds: those of the program, and what else is defined by now."""
-    if kinds == _BUILT_IN:
+def scene_of(
+    kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
+) -> type[Scene]:
+    """A scene of these kinds of bodies, laws and measures: those of the program, and what else is defined by now."""
+    if (kinds, laws, measures) == _BUILT_IN:
         return Scene
-    fields: Any = {name: (any_kind(kinds), Scene.model_fields[name]) for name in BODIES}
+    law: Any = {"law": (one_of(laws), Contact.model_fields["law"])}
+    contact = create_model("Contact", __base__=Contact, **law)
+    names: Any = {"measures": (tuple[Literal[measures], ...], Accuracy.model_fields["measures"])}  # type: ignore[valid-type]
+    accuracy = create_model("Accuracy", __base__=Accuracy, **names)
+    tables = {"contact": contact, "accuracy": accuracy}
+    fields: Any = {name: (table, Scene.model_fields[name]) for name, table in tables.items()}
+    fields |= {name: (one_of(kinds), Scene.model_fields[name]) for name in BODIES}
+    fields["stopper"] = (stopper_of(kinds, laws) | None, Scene.model_fields["stopper"])
     return create_model("Scene", __base__=Scene, **fields)
 
 

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, Union
+from typing import TYPE_CHECKING, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default
+from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.scene.laws import AnyLaw
-
-
-def any_kind(kinds: tuple[type[Structure], ...]) -> Any:
-    """One of these kinds of structures, by its ``kind``."""
-    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
-
+from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
+from seatfem.study.scene.measures import all_measures, any_needs_stress
+from seatfem.study.scene.stopper import Stopper
 
 if TYPE_CHECKING:
     Body = Structure
+    AnyLaw = ContactLaw
+    Measure = str
 else:
-    Body = any_kind(kinds_of())  # of those that the program has of its own
+    Body = one_of(kinds_of())  # of those that the program has of its own, as are the laws and measures
+    AnyLaw = one_of(laws())
+    Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
-"""The roles: tables that take any kind of structure."""
+"""The roles of every scene: tables that take any kind of structure."""
 
 
 class Contact(Table):
@@ -47,10 +47,7 @@ class Contact(Table):
     @model_validator(mode="before")
     @classmethod
     def _law_as_text(cls, given: object) -> object:
-        """law = "signorini" is law = { kind = "signorini" }."""
-        if isinstance(given, Mapping) and isinstance(given.get("law"), str):
-            return {**given, "law": {"kind": given["law"]}}
-        return given
+        return law_as_text(given)
 
 
 class Run(Table):
@@ -67,7 +64,6 @@ class Run(Table):
         return self
 
 
-Measure = Literal["impulse", "filtered_peak", "contact_duration", "seat_displacement", "stress"]
 AccuracyLevel = Literal["quick", "standard", "reference"]
 TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %", "reference": "0.3 %"}
 
@@ -96,8 +92,30 @@ class Scene(Table):
     seat: Body = Field(description="what is struck")
     reed: Body = Field(description="what strikes")
     contact: Contact = default({}, "where and how the two touch")
+    stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
+
+    @property
+    def bodies(self) -> Mapping[str, Structure]:
+        """The bodies that take part, by the names of their tables."""
+        found = {"seat": self.seat, "reed": self.reed}
+        return found if self.stopper is None else {**found, "stopper": self.stopper.body}
+
+    @property
+    def contact_at(self) -> float | tuple[float, float] | None:
+        """Where on the reed the contacts lie [m]: the seat's, and the stopper's where that is another place."""
+        at = self.contact.at
+        if self.stopper is None or self.stopper.at is None:
+            return at
+        here = self.reed.free_point if at is None else at
+        assert here is not None
+        return at if self.stopper.at == here else (here, self.stopper.at)
+
+    @property
+    def has_two_places(self) -> bool:
+        """Whether seat and stopper meet the reed at different places: the second is a port of its own."""
+        return isinstance(self.contact_at, tuple)
 
     @model_validator(mode="after")
     def _in_their_roles(self) -> Self:
@@ -123,6 +141,22 @@ class Scene(Table):
         return self
 
     @model_validator(mode="after")
+    def _stopper_beyond_the_reed(self) -> Self:
+        """The stopper meets the reed where it has a place, and not before the start."""
+        if (stopper := self.stopper) is None:
+            return self
+        self.reed.check_contact(stopper.at, "stopper.at")
+        start = self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
+        if start > stopper.gap * (1 + 1e-9):
+            raise KeyProblem(
+                "stopper.gap",
+                f"{1e3 * stopper.gap:.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
+                f"place there, inside the stopper (limit: stopper.gap); make the gap at least {1e3 * start:.6g} mm, or "
+                "release the reed from a smaller deflection",
+            )
+        return self
+
+    @model_validator(mode="after")
     def _rings_of_a_patch(self) -> Self:
         if self.contact.rings > 1 and not self.seat.has_rings:
             raise KeyProblem(
@@ -133,7 +167,7 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _stress_of_what_bends(self) -> Self:
-        if "stress" in self.accuracy.measures and not self.reed.has_stress:
+        if any_needs_stress(self.accuracy.measures) and not self.reed.has_stress:
             name = self.reed.kind.replace("_", " ")
             bends = "has no stress that is known" if self.reed.reach else "does not bend, it has no stress"
             raise KeyProblem("accuracy.measures", f"a {name} {bends}: remove it, or use a cantilever")

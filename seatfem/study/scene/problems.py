@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from seatfem.fields import KeyProblem
+from seatfem.fields import KeyProblem, kind_of
 from seatfem.study.scene.locate import KeyPath
 
 MOST: Final = 100
@@ -53,10 +53,7 @@ def explain(
     """Pydantic's findings in the words of scene files, in the order of the file; of a crowd the first `MOST`."""
     found = [_Place.of(details, model, lines) for details in error.errors(include_url=False)]
     found.sort(key=lambda place: place.line)
-    problems = [
-        Problem(file, place.line, place.key, _message(place.details, place.path, place.table, data))
-        for place in found[:MOST]
-    ]
+    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in found[:MOST]]
     if len(found) > MOST:
         problems.append(Problem(file, found[MOST].line, "", f"{len(found) - MOST} more problems from here on"))
     return tuple(problems)
@@ -68,6 +65,7 @@ class _Place:
 
     details: ErrorDetails
     path: KeyPath
+    known: tuple[str, ...]
     table: type[BaseModel] | None
     line: int
 
@@ -77,13 +75,14 @@ class _Place:
 
     @staticmethod
     def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
-        path, table = _walk(model, details["loc"])
+        path, table, beside = _walk(model, details["loc"])
+        known = (*beside, *(table.model_fields if table else ()))
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, KeyProblem):
             path = (*path, *cause.key.split("."))
         if details["type"].startswith("union_tag"):
             path = (*path, "kind")
-        return _Place(details, path, table, line_of(path, lines))
+        return _Place(details, path, known, table, line_of(path, lines))
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
@@ -91,14 +90,15 @@ def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
     return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
 
 
-def _message(details: ErrorDetails, path: KeyPath, table: type[BaseModel] | None, data: Mapping[str, Any]) -> str:
+def _message(place: _Place, data: Mapping[str, Any]) -> str:
+    details, path = place.details, place.path
     context = details.get("ctx", {})
     written = _written(data, path)
     match details["type"]:
         case "extra_forbidden":
-            return "unknown key" + _known(str(path[-1]), list(table.model_fields) if table else [])
+            return "unknown key" + _known(str(path[-1]), list(place.known))
         case "missing":
-            return "required key is missing" + _purpose(table, path[-1])
+            return "required key is missing" + _purpose(place.table, path[-1])
         case "union_tag_not_found":
             return "required key is missing"
         case "union_tag_invalid":
@@ -146,26 +146,35 @@ def _written(data: object, path: KeyPath) -> object:
     return data
 
 
-def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None]:
-    """The path in the file (without the tags that pydantic puts in), and the table its last key belongs to."""
+def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[BaseModel] | None, tuple[str, ...]]:
+    """The path in the file (without the tags that pydantic puts in), the table its last key belongs to, and the keys
+    of the table around where that one stands in it without a name of its own (``inlined``)."""
     table: type[BaseModel] | None = model
     tables: tuple[type[BaseModel], ...] = ()
     named = False  # the next part is a name that the user chose
     path: KeyPath = ()
+    beside: tuple[str, ...] = ()
+    depth = 0  # of its keys
     for part in location:
         if isinstance(part, int) or named:
             path, named = (*path, part), False
             continue
-        if len(tables) > 1 and part in (tags := {_kind(each): each for each in tables}):
+        if len(tables) > 1 and part in (tags := {kind_of(each): each for each in tables}):
             table, tables = tags[str(part)], ()
             continue
         if len(tables) == 1:
             table = tables[0]
+        inlined = getattr(table, "inlined", "")
+        if table is not None and part == inlined:
+            beside = tuple(key for key in table.model_fields if key != inlined)
+            tables = _tables(table.model_fields[inlined].annotation)
+            depth = len(path) + 1
+            continue
         field = table.model_fields.get(str(part)) if table else None
         tables = _tables(field.annotation) if field else ()
         named = field is not None and _by_name(field.annotation)
         path = (*path, part)
-    return path, table
+    return path, table, beside if len(path) == depth else ()
 
 
 def _by_name(annotation: object) -> bool:
@@ -179,7 +188,3 @@ def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
     if get_origin(annotation) in (Union, types.UnionType, Annotated, dict, tuple, list):
         return tuple(table for part in get_args(annotation) for table in _tables(part))
     return ()
-
-
-def _kind(table: type[BaseModel]) -> str:
-    return str(get_args(table.model_fields["kind"].annotation)[0])

@@ -40,7 +40,7 @@ MARKERS: Final = {
     "order": ("D", "order 1"),
     "band": ("^", "band alone"),
     "tolerance": ("<", "tolerance"),
-    "road": (">", "road to g"),
+    "reduction": (">", "reduction"),
     "reed modes": ("P", "reed modes"),
     "time step": ("X", "time step"),
     "history": ("p", "history engine"),

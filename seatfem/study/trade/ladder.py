@@ -2,7 +2,7 @@
 
 Not the full product of all choices, but
 - the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
-- around one centre, each choice varied alone: mesh, order, band, tolerance, road, reed modes, step, history engine;
+- around one centre, each choice varied alone: mesh, order, band, tolerance, reduction, reed modes, step, history;
 - the column under the contact as a spring and as a rod: what is used where there are no finite elements.
 """
 
@@ -17,6 +17,7 @@ from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.levels import PER_WAVELENGTH
 from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.reduction.registry import reducers
 from seatfem.study.method import BAND, is_given, stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point
@@ -187,26 +188,25 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
             yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
         for tolerance in TOLERANCES:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
-        yield from (replace(p, settings={**base, **p.settings}) for p in _roads(scene, centre, family))
+        yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre, family))
     if scene.reed.beam_modes is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
     yield from _in_time(scene, base, family)
 
 
-def _roads(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
-    """Roads to g; Lanczos needs the diagonal mass of hexahedra, time stepping takes no modal damping."""
+def _reductions(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
+    """Every reduction that may serve; on hexahedra, of diagonal mass, those that need them and the usual one."""
     if centre.level == "harmonics":
         return
-    seat = scene.seat
-    for road in ("krylov", "modes", "second_order"):
-        yield Point(f"road {road}", family, "road", {"seat.greens.method": road})
-    if seat.loss == 0 and seat.loss_at(1.0) > 0:
-        yield Point("road transient", family, "road", {"seat.greens.method": "transient"})
-    hexes = {"seat.mesh.shape": "hex"}
-    if solid_level(centre):
-        yield Point("hexahedra, road krylov", family, "road", {**hexes, "seat.greens.method": "krylov"})
-        yield Point("hexahedra, road lanczos", family, "road", {**hexes, "seat.greens.method": "lanczos"})
+    seat, (usual, *_), hexes = scene.seat, reducers(), {"seat.mesh.shape": "hex"}
+    as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
+    for name, each in reducers().items():
+        point = Point(f"reduction {name}", family, "reduction", {"seat.greens.method": name})
+        if not each.diagonal_mass and (each.modal_damping or as_matrix):
+            yield point
+        if solid_level(centre) and (each.diagonal_mass or name == usual):
+            yield replace(point, name=f"hexahedra, {point.name}", settings={**hexes, **point.settings})
 
 
 def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:

@@ -19,7 +19,15 @@ from impact.march.engines import Engine
 from seatfem.jobs.worker import end_with_parent
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.study.impacts.contact import check_length, check_step, run_contact, stress_of, striker_of, time_step
+from seatfem.study.impacts.contact import (
+    check_length,
+    check_step,
+    run_contacts,
+    stopper_of,
+    stress_of,
+    striker_of,
+    time_step,
+)
 from seatfem.study.impacts.measures import measured
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import stated_method
@@ -100,17 +108,20 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     seat = seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
     striker = striker_of(scene, method.reed.n_modes)
     longest = scene.run.filter_width / point.least_steps
-    step = method.time_step or min(longest, time_step(scene, striker.greens, seat.greens))
+    stopper = stopper_of(scene)
+    greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)
+    step = method.time_step or min(longest, time_step(scene, *greens))
     check_length(scene, step)
     with watch("contact"):
-        result = run_contact(scene, striker, seat.greens, step, engine=point.engine)
-    stress = stress_of(scene, striker, result.force, result.dt)
+        touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
+    result = touches.seat
+    stress = stress_of(scene, striker, result.force, result.dt, stopper=touches.stopper_force)
     values = measured(result, scene.run.filter_width, stress)
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),
         "seat_dof": seat.about.get("seat_dof", 0),
-        "seat_poles": len(getattr(seat.greens, "omega", ())),
-        "road": getattr(seat.greens, "origin", {}).get("method", ""),
+        "seat_poles": seat.greens.marched_poles(step, scene.run.duration / step) or 0,
+        "reduction": seat.greens.provenance.get("method", ""),
         "time_step_s": step,
         "engine": result.engine,
         "stages_s": {name: round(spent, 4) for name, spent in watch.stages.items()},

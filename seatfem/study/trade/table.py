@@ -9,7 +9,7 @@ from pathlib import Path
 
 from impact.files.atomic import whole_file
 from impact.files.table import without_nan, write_rows
-from seatfem.study.impacts.measures import KEYS
+from seatfem.study.scene.measures import key_of
 from seatfem.study.trade.trade import AS_FILED, PLANNED, Trade
 
 
@@ -33,7 +33,7 @@ def rows_of(trade: Trade) -> list[dict[str, object]]:
             "poles": outcome.about.get("seat_poles", 0),
             "time_step_s": outcome.about.get("time_step_s", math.nan),
         }
-        row |= {KEYS.get(m, m): outcome.values.get(m, math.nan) for m in trade.measures}
+        row |= {key_of(m): outcome.values.get(m, math.nan) for m in trade.measures}
         row |= {f"error_{m}": trade.error(name, m) for m in trade.measures}
         row |= {f"front_{m}": name in fronts[m] for m in trade.measures}
         row |= {"front": name in together, "reason": " ".join(outcome.reason.split())}

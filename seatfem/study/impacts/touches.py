@@ -1,0 +1,90 @@
+"""The contacts of one run taken apart: those of the seat, ring by ring and as one, and that of the stopper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import impact
+from impact import measures
+from impact.after.result import ImpactResult, as_one
+from impact.bodies.body import Body
+from impact.greens.base import Array
+from impact.march.motion import port_displacement
+from seatfem.structures.rings import ring_shares
+from seatfem.study.scene import Scene
+
+FIELDS = ("force", "gap", "striker_displacement", "target_displacement")
+
+
+@dataclass(frozen=True)
+class Touches:
+    """One run, contact by contact; the energies in each are those of the whole run.
+
+    Attributes:
+        seat: its patch, the rings seen as one contact.
+        rings: ring by ring, where there are several.
+        stopper: where there is one.
+    """
+
+    seat: ImpactResult
+    rings: ImpactResult | None = None
+    stopper: ImpactResult | None = None
+
+    @property
+    def stopper_force(self) -> Array | None:
+        """(n + 1,) force of the stopper [N]; ``None`` where there is none."""
+        return None if self.stopper is None else self.stopper.force
+
+
+def taken_apart(scene: Scene, result: ImpactResult) -> Touches:
+    """``result`` of a problem of this scene: the seat's columns come first, the stopper's last."""
+    if scene.stopper is None:
+        several = result.force.ndim > 1
+        return Touches(as_one(result, ring_shares(result.force.shape[1])), result) if several else Touches(result)
+    last = result.force.shape[1] - 1
+    stopper = measures.of_contact(result, last)
+    if last == 1:
+        return Touches(measures.of_contact(result, 0), stopper=stopper)
+    rings = replace(result, **{name: getattr(result, name)[:, :last] for name in FIELDS})
+    return Touches(as_one(rings, ring_shares(last)), rings, stopper)
+
+
+def seat_contacts(problem: impact.ContactProblem) -> int:
+    """How many of the contacts are the seat's: the first ones."""
+    return sum(contact.side > 0 for contact in problem.contacts)
+
+
+def stopper_in(problem: impact.ContactProblem) -> Body | None:
+    """The stopper of a problem."""
+    return next((contact.target for contact in problem.contacts if contact.side < 0), None)
+
+
+def force_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) contact force of the seat's whole patch at every step done [N]."""
+    seat = seat_contacts(stepper.prepared.problem)
+    return np.concatenate([[stepper.prepared.rest[:seat].sum()], stepper.force[: stepper.done, :seat].sum(axis=1)])
+
+
+def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
+    """(n + 1,) contact force of the stopper at every step done [N]; ``None`` where there is none."""
+    if seat_contacts(stepper.prepared.problem) == stepper.force.shape[1]:
+        return None
+    return np.concatenate([stepper.prepared.rest[-1:], stepper.force[: stepper.done, -1]])
+
+
+def displacement_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1,) displacement of the seat's patch, its mean [m]."""
+    contacts = seat_contacts(stepper.prepared.problem)
+    seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
+    if contacts == 1:
+        return port_displacement(seat, -force[:, 0])
+    return np.asarray(ring_shares(contacts) @ seat.motion(-force.T).displacement)
+
+
+def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
+    """(n + 1,), or (n + 1, 2) with two ports: what seat and stopper do to the striker's ports, along the normal [N]."""
+    if stopper is None:
+        return force
+    return np.column_stack([force, -stopper]) if len(striker.greens.ports) > 1 else force - stopper

@@ -1,0 +1,120 @@
+"""The measures of a run: what an accuracy may be asked of. A new one is a subclass of `Measure`, in any file."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from impact import measures
+from impact.after.spectrum import largest_average
+from impact.after.stresses import ReedStress
+from impact.greens.base import Array
+
+
+@dataclass(frozen=True)
+class Blow:
+    """What measures are taken from.
+
+    Attributes:
+        force: (n + 1,) of one contact [N].
+        dt: step [s].
+        filter_width: of the run [s].
+        displacement: (n + 1,) of the seat's patch [m]; ``None``: not known.
+        stress: the reed's; ``None``: not known.
+    """
+
+    force: Array
+    dt: float
+    filter_width: float
+    displacement: Array | None = None
+    stress: ReedStress | None = None
+
+
+class Measure(ABC):
+    """A number that an accuracy may be asked for. A subclass with a ``name``, in any file, is one more.
+
+    Attributes:
+        name: in ``accuracy.measures``.
+        key: in summary.json, with its unit.
+        words: in the tables of a run.
+        needs_displacement, needs_stress: what it takes of the run beside the force.
+    """
+
+    name: ClassVar[str]
+    key: ClassVar[str]
+    words: ClassVar[str]
+    needs_displacement: ClassVar[bool] = False
+    needs_stress: ClassVar[bool] = False
+
+    @abstractmethod
+    def of(self, blow: Blow) -> float:
+        """Its value [SI]. A contact that never was has the value 0."""
+
+
+class Impulse(Measure):
+    """Integral of the force."""
+
+    name, key, words = "impulse", "impulse_Ns", "impulse"
+
+    def of(self, blow: Blow) -> float:
+        return float(np.sum(blow.force[1:])) * blow.dt
+
+
+class FilteredPeak(Measure):
+    """Largest average of the force over the filter's width."""
+
+    name, key, words = "filtered_peak", "filtered_peak_force_N", "peak force"
+
+    def of(self, blow: Blow) -> float:
+        return largest_average(blow.force[1:], blow.dt, blow.filter_width)
+
+
+class ContactDuration(Measure):
+    """Of the first group of contacts."""
+
+    name, key, words = "contact_duration", "contact_duration_s", "contact duration"
+
+    def of(self, blow: Blow) -> float:
+        groups = measures.merged(blow.dt * measures.closed_steps(blow.force[1:]))
+        return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
+
+
+class SeatDisplacement(Measure):
+    """The seat's largest; 0 where nothing touched it, whatever round-off says."""
+
+    name, key, words = "seat_displacement", "max_seat_displacement_m", "seat displacement"
+    needs_displacement = True
+
+    def of(self, blow: Blow) -> float:
+        return float(np.max(np.abs(blow.displacement))) if np.any(blow.force) else 0.0  # type: ignore[arg-type]
+
+
+class Stress(Measure):
+    """The reed's largest after the first touch."""
+
+    name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after the first touch"
+    needs_stress = True
+
+    def of(self, blow: Blow) -> float:
+        peak = blow.stress.after_contact if blow.stress else None
+        return peak.value if peak else 0.0
+
+
+def all_measures() -> Mapping[str, Measure]:
+    """One of each that is defined by now, by name, ours first."""
+    return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
+
+
+def key_of(name: str) -> str:
+    """Of a measure in summary.json; the name itself where there is none."""
+    found = all_measures().get(name)
+    return name if found is None else found.key
+
+
+def any_needs_stress(names: Collection[str]) -> bool:
+    """Whether the reed's stress is wanted for one of these measures."""
+    return any(each.needs_stress for name, each in all_measures().items() if name in names)

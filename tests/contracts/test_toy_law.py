@@ -1,0 +1,88 @@
+"""A new contact law is one class: no file knows this one, and scenes, plans and runs carry it out."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Literal
+
+import pytest
+from pydantic import Field
+
+from impact.march.laws import Law, compiled_law
+from seatfem.fields import Stiffness
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene.laws import ContactLaw, laws
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "1 GN/m"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[contact]
+law = {{ kind = "{kind}", stiffness = "1 N/um" }}
+[run]
+duration = "0.3 ms"
+filter_width = "10 us"
+time_step = "0.2 us"
+[accuracy]
+target = "30 %"
+"""
+
+
+@pytest.fixture
+def toy() -> Iterator[None]:
+    class Rubber(ContactLaw):
+        """A spring that takes half of its force when the bodies part."""
+
+        kind: Literal["toy_rubber"]
+        stiffness: Stiffness = Field(description="force per penetration")
+
+        def law(self, share: float = 1.0) -> Law:
+            k = share * self.stiffness
+
+            def force(pen: float, start: float, dt: float) -> float:
+                return k * pen if pen >= start else 0.5 * k * pen
+
+            return compiled_law(force)
+
+    yield
+    del Rubber.model_fields["kind"]
+
+
+def written(folder: Path, kind: str) -> Path:
+    path = folder / f"{kind}.toml"
+    path.write_text(SCENE.format(kind=kind), encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_toy_law_is_planned_and_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half the energy is lost: restitution 1/sqrt(2), to what steps of a 500th of the blow leave."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    scene = load_scene(written(tmp_path, "toy_rubber"))
+    assert plan_scene(scene).level == "closed form"
+    summary = run_scene(scene, tmp_path / "out").summary
+    spring = run_scene(load_scene(written(tmp_path, "spring")), tmp_path / "spring").summary
+    assert summary["restitution"] == pytest.approx(0.5**0.5, rel=5e-3)
+    assert summary["peak_force_N"] == pytest.approx(spring["peak_force_N"], rel=5e-3)
+
+
+@pytest.mark.usefixtures("toy")
+def test_its_keys_are_checked_and_its_name_is_listed(tmp_path: Path) -> None:
+    path = written(tmp_path, "toy_rubber")
+    path.write_text(path.read_text().replace('stiffness = "1 N/um" }', "stifness = 1 }"))
+    with pytest.raises(SceneError, match=r"contact.law.stifness: unknown key; did you mean 'stiffness'"):
+        load_scene(path)
+    with pytest.raises(SceneError, match=r"contact.law.kind: 'rubber' is not one of .*'toy_rubber'"):
+        load_scene(written(tmp_path, "rubber"))
+
+
+def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
+    assert [law.__module__ for law in laws()] == ["seatfem.study.scene.laws"] * 4
+    with pytest.raises(SceneError, match="'toy_rubber' is not one of 'signorini', 'spring', 'hertz', 'hunt_crossley'"):
+        load_scene(written(tmp_path, "toy_rubber"))

@@ -1,0 +1,75 @@
+"""A new measure is one class: scenes ask for it, plans aim at it, and runs give it an error bar."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.faces.verdict import name_of
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene.measures import Blow, Measure, all_measures
+
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "1 N/um"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "0.3 ms"
+filter_width = "10 us"
+[accuracy]
+target = "10 %"
+measures = ["toy_square"]
+"""
+
+
+@pytest.fixture
+def toy() -> Iterator[None]:
+    class Square(Measure):
+        """Integral of the squared force."""
+
+        name, key, words = "toy_square", "force_squared_N2s", "squared force"
+
+        def of(self, blow: Blow) -> float:
+            return float(np.sum(blow.force[1:] ** 2)) * blow.dt
+
+    yield
+    del Square.name
+
+
+def written(folder: Path) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("toy")
+def test_a_toy_measure_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of half a sine of the amplitude v sqrt(k m): its square times half the blow."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))  # they are tested elsewhere
+    scene = load_scene(written(tmp_path))
+    assert scene.accuracy.measures == ("toy_square",)
+    assert plan_scene(scene).error["toy_square"] < 0.1
+    run_scene(scene, tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    k, m = 1e6, 1e-3
+    exact = k * m * np.pi * np.sqrt(m / k) / 2
+    assert abs(summary["force_squared_N2s"] - exact) <= summary["error_bar_force_squared_N2s"] < 0.1 * exact
+    assert summary["accuracy_met"]
+    assert name_of("force_squared_N2s", summary) == "squared force"
+
+
+def test_a_toy_measure_is_gone_afterwards(tmp_path: Path) -> None:
+    assert len(all_measures()) == 5
+    with pytest.raises(
+        SceneError, match=r"accuracy.measures.0: 'toy_square' is not one of 'impulse', 'filtered_peak', "
+    ):
+        load_scene(written(tmp_path))

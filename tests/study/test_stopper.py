@@ -1,0 +1,302 @@
+"""[stopper]: a second contact of the same striker, known exactly between two springs, and as built by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.storage.hdf5 import load_results, save_greens
+from seatfem.faces.plan_json import plan_json
+from seatfem.structures.kinds import kinds_of
+from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
+from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.stopper import Stopper
+
+SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
+MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
+STOPPER = '[stopper]\nkind = "spring"\nstiffness = "4 N/um"\ngap = "0.2 mm"\n'
+RUN = '[run]\nduration = "1.4 ms"\ntime_step = "0.1 us"\n[accuracy]\ntarget = "5 %"\n'
+REED = (
+    '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 8\nrelease = { tip_deflection = "1 mm" }\n'
+    'pressure = "0.3 bar"\n'
+)
+ABOVE = '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\nat = "18 mm"\ngap = "0.8 mm"\n'
+SHORT = '[run]\nduration = "2 ms"\ntime_step = "0.2 us"\n[accuracy]\ntarget = "50 %"\n'
+KEYS = ("peak_force_N", "filtered_peak_force_N", "impulse_Ns", "first_contact_s", "contact_count")
+
+
+def scene_of(folder: Path, text: str) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_scene(path)
+
+
+def problems(folder: Path, text: str) -> str:
+    with pytest.raises(SceneError) as caught:
+        scene_of(folder, text)
+    return str(caught.value)
+
+
+def bounced(scene: Scene, dt: float) -> Touches:
+    return run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e6), dt)
+
+
+def extrapolated(coarse: Touches, fine: Touches, measure: Any) -> float:
+    """To a step of zero, of a march of first order."""
+    return float(2 * measure(fine) - measure(coarse))
+
+
+MASS_KG, SPEED, WAY = 1e-3, 1.0, 3e-4
+OF_SEAT, OF_STOPPER = (math.pi * math.sqrt(MASS_KG / k) for k in (1e6, 4e6))  # s, of each contact
+SECOND = 1e-4 + OF_SEAT + OF_STOPPER + 2 * WAY / SPEED  # s, when the mass comes back to the seat
+
+
+def test_a_mass_between_two_springs(tmp_path: Path) -> None:
+    """m v^2/2 goes to and fro: half periods pi sqrt(m/k), flights at v, 2 m v each time, peaks v sqrt(k m).
+
+    A rigid contact on a spring takes energy in proportion to the step (measured: 4e-3 of the
+    stopper's impulse at 0.05 us), so that errors halve with it and their extrapolation is exact to second order.
+    """
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
+    assert coarse.stopper is not None
+    momentum, peak = 2 * MASS_KG * SPEED, SPEED * math.sqrt(4e6 * MASS_KG)
+    exact = {
+        "seat impulse": (lambda run: measures.impulse(run.seat), 2 * momentum, 1e-4),
+        "stopper impulse": (lambda run: measures.impulse(run.stopper), 2 * momentum, 1e-4),
+        "stopper peak": (lambda run: run.stopper.force[: len(run.stopper.force) // 2].max(), peak, 1e-4),
+        # starts and ends are known to a step
+        "first": (lambda run: measures.contact_groups(run.stopper)[0, 0], 1e-4 + OF_SEAT + WAY / SPEED, 2e-7 / 5e-4),
+        "second": (lambda run: measures.contact_groups(run.seat)[1, 0], SECOND, 2e-7 / SECOND),
+        "length": (lambda run: float(np.diff(measures.contact_groups(run.stopper)[0])[0]), OF_STOPPER, 4e-3),
+    }
+    for name, (measure, value, within) in exact.items():
+        assert extrapolated(coarse, fine, measure) == pytest.approx(value, rel=within), name
+    for name in ("seat impulse", "stopper impulse"):
+        measure, value, _ = exact[name]
+        ratio = (measure(coarse) - value) / (measure(fine) - value)
+        assert ratio == pytest.approx(2.0, abs=0.03), name  # of first order
+    assert len(measures.contact_groups(coarse.seat)) == len(measures.contact_groups(coarse.stopper)) == 2
+    assert fine.seat.energy.residual < 1e-12
+
+
+def test_that_exact_case_knows_the_stoppers_stiffness(tmp_path: Path) -> None:
+    """3 % more of it are 1.5 % in the peak and in the contact's length, both above what the case allows."""
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER.replace("4 N/um", "4.12 N/um") + RUN)
+    coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
+    peak = extrapolated(coarse, fine, lambda run: run.stopper.force[: len(run.stopper.force) // 2].max())
+    length = extrapolated(coarse, fine, lambda run: np.diff(measures.contact_groups(run.stopper)[0])[0])
+    assert abs(peak / (SPEED * math.sqrt(4e6 * MASS_KG)) - 1) > 0.01
+    assert abs(length / OF_STOPPER - 1) > 0.01
+
+
+def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
+    """Seat at the tip, stopper at 18 mm: the reed has two ports, and both contacts are those of `impact.Contact`."""
+    law = 'law = { kind = "spring", stiffness = "50 N/um" }\n'
+    scene = scene_of(tmp_path, SEAT + REED + ABOVE + law + SHORT)
+    touches = bounced(scene, 2e-7)
+    reed = impact.reed(
+        impact.Cantilever(200e9, 7850.0, 25.4e-3, 10e-3, 0.305e-3),
+        n_modes=8,
+        contact_at=(25.4e-3, 18e-3),
+        release=impact.StaticShape(1e-3),
+        loads=(impact.Pressure(lambda t: np.full(np.shape(t), 3e4)),),
+    )
+    contacts = [
+        impact.Contact(impact.spring(stiffness=1e6), striker_port=0),
+        impact.Contact(
+            impact.spring(stiffness=5e6), gap=0.8e-3, law=impact.LinearSpring(50e6), side=-1, striker_port=1
+        ),
+    ]
+    byhand = impact.solve(impact.ContactProblem(reed, contacts=contacts), dt=2e-7, duration=2e-3)
+    assert byhand.force[:, 1].max() > 1.0
+    for column, one in enumerate((touches.seat, touches.stopper)):
+        assert one is not None
+        for name in ("force", "gap", "striker_displacement", "target_displacement"):
+            theirs = getattr(byhand, name)[:, column]
+            np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+
+
+def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
+    """Absent, or stated as what it is: seat and stopper on the same port."""
+    for at in ("", 'at = "25.4 mm"\n'):
+        text = SEAT + REED + '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1.2 mm"\n' + at + SHORT
+        scene = scene_of(tmp_path, text)
+        problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+        assert problem.striker.greens.ports == ("contact",)
+        assert [contact.side for contact in problem.contacts] == [1, -1]
+
+
+def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
+    """Two rings and a stopper: three contacts, of which the first two are the seat's."""
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
+    nothing = np.zeros((0, 2))
+    greens = impact.ModalGreens(
+        np.zeros(0), np.zeros(0), nothing, impact.Residual(nothing, np.zeros(0), compliance), ("contact_1", "contact_2")
+    )
+    touches = run_contacts(scene, striker_of(scene), greens, 2e-7)
+    byhand = impact.solve(
+        impact.ContactProblem(
+            impact.rigid_mass(mass=1e-3, velocity=-1.0),
+            contacts=[
+                *(impact.Contact(greens, port=k, gap=1e-4) for k in range(2)),
+                impact.Contact(impact.spring(stiffness=4e6), gap=2e-4, side=-1),
+            ],
+        ),
+        dt=2e-7,
+        duration=1.4e-3,
+    )
+    assert touches.rings is not None
+    assert touches.stopper is not None
+    np.testing.assert_allclose(touches.rings.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
+    np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
+    np.testing.assert_array_equal(touches.seat.force, touches.rings.force.sum(axis=1))
+    assert touches.stopper.force.max() > 1.0
+    asked = measures_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7)
+    assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
+    mean = touches.seat.target_displacement
+    assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
+
+
+def test_the_keys_of_a_run(tmp_path: Path) -> None:
+    """What the seat's keys say is the seat's, the stopper has its own, and so has the spring baseline."""
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    out = tmp_path / "out"
+    run_scene(scene, out, pictures=False)
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    results = load_results(out / "result.h5")
+    assert set(results) == {"wave", "spring", "stopper", "spring_stopper"}
+    assert results["wave"].force.ndim == results["stopper"].force.ndim == 1
+    for name, prefix in (("stopper", "stopper_"), ("wave", ""), ("spring_stopper", "spring_stopper_")):
+        found = {key: summary[prefix + key] for key in KEYS}
+        one = results[name]
+        assert found["peak_force_N"] == measures.peak_force(one)
+        assert found["filtered_peak_force_N"] == measures.filtered_peak_force(one, 1e-6)
+        assert found["impulse_Ns"] == measures.impulse(one)
+        assert found["first_contact_s"] == measures.contact_groups(one)[0, 0]
+        assert found["contact_count"] == 2
+    assert summary["stopper_kind"] == "spring"
+    assert summary["restitution"] is None  # of a mass that came back from the stopper
+    assert summary["energy_residual"] < 1e-12
+    # the bars are the seat's: a spring of the same stiffness is the same seat
+    assert summary["spring_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
+    assert summary["error_bar_impulse_Ns"] > abs(summary["impulse_Ns"] - 4e-3)
+
+
+def test_a_scene_without_a_stopper_says_nothing_of_one(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    summary = run_scene(scene_of(tmp_path, SEAT + MASS + RUN), out, pictures=False).summary
+    assert not [key for key in summary if "stopper" in key]
+    assert set(load_results(out / "result.h5")) == {"wave", "spring"}
+
+
+def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
+    """A Green's function from a file: its own errors are in no bar, and plan and run say so; the impact is the same."""
+    save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
+    text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
+    scene = scene_of(tmp_path, text)
+    body = stopper_of(scene)
+    assert body is not None
+    assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
+    note = "the stopper (kind 'greens') is taken as its keys state it"
+    assert any(note in words for words in plan_scene(scene).notes)
+    outcome = run_scene(scene, tmp_path / "out", pictures=False)
+    assert any(note in words for words in outcome.messages)
+    stated = bounced(scene_of(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
+    assert stated is not None
+    assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
+
+
+def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:
+    """They march with it: the mass comes back to the seat; and begin before it is met, where that comes first."""
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    seat, stopper = impact.spring(stiffness=1e6), stopper_of(scene)
+    assert first_look(scene, seat, stopper=stopper).groups == 2
+    bench = Bench(scene, seat, Window(0.0, 1.4e-3, 2), stopper=stopper)
+    assert bench.measures(dt=1e-7)["impulse"] == pytest.approx(4e-3, rel=0.01)
+    free = scene.model_copy(update={"stopper": None})
+    assert Bench(free, seat, bench.window).measures(dt=1e-7)["impulse"] == pytest.approx(2e-3, rel=0.01)
+    force, above = np.zeros(1400), np.zeros(1401)
+    force[900:950], above[300:340] = 1.0, 1.0
+    assert window_of(scene, striker_of(scene), force, 1e-6).start == pytest.approx(890e-6)
+    assert window_of(scene, striker_of(scene), force, 1e-6, above).start == pytest.approx(289e-6)
+
+
+REFUSED = [
+    (
+        "",
+        '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n',
+        "stopper.gap: required key is missing: distance from the",
+    ),
+    ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: required key is missing"),
+    ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin' is not one of"),
+    ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: unknown key; did you mean 'stiffness'?"),
+    ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: unknown key; did you mean 'gap'?"),
+    ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
+    ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' is negative"),
+    ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
+    ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
+    ("", "stopper = 3\n", "stopper"),
+    (
+        "",
+        MASS.split("[contact]")[0].replace("[reed]", "[stopper]") + 'gap = "1 mm"\n',
+        "stopper.velocity: a stopper is at",
+    ),
+    (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 0.026 m lies beyond the reed, which ends at 0.0254 m"),
+]
+
+
+@pytest.mark.parametrize(("reed", "stopper", "words"), REFUSED, ids=[words[:40] for _, _, words in REFUSED])
+def test_what_is_wrong_is_named(reed: str, stopper: str, words: str, tmp_path: Path) -> None:
+    text = stopper + SEAT + MASS + RUN if stopper.startswith("stopper =") else SEAT + (reed or MASS) + stopper + RUN
+    assert f": {words}" in problems(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("release", "at", "limit"),
+    [
+        ('release = { tip_deflection = "1 mm" }', "18 mm", 0.5753559),  # x^2 (3 L - x)/(2 L^3)
+        ('release = { tip_deflection = "1 mm" }', "25.4 mm", 1.0),
+        ('release = { mode = 1, deflection = "1 mm" }', "25.4 mm", 1.0),
+        (
+            'release = { mode = 2, deflection = "-1 mm" }',
+            "12.7 mm",
+            0.713,
+        ),  # of mode 2 in the middle: 0.7137 of the tip
+    ],
+)
+def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str, limit: float, tmp_path: Path) -> None:
+    reed = REED.replace('release = { tip_deflection = "1 mm" }', release)
+
+    def with_gap(gap: float) -> str:
+        return (
+            SEAT + reed + f'[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "{gap} mm"\nat = "{at}"\n' + SHORT
+        )
+
+    told = problems(tmp_path, with_gap(0.999 * limit))
+    assert f"stopper.gap: {0.999 * limit:.6g} mm: at the start the reed stands {limit:.3g}"[:60] in told
+    assert "(limit: stopper.gap); make the gap at least" in told
+    assert scene_of(tmp_path, with_gap(1.002 * limit)).stopper is not None
+
+
+def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
+    """Its body's keys beside its own; no kind has a key of the same name, and it is written as it was read."""
+    own = set(Stopper.model_fields) - {"body"}
+    assert not [kind.__name__ for kind in kinds_of() if own & set(kind.model_fields)]
+    scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    written = json.loads(plan_json(plan_scene(scene)))["scene"]["stopper"]
+    assert written == {
+        "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "at": None, "law": {"kind": "signorini"},
+    }  # fmt: skip
