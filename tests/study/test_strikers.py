@@ -19,9 +19,9 @@ from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.roles import in_words_of
 from seatfem.structures.levels import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.accuracy.prerun import Bench
+from seatfem.study.accuracy.prerun import Bench, stand_in_of
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.contact import RunError, check_step, problem_of, striker_of
+from seatfem.study.impacts.contact import RunError, check_step, problem_of, solved_striker, striker_of
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
@@ -296,3 +296,21 @@ def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
     thick = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER + 'thickness = "8 mm"\n')
     with pytest.raises(RunError, match=r"^seat.thickness = 8 mm over seat.length = 25.4 mm"):
         check_step(thick)
+
+
+def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
+    """A plan knows its mass, and so its impulse; a body so stiff beside the spring gives its momentum back twice."""
+    block = (Path(__file__).parents[2] / "meshes" / "block.step").as_posix()
+    more = (
+        'fixed = { kind = "nothing" }\ndamping_ratio = 0.02\nmesh = { size = "6 mm" }\nvelocity = "-0.1 m/s"\n'
+        'greens = { bandwidth = "30 kHz", tolerance = "5 %" }\n'
+    )
+    text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
+    scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
+    guess = stand_in_of(scene)
+    assert guess is not None
+    plan = plan_scene(scene)
+    assert not any("no contact" in note for note in plan.notes)
+    solved = solved_striker(scene)
+    assert solved is not None
+    assert guess.mass() == pytest.approx(solved.greens.mass(), rel=1e-3)
