@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+import impact
 from impact.runs.budget import SAFETY, Values
 from impact.runs.variations import FINE
-from seatfem.study.impacts.contact import run_for_measures, striker_of, time_step
+from seatfem.study.impacts.contact import measures_of, problem_of, striker_of, time_step
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.scene import Scene, load_scene
 
@@ -104,8 +105,8 @@ def sample(scene: Scene) -> Sample:
     finest = max(min(auto / 8, dt / 16), scene.run.duration / 2e6)
     steps = {"h": dt, "2h": 2 * dt, "4h": 4 * dt, "h/2": dt / 2, "fine": min(auto, dt / 2)}
     steps["bounded"] = max(steps["fine"], dt / 8)
-    at = {name: run_for_measures(scene, striker, seat, step) for name, step in steps.items()}
-    exact = run_for_measures(scene, striker, seat, finest)
+    at = {name: measures_of(scene, problem_of(scene, striker, impact.Body(seat)), step) for name, step in steps.items()}
+    exact = measures_of(scene, problem_of(scene, striker, impact.Body(seat)), finest)
     return Sample(dt, auto, scene.run.filter_width / dt, exact, at)
 
 

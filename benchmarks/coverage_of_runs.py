@@ -24,6 +24,7 @@ from time import perf_counter
 import numpy as np
 from coverage_of_seats import FINER, KINDS, Case, draw_case
 
+import impact
 from impact.progress import silent
 from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
@@ -34,7 +35,7 @@ from seatfem.structures.levels import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import run_for_measures, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
@@ -244,7 +245,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
     finer = as_stated(scene, done.plan.method.replaced(changed))
     seat = seat_of(finer, mesh_error=False)
     step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
-    return run_for_measures(finer, striker_of(finer), seat.greens, step)
+    return measures_of(finer, problem_of(finer, striker_of(finer), impact.Body(seat.greens)), step)
 
 
 def read(path: Path = FILE) -> list[Verdict]:

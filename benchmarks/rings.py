@@ -11,9 +11,10 @@ from time import process_time
 
 from table import Table, publish
 
+import impact
 from impact import measures
 from seatfem.structures.rings import face_compliance
-from seatfem.study.impacts.contact import run_contact, run_for_measures, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, run_contact, striker_of
 from seatfem.study.impacts.seat import seat_of
 from seatfem.study.scene import load_scene
 
@@ -49,7 +50,7 @@ def one(rings: int, folder: Path) -> dict[str, float]:
     made = process_time()
     result = run_contact(scene, striker, seat.greens, STEP)
     marched = process_time()
-    run_for_measures(scene, striker, seat.greens, STEP)
+    measures_of(scene, problem_of(scene, striker, impact.Body(seat.greens)), STEP)
     again = process_time()
     return {
         "rings": rings,

@@ -173,8 +173,3 @@ def convolve(weights: Array, force: Array) -> Array:
     n = len(force)
     size = 1 << (2 * n - 1).bit_length()
     return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])
-
-
-def direct_sum(weights: Array, force: Array) -> Array:
-    """The same sum, term by term: the oracle."""
-    return np.array([weights[: n + 1] @ force[n::-1] for n in range(len(force))])

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import impact
 from impact.greens.modal import ModalGreens, Residual
 from impact.runs.budget import SAFETY
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
@@ -23,7 +24,7 @@ from seatfem.structures.levels import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer
-from seatfem.study.impacts.contact import RunError, run_for_measures, striker_of
+from seatfem.study.impacts.contact import RunError, measures_of, problem_of, striker_of
 from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.method import BAND, STEP, RunMethod, as_stated, is_given, stated_method
 from seatfem.study.planning.deciding import Choices, Decision
@@ -222,7 +223,10 @@ class TestTargets:
         coarse, fine = with_stated(scene, {STEP: transits * transit}), with_stated(scene, {STEP: transit / 50})
         plan = plan_scene(coarse)
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-        rough, exact = (run_for_measures(s, striker_of(s), seat, s.run.time_step or 0.0) for s in (coarse, fine))
+        rough, exact = (
+            measures_of(s, problem_of(s, striker_of(s), impact.Body(seat)), s.run.time_step or 0.0)
+            for s in (coarse, fine)
+        )
         for name, bar in plan.error.items():
             assert abs(rough[name] - exact[name]) <= bar * abs(rough[name]), name
 
@@ -250,7 +254,10 @@ class TestTargets:
         """What leaving out some of them would not tell: of a single one, nothing at all."""
         scene = scene_of(SPRING, REED, reed__n_modes=n_modes, run__time_step="20 ns")
         seat = scene.seat.surrogate(scene.run.duration, scene.reed.face).greens
-        few, truth = (run_for_measures(scene, striker_of(scene, n), seat, 20e-9) for n in (n_modes, 150))
+        few, truth = (
+            measures_of(scene, problem_of(scene, striker_of(scene, n), impact.Body(seat)), 20e-9)
+            for n in (n_modes, 150)
+        )
         off = abs(few["filtered_peak"] - truth["filtered_peak"])
         assert off <= plan_scene(scene).error["filtered_peak"] * few["filtered_peak"]
 

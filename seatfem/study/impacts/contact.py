@@ -161,11 +161,6 @@ def problem_of(
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
-def run_for_measures(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> Values:
-    """`measures_of` striker and seat."""
-    return measures_of(scene, problem_of(scene, striker, impact.Body(seat)), dt)
-
-
 def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
     """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
     striker = problem.striker
