@@ -47,7 +47,7 @@ def error_budget(
       the reduction's error. A Krylov space keeps modes far beyond the bandwidth.
     - model: fewer modes of a beam, by 1.4, or half of what half of them change, or, of few, what many change; g
       larger by the error of the level of modelling (a bar as a rod); what a cheap level leaves out, to first order
-      (`seatfem.structures.statics.beyond_level`); a thick reed's shear.
+      (`Structure.beyond`); a thick reed's shear.
     - patch: a patch that moves as its mean is softer than under the striker's face. In place of one ring or two, the
       patch in `ENOUGH` of them, on the coarser mesh; of more, what one ring in their place changes, times
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
