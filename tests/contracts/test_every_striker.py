@@ -20,6 +20,8 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import corpus
 
+pytestmark = pytest.mark.slow
+
 MESHES: Final = Path(__file__).parents[2] / "meshes"
 HELD: Final = 'deflection = "1 um"\n'
 SIZE: Final = 'mesh = { size = "4 mm" }\n'
