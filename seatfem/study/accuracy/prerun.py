@@ -29,6 +29,7 @@ from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import displacement_of, force_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import any_needs_displacement, any_needs_stress
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -148,9 +149,9 @@ class Bench:
         problem = problem_of(self.scene, striker.body, target.body, *(each.body for each in stoppers))
         prepared = impact.prepare(problem, dt, self.window.duration, bodies=(striker, target, *stoppers))
         stepper = _marched(prepared)
-        force, displacement = force_of(stepper), displacement_of(stepper) if "seat_displacement" in asked else None
+        force, displacement = force_of(stepper), displacement_of(stepper) if any_needs_displacement(asked) else None
         stress = None
-        if "stress" in asked:
+        if any_needs_stress(asked):
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
         return values_of(force, dt, width, displacement, stress)

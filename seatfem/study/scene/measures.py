@@ -115,6 +115,11 @@ def key_of(name: str) -> str:
     return name if found is None else found.key
 
 
+def any_needs_displacement(names: Collection[str]) -> bool:
+    """Whether the displacement of the seat's patch is wanted for one of these measures."""
+    return any(each.needs_displacement for name, each in all_measures().items() if name in names)
+
+
 def any_needs_stress(names: Collection[str]) -> bool:
     """Whether the reed's stress is wanted for one of these measures."""
     return any(each.needs_stress for name, each in all_measures().items() if name in names)
