@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -82,14 +83,31 @@ def expected(model: SecondOrderModel, count: float) -> float:
     return float((max(count, _FEWEST) / (_DENSITY * total)) ** (2 / dim))
 
 
-def between(low: Counted | None, high: Counted | None, target: float) -> float:
-    """Where the count is about ``target``, from counts below and above it."""
-    if low is not None and high is not None:
-        counts = np.log([max(low.count, _FEWEST), max(high.count, _FEWEST)])
-        part = (np.log(target) - counts[0]) / max(counts[1] - counts[0], 1e-3)
-        ratio = high.value / low.value
-        return float(low.value * ratio ** np.clip(part, 0.1, 0.9))
-    if low is not None:
-        return float(low.value * np.clip((target / max(low.count, _FEWEST)) ** (2 / 3), 1.1, 100.0))
-    assert high is not None
-    return float(high.value * np.clip(target / high.count, 1e-4, 0.7))
+def between(counts: Sequence[Counted], target: float) -> float:
+    """Where the count is about ``target``: between the nearest counts known on both sides of it, or beyond them all.
+
+    Counts grow with a power of w: beyond them all with that of a solid body, 3, or what the nearest two say, down to
+    that of a bar in bending, 1/2.
+    """
+    low = sorted((one for one in counts if one.count < target), key=lambda one: -one.value)
+    high = sorted((one for one in counts if one.count >= target), key=lambda one: one.value)
+    if low and high:
+        part = np.log(target / _some(low[0])) / max(np.log(_some(high[0]) / _some(low[0])), 1e-3)
+        return float(low[0].value * (high[0].value / low[0].value) ** np.clip(part, 0.1, 0.9))
+    nearest = (low or high)[0]
+    power = _power(low, 2 / 3) if low else _power(high, 1.0)
+    limits = (1.1, 100.0) if low else (1e-4, 0.7)
+    return float(nearest.value * np.clip((target / _some(nearest)) ** power, *limits))
+
+
+def _power(counts: Sequence[Counted], usual: float) -> float:
+    """By which w^2 grows with the count, of the first two."""
+    if len(counts) < 2 or counts[0].count == counts[1].count:
+        return usual
+    first, second = counts[:2]
+    grown = np.log(first.value / second.value) / np.log(_some(first) / _some(second))
+    return float(np.clip(grown, 2 / 3, 4.0))
+
+
+def _some(counted: Counted) -> float:
+    return max(counted.count, _FEWEST)

@@ -2,7 +2,9 @@
 
 The shift lies inside what is looked for: K - sigma M is then indefinite, and its negative pivots (Sylvester) say how
 many eigenvalues lie below. Lanczos goes on until they are found; those found above the shift are counted at a gap
-behind them. With the shift in the middle it takes two thirds of the solves that a shift below the spectrum would.
+behind them, which takes another factorization. With the shift in the middle it takes two thirds of the solves that a
+shift below the spectrum would; just above the last it takes half as many again, and counts them all: where a
+factorization costs more than that, the cheaper place.
 """
 
 from __future__ import annotations
@@ -31,6 +33,9 @@ WIDEST: Final = 8  # columns of a block: 16 cost a quarter less each, and half a
 _AT_ONCE: Final = 160  # eigenvalues about one shift; more of them cost less about several
 _ROOM: Final = 3 * 2**30  # bytes of a basis, unless twice the eigenvalues need more
 _BELOW: Final = 0.6  # of those looked for, below the shift: fewest solves (half or less of them: a sixth more)
+_ALL: Final = 1.3  # of those looked for, below a shift that is to count them all: a sixth less are often found there
+_MANY: Final = 1.7  # times those looked for: a shift with more of them below it costs more than another factorization
+_EXTRA: Final = 0.4  # eigenvalues, over unknowns^0.47, whose solves for a shift above them cost a factorization in 3-D
 _NEAR: Final = 1e8  # |theta sigma| of an eigenvalue so near to the shift that it leaves too few digits to the others
 _GAP: Final = 1e-4  # relative distance of two eigenvalues between which they are counted, where there is one
 _SEARCHES: Final = 14
@@ -114,7 +119,7 @@ class Spectrum:
             raise CountError(
                 f"{len(self.values)} eigenvalues are found, {top.count} counted below {top.value:.6e} 1/s^2"
             )
-        if missing > WIDEST:
+        if missing > WIDEST and not self._once(missing):
             lower = max(self.top, 0.0)
             shift = self._shift(lower + 0.5 * (top.value - lower))
             self._about(shift, top.count, top, True)
@@ -189,6 +194,11 @@ class Spectrum:
         self.solves += lanczos.solves
         self.restarts += lanczos.restarts
 
+    def _once(self, want: int) -> bool:
+        """Whether so many are found with fewer operations from one shift above them than from two factorizations."""
+        solid = self.model.dofs is None or len(self.model.dofs.points) == 3
+        return solid and want <= _EXTRA * self.model.size**0.47
+
     def _failure(self, lanczos: BlockLanczos, ritz: RitzValues, shift: Shift, need: int) -> ConvergenceError:
         where = f"about {np.sqrt(abs(shift.value)) / (2 * np.pi):.4g} Hz"
         if lanczos.exhausted:
@@ -202,12 +212,13 @@ class Spectrum:
     def _search(self, have: int, upto: int) -> Shift:
         """A shift with a part of the eigenvalues from ``have`` to ``upto`` below it, or hardly more than all."""
         want = upto - have
-        target, best = have + _BELOW * want, None
-        low: Counted | None = None
-        high: Counted | None = None
+        once = self._once(want)
+        target, most = have + (_ALL if once else _BELOW) * want, (_MANY if once else 1.3) * want + 4
+        best: Shift | None = None
+        counts: list[Counted] = []
         if self.top > 0 and have >= _FEW // 4:
-            low = Counted(self.top, have)
-            value = between(low, None, target)
+            counts.append(Counted(self.top, have))
+            value = between(counts, target)
         elif self._lowest is not None:
             value = self._lowest * max(target, 1.0) ** (2 / 3)
         else:
@@ -215,16 +226,14 @@ class Spectrum:
         for _ in range(_SEARCHES):
             shift = self._shift(value)
             part = shift.count - have
-            if want <= part <= 1.3 * want + 4:
+            if want <= part <= most:
                 return shift
-            if part > 0.85 * want:
-                high = Counted(shift.value, shift.count)
-            else:
+            if part <= (1.0 if once else 0.85) * want:
                 best = shift
                 if part >= 0.1 * want or want <= _FEW:
                     break
-                low = Counted(shift.value, shift.count)
-            value = between(low, high, target)
+            counts.append(Counted(shift.value, shift.count))
+            value = between(counts, target)
         if best is None:
             raise CountError(f"{shift.count} eigenvalues lie below {shift.value:.3e} 1/s^2, and none can be told apart")
         return best
