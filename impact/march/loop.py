@@ -223,17 +223,22 @@ def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cov
     -1e-13 of the terms that it is the sum of.
     """
     p = pen.size
-    active = force > 0.0
+    active, bad = np.empty(p, dtype=np.bool_), np.empty(p, dtype=np.bool_)
+    for c in range(p):
+        active[c] = force[c] > 0.0
     fewest, tries = p + 1, 3
     gap, limit = np.empty(p), np.empty(p)
     while True:
-        index = np.flatnonzero(active)
+        index = _members(active)
+        pressed = _spd_solve(w, index, pen)
         force[:] = 0.0
-        if index.size > 0:
-            force[index] = _spd_solve(w, index, pen)
+        for i in range(index.size):
+            force[index[i]] = pressed[i]
         _gaps(w, pen, force, gap, limit)
-        bad = np.where(active, force < 0.0, gap < -limit)
-        count = bad.sum()
+        count = 0
+        for c in range(p):
+            bad[c] = force[c] < 0.0 if active[c] else gap[c] < -limit[c]
+            count += 1 if bad[c] else 0
         if count == 0:
             return
         tries -= 1
@@ -242,7 +247,19 @@ def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cov
         if tries < 0:
             _descend(w, pen, force)
             return
-        active = active ^ bad
+        for c in range(p):
+            active[c] = active[c] != bad[c]
+
+
+@njit(cache=True)
+def _members(active):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Where ``active`` (p,) is true; numpy's own functions take seconds to compile."""
+    index, count = np.empty(active.size, dtype=np.int64), 0
+    for c in range(active.size):
+        if active[c]:
+            index[count] = c
+            count += 1
+    return index[:count]
 
 
 @njit(cache=True)
@@ -276,7 +293,7 @@ def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover
             return
         active[new] = True
         while True:
-            index = np.flatnonzero(active)
+            index = _members(active)
             if index.size == 0:
                 break
             aim = _spd_solve(w, index, pen)
@@ -338,11 +355,16 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
     p = pen.size
     linear = True
     for c in range(p):
-        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * np.abs(w[c]).sum() >= RIGID)
+        together = 0.0
+        for d in range(p):
+            together += abs(w[c, d])
+        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * together >= RIGID)
         linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
     if linear:
-        shifted = w.copy()
+        shifted = np.empty((p, p))
         for c in range(p):
+            for d in range(p):
+                shifted[c, d] = w[c, d]
             if codes[c] == SPRING:
                 shifted[c, c] += 1.0 / numbers[c, 0]
         active_set(shifted, pen, force)
@@ -380,8 +402,9 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
     The sweeps crawl where stiff contacts act almost at one place.
     """
     p = pen.size
-    gain, matrix = np.empty(p), np.eye(p)
-    trial = force.copy()
+    gain, matrix, trial = np.empty(p), np.empty((p, p)), np.empty(p)
+    for c in range(p):
+        trial[c] = force[c]
     for count in range(16):
         left = 0.0
         for c in range(p):
@@ -394,11 +417,40 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
         if count > 0 and left < worst:
             worst = left
-            force[:] = trial
-        step = np.linalg.solve(matrix, gain)
-        if not np.all(np.isfinite(step)):
+            for c in range(p):
+                force[c] = trial[c]
+        if not _solve(matrix, gain):
             return
-        trial = np.maximum(trial + step, 0.0)
+        for c in range(p):
+            trial[c] = max(trial[c] + gain[c], 0.0)
+
+
+@njit(cache=True)
+def _solve(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Gauss with partial pivots, a^-1 b in the place of b, whether it is finite; LAPACK takes seconds to compile."""
+    n = b.size
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if not abs(a[best, k]) > 0.0:
+            return False
+        for j in range(k, n):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+        b[k], b[best] = b[best], b[k]
+        for i in range(k + 1, n):
+            share = a[i, k] / a[k, k]
+            for j in range(k + 1, n):
+                a[i, j] -= share * a[k, j]
+            b[i] -= share * b[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            b[k] -= a[k, j] * b[j]
+        b[k] /= a[k, k]
+        if not math.isfinite(b[k]):
+            return False
+    return True
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
@@ -495,27 +547,31 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
     q, v = state
     codes, rules, numbers = laws
     contacts = rest.size
-    carried = w0 @ rest
-    opening = np.empty(contacts)
-    last = np.zeros(contacts)
+    carried, pen, before = np.zeros(contacts), np.empty(contacts), np.empty(contacts)
+    opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
-    warm = np.zeros(contacts)
-    if start > 0:
-        warm[:] = force[:, start - 1]
+    for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
+        warm[c] = force[c, start - 1] if start > 0 else 0.0
+        for d in range(contacts):
+            carried[c] += w0[c, d] * rest[d]
     for n in range(start, stop):
-        if n > 0:
-            last[:] = force[:, n - 1] - rest
-        opening[:] = free[n] - carried
+        for c in range(contacts):
+            last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
+            opening[c] = free[n, c] - carried[c]
         _advance_many(rows, psi, q, v, drive, last, opening)
-        if recent.size > 0:
-            for c in range(contacts):
+        for c in range(contacts):
+            if recent.size > 0:
                 opening[c] += memory[c, n]
                 for d in range(contacts):
                     opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
-        if not contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm):
+            pen[c], before[c] = -opening[c], -gap[n, c]
+        if not contact_forces(codes, rules, numbers, user, pen, before, w0, dt, warm):
             unsolved += 1
-        force[:, n] = warm
-        gap[n + 1] = opening + w0 @ warm
+        for c in range(contacts):
+            force[c, n] = warm[c]
+            for d in range(contacts):
+                opening[c] += w0[c, d] * warm[d]
+            gap[n + 1, c] = opening[c]
     return unsolved
 
 
