@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from impact.greens.answers import Array, ErrorEstimate
 from impact.greens.base import GreensFunction
 
-_BLOCK = 4096  # times at once: bounds the memory to that times the number of poles
+_BLOCK = 256  # times at once: bounds the memory to that times the number of poles
 
 
 class StatedGreens(GreensFunction):

@@ -132,7 +132,7 @@ def checked(scene: Scene) -> Finding:
     phase = balances.highest_frequency(problem) * dt * scene.steps
     rounding = EPS * (1e4 + 64 * scene.steps + 4 * phase)
     advice = scenes.said(result)
-    shaken = balances.shaken_energy(problem, gap) * float(scale.max()) * 64 * EPS
+    shaken = balances.shaken_energy(problem, force, gap) * float(scale.max()) * 64 * EPS
     found = {"motion": float(np.max(np.abs(gap[-len(expected) :] - expected) / (scale * rounding)))}
     if scene.rule == "passive":
         found["law"] = balances.law_deviation(problem, force, gap, float(scale.max()) * rounding)
