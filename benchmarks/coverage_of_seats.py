@@ -56,11 +56,12 @@ class Case:
     contact_size: float
     order: int
     pulses: float  # duration of the run, in pulse widths
+    reduction: str = "auto"
 
-    def finer(self, stricter: float) -> Case:
+    def finer(self, stricter: float, reduction: str = "auto") -> Case:
         """The reference: two levels finer, the tolerance divided by ``stricter``."""
-        size, contact_size = self.size / FINER, self.contact_size / FINER
-        return replace(self, size=size, contact_size=contact_size, tolerance=self.tolerance / stricter)
+        size, contact_size, tolerance = self.size / FINER, self.contact_size / FINER, self.tolerance / stricter
+        return replace(self, size=size, contact_size=contact_size, tolerance=tolerance, reduction=reduction)
 
     def toml(self) -> str:
         """The scene file."""
@@ -74,7 +75,7 @@ model = "{self.level}"
 material = {{ {material} }}
 damping_ratio = {self.damping_ratio:.6f}
 mesh = {{ size = "{size}", contact_size = "{contact}", order = {self.order} }}
-greens = {{ bandwidth = "{self.bandwidth:.17g} Hz", tolerance = {self.tolerance:.6f} }}
+greens = {{ bandwidth = "{self.bandwidth:.17g} Hz", tolerance = {self.tolerance:.6f}, method = "{self.reduction}" }}
 [reed]
 kind = "rigid_mass"
 mass = "10 g"
@@ -246,11 +247,11 @@ def measure(index: int, seed: int = SEED) -> Row:
 
 
 def _reference(case: Case, path: Path) -> Solved:
-    """A tenth of the tolerance, or a fifth or less where the Krylov space has no room for that."""
-    for stricter in (10, 5):
+    """A tenth of the tolerance, or a fifth or less where the Krylov space has no room for that; or the modes."""
+    for stricter in (10, 5, 2.5):
         with suppress(ConvergenceError):
             return seat_of(_scene(case.finer(stricter), path), mesh_error=False)
-    return seat_of(_scene(case.finer(2.5), path), mesh_error=False)
+    return seat_of(_scene(case.finer(2.5, "modes"), path), mesh_error=False)
 
 
 def difference(scene: Scene, greens: GreensFunction, reference: GreensFunction) -> float:
@@ -305,7 +306,11 @@ def main() -> None:
     done = {(row.seed, row.index) for row in read_rows(file)}
     for index in range(first, last):
         if (seed, index) not in done:
-            row = measure(index, seed)
+            try:
+                row = measure(index, seed)
+            except ConvergenceError as refusal:  # no space and no number of modes holds the reference
+                print(f"{index:3d} without a reference: {refusal}", flush=True)  # noqa: T201
+                continue
             _append(row, file)
             print(_line(row), flush=True)  # noqa: T201
     rows = [row for row in read_rows(file) if row.seed == seed]

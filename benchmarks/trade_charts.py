@@ -1,4 +1,4 @@
-"""Speed for accuracy of three scenes: docs/trade.md with its pictures, and the tables in benchmarks/results.
+"""Speed for accuracy of several scenes: docs/trade.md with its pictures, and the tables in benchmarks/results.
 
 Run: python benchmarks/trade_charts.py [folder of the journals; default: trade-charts]
 A run that was stopped goes on where it was.
@@ -21,7 +21,10 @@ from seatfem.study.trade.trade import AS_FILED, LONGER, PLANNED, Trade, measure_
 
 ROOT: Final = Path(__file__).parents[1]
 DOCUMENT: Final = ROOT / "docs" / "trade.md"
-SCENES: Final = ("flapper_on_annular_seat", "flapper_on_valve_plate", "flapper_on_stopper")
+SCENES: Final = (
+    *("flapper_on_annular_seat", "flapper_on_valve_plate", "flapper_on_stopper", "flapper_on_peek_sleeve"),
+    *("flapper_on_valve_body", "mass_on_meshed_seat"),  # from CAD, from a mesh
+)
 LIMIT: Final = 10.0  # processor seconds for a point
 
 HEAD: Final = f"""# Speed for accuracy, measured
