@@ -38,8 +38,8 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.trade.journal import append, read_journal
 from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.runner import append, read_journal
 from tests.extremes import run_battery
 
 ROOT = Path(__file__).parents[2]

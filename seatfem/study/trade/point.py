@@ -1,22 +1,21 @@
 """One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
 
-`python -m seatfem.study.trade.point JOB.json ANSWER.json`
+`python -m seatfem.study.trade.point` answers each job, a line of JSON, with its outcome.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from impact.files.atomic import whole_file
 from impact.march.engines import Engine
-from seatfem.jobs.worker import end_with_parent
+from seatfem.jobs.limits import limit_process
+from seatfem.jobs.worker import answer_lines
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.study.impacts.contact import (
@@ -139,25 +138,12 @@ def _processor_time() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
-def _limit_processor_time(seconds: float) -> None:
-    """Where the system can: it ends this process (SIGXCPU) after so many seconds, rounded up."""
-    try:
-        import resource  # absent on Windows
-    except ImportError:
-        return
-    most = math.ceil(seconds)
-    resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))
-
-
-def main(job_file: Path, answer_file: Path) -> None:
-    """Read a job, carry it out, write the answer."""
-    end_with_parent()
-    job: dict[str, Any] = json.loads(job_file.read_text(encoding="utf-8"))
-    _limit_processor_time(float(job["limit"]))
-    outcome = carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - float(job["begun"]))
-    with whole_file(answer_file) as temporary:
-        temporary.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
+def _reply(line: str) -> str:
+    """The outcome of one job, within its processor time."""
+    job: dict[str, Any] = json.loads(line)
+    limit_process(seconds=math.ceil(job["limit"]))
+    return json.dumps(asdict(carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - job["begun"])))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    answer_lines(_reply)
