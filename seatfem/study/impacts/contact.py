@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import impact
-from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
@@ -103,19 +102,6 @@ def stress_of(
     return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
 
 
-def run_contact(
-    scene: Scene,
-    striker: impact.Body,
-    seat: GreensFunction,
-    dt: float,
-    progress: Progress = silent,
-    *,
-    engine: Engine = "auto",
-) -> ImpactResult:
-    """One run: contact between striker and seat by the scene's law; of rings, their sum. The stopper is there, too."""
-    return run_contacts(scene, striker, seat, dt, progress, engine=engine).seat
-
-
 def run_contacts(
     scene: Scene,
     striker: impact.Body,
@@ -125,22 +111,10 @@ def run_contacts(
     *,
     engine: Engine = "auto",
 ) -> Touches:
-    """The same, with what happens at the stopper."""
-    return taken_apart(scene, solve_contact(scene, striker, seat, dt, progress, engine=engine))
-
-
-def solve_contact(
-    scene: Scene,
-    striker: impact.Body,
-    seat: GreensFunction,
-    dt: float,
-    progress: Progress = silent,
-    *,
-    engine: Engine = "auto",
-) -> ImpactResult:
-    """The same, contact by contact: the rings of the seat, then the stopper."""
+    """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
     problem = problem_of(scene, striker, impact.Body(seat))
-    return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+    result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+    return taken_apart(scene, result)
 
 
 def problem_of(

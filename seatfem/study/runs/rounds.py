@@ -19,7 +19,7 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import (
     check_length,
-    solve_contact,
+    run_contacts,
     solved_striker,
     stopper_of,
     stress_of,
@@ -28,7 +28,6 @@ from seatfem.study.impacts.contact import (
 )
 from seatfem.study.impacts.measures import STRIKER, Source
 from seatfem.study.impacts.seat import seat_of
-from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
@@ -191,7 +190,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     dt = method.time_step or time_step(scene, *bodies)
     check_length(scene, dt)
     with watch("contact"):
-        touches = taken_apart(scene, solve_contact(scene, striker, seat.greens, dt, progress))
+        touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met = touches.seat, touches.stopper_force
     wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):
