@@ -35,8 +35,7 @@ from seatfem.structures.levels import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import measures_of, problem_of, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, carry_out

@@ -15,8 +15,7 @@ import impact
 from impact.pictures.drawing import gap_of
 from impact.progress import silent
 from seatfem.faces.cli import demo_scene
-from seatfem.study.impacts.contact import run_contacts, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures

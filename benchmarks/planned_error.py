@@ -16,9 +16,8 @@ from impact.runs.budget import safety
 from seatfem.structures.build import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
+from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
 from seatfem.study.impacts.measures import SOURCES
-from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene

@@ -14,8 +14,7 @@ from table import Table, publish
 import impact
 from impact import measures
 from seatfem.structures.rings import face_compliance
-from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)

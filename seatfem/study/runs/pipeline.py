@@ -21,10 +21,8 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, stress_of
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.seat import seat_of
-from seatfem.study.impacts.stopper import stopper_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.mode_pictures import draw_modes
@@ -37,6 +35,7 @@ from seatfem.study.runs.summary import (
     plan_keys,
     reed_keys,
     regime_keys,
+    stopper_keys,
     summarise,
     timing_keys,
     write_json,

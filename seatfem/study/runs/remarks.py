@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from seatfem.study.impacts.stopper import stopper_notes
-from seatfem.study.impacts.validity import validity_advice
+from seatfem.study.impacts.validity import stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.measures import key_of

@@ -20,6 +20,7 @@ from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import (
     check_length,
     run_contacts,
+    seat_of,
     solved_striker,
     stopper_of,
     stress_of,
@@ -27,7 +28,6 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.measures import STRIKER, Source
-from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price

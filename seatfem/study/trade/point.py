@@ -22,13 +22,13 @@ from seatfem.study.impacts.contact import (
     check_length,
     check_step,
     run_contacts,
+    seat_of,
     stopper_of,
     stress_of,
     striker_of,
     time_step,
 )
 from seatfem.study.impacts.measures import measured
-from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.trade.settings import Settings, scene_with
