@@ -38,7 +38,7 @@ from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import Round, carry_out
+from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import load_scene
 
 SEED, HELD_OUT, SCENES = 5, 211, 48
@@ -190,7 +190,7 @@ def judge(index: int, seed: int = SEED) -> Verdict:
         path = Path(folder) / "scene.toml"
         path.write_text(draw_scene(index, seed), encoding="utf-8")
         scene = load_scene(path)
-        done = carry_out(plan_scene(scene), Path(folder), Stopwatch(), silent)
+        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent)
         exact = reference(done)
     values = done.left.values
     return Verdict(

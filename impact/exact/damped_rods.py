@@ -103,7 +103,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         out[moving] = self._over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
         return out
 
-    def _displacement_at(self, time: Array, at: float) -> Array:
+    def displacement_at(self, time: Array, at: float) -> Array:
         """S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i theta)))/lambda].
 
         q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function; from the modal sum, as g is.
@@ -115,7 +115,7 @@ class DampedFixedRod(DampedRod, ExactRod):
 
         return np.asarray((1 - at) * self.transit / self.impedance + self._over_exponents(term))
 
-    def _force_at(self, time: Array, at: float) -> Array:
+    def force_at(self, time: Array, at: float) -> Array:
         """Minus the derivative of the displacement along x; its limit from the right at t = 0."""
         if at == 0.0:
             return np.ones_like(time)

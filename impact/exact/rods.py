@@ -22,28 +22,12 @@ class ExactRod(ExactPort):
         """Its impedance, transit, reflection and damping."""
 
     @abstractmethod
-    def _displacement_at(self, time: Array, at: float) -> Array:
-        """S(x, t) for times >= 0."""
+    def displacement_at(self, time: Array, at: float) -> Array:
+        """S(x, t) [m/N] at times >= 0 and ``at`` = x/l: see `impact.after.rods.displacement_response`."""
 
     @abstractmethod
-    def _force_at(self, time: Array, at: float) -> Array:
-        """E(x, t) for times >= 0."""
-
-    def displacement_at(self, t: ArrayLike, at: float) -> Array:
-        """S(x, t) [m/N]: displacement at ``at`` = x/l (0 contact ... 1 far end) after a unit force set on at t = 0.
-
-        Raises:
-            GreensFunctionError: a position off the rod.
-        """
-        return self._displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
-
-    def force_at(self, t: ArrayLike, at: float) -> Array:
-        """E(x, t) [1]: axial force -EA du/dx at ``at`` = x/l, > 0 in compression, after a unit force set on at t = 0.
-
-        Raises:
-            GreensFunctionError: a position off the rod.
-        """
-        return self._force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
+    def force_at(self, time: Array, at: float) -> Array:
+        """E(x, t) [1] at times >= 0 and ``at`` = x/l: see `impact.after.rods.force_response`."""
 
 
 def on_rod(at: float) -> float:
@@ -118,13 +102,13 @@ class DelayRod(ExactRod):
         """1/Z."""
         return np.array([[1.0 / self.impedance]])
 
-    def _displacement_at(self, time: Array, at: float) -> Array:
+    def displacement_at(self, time: Array, at: float) -> Array:
         """S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],  <s> = max(s, 0)."""
         delay = at * self.round_trip / 2
         there, back = self._ramps(time - delay), self._ramps(time + delay - self.round_trip)
         return np.asarray((there + self.reflection * back) / self.impedance)
 
-    def _force_at(self, time: Array, at: float) -> Array:
+    def force_at(self, time: Array, at: float) -> Array:
         """E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous."""
         delay = at * self.round_trip / 2
         there, back = self._fronts(time - delay), self._fronts(time + delay - self.round_trip)

@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -24,7 +25,7 @@ from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import carry_out, missed
+from seatfem.study.runs.rounds import missed
 from seatfem.study.scene import load_scene
 
 SCENE = """
@@ -51,6 +52,12 @@ def plan_of(text: str, folder: Path) -> Plan:
 
 def key_of(plan: Plan) -> str:
     return cache.key_of(plan.scene.seat, plan.method.seat)
+
+
+def carry_out(*given: Any, **more: Any) -> rounds.Round:
+    """The last of the rounds."""
+    *_, last = rounds.rounds(*given, **more)
+    return last
 
 
 def with_step(plan: Plan, dt: float) -> Plan:

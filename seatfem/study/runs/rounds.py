@@ -35,7 +35,7 @@ from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import any_needs_stress
 
-__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
+__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -43,21 +43,6 @@ FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueErr
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
-
-
-def carry_out(
-    plan: Plan,
-    folder: Path,
-    watch: Stopwatch,
-    progress: Progress,
-    *,
-    limits: Limits = ANY,
-    tell: Tell = untold,
-) -> Round:
-    """The last of `rounds`."""
-    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell):
-        last = done
-    return last
 
 
 def rounds(
