@@ -16,11 +16,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from impact.greens.base import Array, GreensFunctionError
+from impact.greens.base import Array, ComplexArray, GreensFunctionError
 
-_Complex = NDArray[np.complex128]
 _NEARLY_DOUBLE = 1e-3  # roots closer than this lose digits in partial fractions
 
 
@@ -34,8 +33,8 @@ class PointLoad:
 
     kappa: float
     gamma: float
-    poles: _Complex
-    strengths: _Complex
+    poles: ComplexArray
+    strengths: ComplexArray
     rayleigh: float
 
     @staticmethod
@@ -45,7 +44,7 @@ class PointLoad:
         x1, x2, x3 = _roots(kappa2)
         static = (1 - poisson) / 2
 
-        def residue(x: _Complex, slope: _Complex) -> _Complex:
+        def residue(x: ComplexArray, slope: ComplexArray) -> ComplexArray:
             return np.asarray((1 - 2 * x) ** 2 * np.sqrt(kappa2 - x + 0j) / (2 * static * slope))
 
         lead = 16 * (kappa2 - 1)
