@@ -84,22 +84,17 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
-    count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
-    frequencies, cut = _frequencies(seat, count), scene.seat.revolved
+    frequencies, cut = [float(f) for f in seat.modes.frequencies_hz[:SHOWN_MODES]], scene.seat.revolved
     try:
-        grid, shapes = _shapes(seat, count)
+        grid, shapes = _shapes(seat, len(frequencies))
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, ("modes.png", partial(_raise, problem))]
-    title = "Modes of the seat" if _whole(seat) else "Modes of the seat that this load excites"
+    # all there are: counted, and of the whole body instead of a section or sector
+    whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
+    title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
     pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
     return pictures
-
-
-def _whole(seat: Solved) -> bool:
-    """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
-    assert seat.modes is not None
-    return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
@@ -122,11 +117,6 @@ def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
         return CellGrid.of_model(seat.model), found
     body = revolve(seat.model)
     return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
-
-
-def _frequencies(seat: Solved, count: int) -> list[float]:
-    assert seat.modes is not None
-    return [float(f) for f in seat.modes.frequencies_hz[:count]]
 
 
 def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
