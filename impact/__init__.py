@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from impact.advice import Advice
 from impact.after import measures
-from impact.after.energy import EnergyLedger
-from impact.after.result import ImpactResult
+from impact.after.result import EnergyLedger, ImpactResult
 from impact.beams.cantilever import Cantilever
 from impact.bodies.body import Body, Load, ModalState, rigid_mass
 from impact.bodies.reeds import cantilever_reed

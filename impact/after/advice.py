@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from impact.advice import Advice
-from impact.after.energy import pressed_in
 from impact.after.measures import closed_steps
+from impact.after.result import pressed_in
 from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem

@@ -17,8 +17,8 @@ from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.exact.rod_functions import damped_start
 from impact.exact.rods import DelayRod
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor
-from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort
 
 __all__ = [
     "DelayRod",

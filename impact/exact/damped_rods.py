@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from impact.exact.rod_functions import Term, damped_start, dilogarithm, divided_difference, legendre_chi2
 from impact.exact.rods import ExactRod
 from impact.greens.answers import Array, ComplexArray, Rod, StepKernel, check_factor
-from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort
 
 _MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a step remembers nothing
 _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance

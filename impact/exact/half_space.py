@@ -13,8 +13,8 @@ from impact.exact.disk_response import DiskResponse
 from impact.exact.pekeris import point_step_response, rayleigh_speed
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
 from impact.greens.base import GreensFunction
-from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort
 from impact.greens.sums import SumGreens
 
 __all__ = [

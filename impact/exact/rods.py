@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.answers import Array, GreensFunctionError, Rod, check_factor
-from impact.greens.exact_port import ExactPort
+from impact.greens.stated import ExactPort
 
 
 class ExactRod(ExactPort):

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.advice import Advice
-from impact.after.energy import EnergyLedger
-from impact.after.result import ImpactResult
+from impact.after.result import EnergyLedger, ImpactResult
 from impact.exact.closed_form import PowerLaw
 from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.exact.half_space import half_space_patch

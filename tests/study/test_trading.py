@@ -14,9 +14,8 @@ from seatfem.faces.cli import run_command
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.trade import runner, trade
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
-from seatfem.study.trade.point import Outcome, Point, carry_out
+from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, carry_out, scene_with
 from seatfem.study.trade.runner import run_point, run_points
-from seatfem.study.trade.settings import ALL_OPEN, scene_with
 from seatfem.study.trade.table import summary_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, pareto_front
 

@@ -25,9 +25,8 @@ from seatfem.study.impacts.contact import RunError, check_step, run_contacts, se
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.mode_pictures import draw_modes
-from seatfem.study.runs.pictures import draw_run
-from seatfem.study.runs.remarks import remarks
+from seatfem.study.runs.pictures import draw_modes, draw_run
+from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,

@@ -20,8 +20,7 @@ from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
 from seatfem.study.method import BAND, is_given, stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.trade.point import Point
-from seatfem.study.trade.settings import Settings, written
+from seatfem.study.trade.point import Point, Settings, written
 
 BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
 RATIO: Final = 1.6  # between neighbouring rungs

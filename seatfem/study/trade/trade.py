@@ -18,9 +18,8 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point
-from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, scene_with, stated_choices
 from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
-from seatfem.study.trade.settings import ALL_OPEN, scene_with, stated_choices
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
