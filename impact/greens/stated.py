@@ -95,8 +95,9 @@ class PoleSums(StatedGreens):
 
 
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
-    """(1, 1, n) exact weights W_m = S((m + 1) h) - S(m h) of a body with one port [m/N]."""
-    return np.diff(greens.step_response(dt * np.arange(n_steps + 1)))[None, None, :]
+    """(p, p, n) exact weights W_m = S((m + 1) h) - S(m h), S(0-) = 0 [m/N]."""
+    t, ports = dt * np.arange(1, n_steps + 1), range(len(greens.ports))
+    return np.diff(np.array([[greens.step_response(t, i, j) for j in ports] for i in ports]), axis=2, prepend=0.0)
 
 
 class ExactPort(GreensFunction):

@@ -243,16 +243,12 @@ class ScaledGreens(Combination):
 
 def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
     """``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances added."""
-    residuals, together = [part.residual for part in parts], SumGreens(parts)
+    together = SumGreens(parts)
     whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),
         np.concatenate([part.zeta for part in parts]),
         np.concatenate([part.shapes for part in parts]),
-        Residual(
-            np.concatenate([residual.shapes for residual in residuals]),
-            np.concatenate([residual.rates for residual in residuals]),
-            np.asarray(sum(residual.compliance for residual in residuals)),
-        ),
+        Residual.together([part.residual for part in parts]),
         together.ports,
         together.error_estimate,
         together.provenance,

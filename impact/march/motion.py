@@ -206,7 +206,7 @@ def _translation(discrete: Discrete) -> Array:
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
     """Outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after the far end."""
     n, r = len(force), rod.reflection
-    a = _delayed(force / rod.impedance, r, steps)
+    a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
     there, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
@@ -218,7 +218,8 @@ def _at(cumulative: Array, index: Array) -> Array:
 
 
 @njit(cache=True)
-def _delayed(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
     out = f.copy()
     for m in range(steps, f.size):
         out[m] += r * out[m - steps]
