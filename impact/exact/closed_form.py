@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
-from impact.exact.rod_functions import damped_start
-from impact.exact.rods import DelayRod
+from impact.exact.rods import DelayRod, damped_start
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor, check_positive
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.stated import ExactPort

@@ -10,8 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.rod_functions import Term, damped_start, dilogarithm, divided_difference, legendre_chi2
-from impact.exact.rods import ExactRod
+from impact.exact.rods import ExactRod, Term, damped_start, dilogarithm, divided_difference, legendre_chi2
 from impact.greens.answers import Array, ComplexArray, Rod, StepKernel, check_factor
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.stated import ExactPort

@@ -9,8 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.disk_response import DiskResponse
-from impact.exact.pekeris import point_step_response, rayleigh_speed
+from impact.exact.disk_response import DiskResponse, point_step_response, rayleigh_speed
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor, check_positive
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
@@ -140,7 +139,7 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
     Raises:
         GreensFunctionError: a number that is not positive, or a Poisson ratio outside [0, 0.5].
 
-    Sources: as `impact.exact.pekeris`; the average over the disk is by the autocorrelation of its area.
+    Sources: as `impact.exact.disk_response`; the average over the disk is by the autocorrelation of its area.
     """
     check_positive(density=density)
     _unit_compliance(young, poisson, radius)

@@ -21,9 +21,8 @@ from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.exact.half_space import half_space_patch
 from impact.exact.rods import DelayRod
 from impact.files.atomic import write_whole
-from impact.files.hdf5_structure import check_structure
+from impact.files.hdf5_structure import can_be_opened, check_structure, seal_holds, seal_of
 from impact.files.input_files import MB, check_file
-from impact.files.seal import can_be_opened, seal_holds, seal_of
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens

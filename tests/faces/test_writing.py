@@ -13,7 +13,7 @@ import pytest
 
 import impact
 from impact.files.atomic import OutputError, check_writable, whole_file, write_whole
-from impact.files.seal import USER_BLOCK, seal, seal_of
+from impact.files.hdf5_structure import USER_BLOCK, seal, seal_of
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of

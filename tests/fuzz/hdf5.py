@@ -11,7 +11,7 @@ from typing import Any, Final
 import h5py
 import numpy as np
 
-from impact.files.seal import USER_BLOCK, seal
+from impact.files.hdf5_structure import USER_BLOCK, seal
 
 _VALUES: Final[tuple[Any, ...]] = (
     np.nan, np.inf, -np.inf, 0.0, -1.0, 1e308, 1e-308, -1e30, 1e30, 1e-30, 2**62, -5, "", "nan", "modal", "sampled",

@@ -16,7 +16,7 @@ import pytest
 from scipy import sparse
 
 import impact
-from impact.files.seal import seal
+from impact.files.hdf5_structure import seal
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper, prepare
 from impact.pictures.greens_plots import plot_greens

@@ -21,7 +21,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.bodies.time_series import read_time_series
-from impact.files.seal import seal_holds
+from impact.files.hdf5_structure import seal_holds
 from impact.measured.reading import read_impulse_response
 from impact.storage.checkpoint import restore_checkpoint
 from impact.storage.hdf5 import load_results
