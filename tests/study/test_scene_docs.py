@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, create_model
 from pydantic.fields import FieldInfo
+from scene_page import _holds, scene_page
 
 from seatfem.fields import Table
 from seatfem.study.scene import Scene
-from seatfem.study.scene.docs import _holds, scene_page
 from seatfem.study.scene.problems import tables_in
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
