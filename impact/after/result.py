@@ -13,6 +13,8 @@ from impact.march.laws import Signorini
 from impact.march.motion import Motion
 from impact.march.problem import ContactProblem
 
+_WAYS = ("gap", "striker_displacement", "target_displacement")
+
 
 @dataclass(frozen=True)
 class EnergyLedger:
@@ -133,6 +135,11 @@ class ImpactResult:
         )
 
 
+def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
+    """One of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
+    return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS)})
+
+
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     """Several contacts of one face, seen as one: the sum of the forces, the mean of the displacements and gaps.
 
@@ -142,5 +149,5 @@ def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     """
     if result.force.ndim == 1:
         return result
-    means = {name: getattr(result, name) @ shares for name in ("gap", "striker_displacement", "target_displacement")}
+    means = {name: getattr(result, name) @ shares for name in _WAYS}
     return replace(result, force=result.force.sum(axis=1), **means)

@@ -24,8 +24,7 @@ from impact.march.engines import Engine
 from impact.march.flight import BLOCK as FLIGHT
 from impact.march.flight import Flight, Flying, Pilot, parted
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
-from impact.march.live_loads import LiveLoads
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, LiveLoads
 from impact.march.problem import ContactError, ContactProblem
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
