@@ -199,11 +199,11 @@ def _disk_speed(time: Array, load: PointLoad) -> Array:
     return np.asarray(3 * total).reshape(time.shape)
 
 
-def _graded_rule(levels: int = 14, order: int = 14) -> tuple[Array, Array]:
+def _graded_rule() -> tuple[Array, Array]:
     """Gauss panels on [0, 1], each 1/4 of its neighbour towards both ends: end singularities converge too."""
-    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(levels, -1, -1)])
+    half = np.concatenate([[0.0], 0.5 * 0.25 ** np.arange(14, -1, -1)])
     edges = np.concatenate([half, 1 - half[-2::-1]])
-    nodes, gauss = np.polynomial.legendre.leggauss(order)
+    nodes, gauss = np.polynomial.legendre.leggauss(14)
     width = np.diff(edges)[:, None] / 2
     return (edges[:-1, None] + width * (1 + nodes)).ravel(), (width * gauss).ravel()
 
