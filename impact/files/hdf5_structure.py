@@ -109,15 +109,6 @@ def seal_of(image: bytes) -> bytes:
     return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
 
 
-def seal(path: Path) -> None:
-    """Write the checksum of a closed file with a user block into that block."""
-    with path.open("r+b") as file:
-        file.seek(USER_BLOCK)
-        block = seal_of(file.read())
-        file.seek(0)
-        file.write(block)
-
-
 def seal_holds(path: Path) -> bool | None:
     """Whether the file is as it was sealed; ``None`` for a file without a seal."""
     with path.open("rb") as file:

@@ -13,7 +13,7 @@ import pytest
 
 import impact
 from impact.files.atomic import OutputError, check_writable, whole_file, write_whole
-from impact.files.hdf5_structure import USER_BLOCK, seal, seal_of
+from impact.files.hdf5_structure import USER_BLOCK, seal_of
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
@@ -23,6 +23,7 @@ from seatfem.structures.store import Store, StoreError, content_key
 from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """

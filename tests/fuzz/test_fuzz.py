@@ -16,7 +16,6 @@ import pytest
 from scipy import sparse
 
 import impact
-from impact.files.hdf5_structure import seal
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper, prepare
 from impact.pictures.greens_plots import plot_greens
@@ -41,6 +40,7 @@ from seatfem.study.scene.problems import MOST
 from seatfem.study.trade.point import Outcome, Point
 from seatfem.study.trade.runner import append, read_journal
 from tests.extremes import run_battery
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"
