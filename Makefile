@@ -41,7 +41,7 @@ verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
 docs: $(VENV)/installed-dev
-	$(PY) -m seatfem.study.scene.docs docs/scene.md
+	$(PY) docs/scene_page.py docs/scene.md
 
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes

@@ -25,7 +25,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.levels import COARSENING, PER_WAVELENGTH, Level
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from impact.advice import Advice
     from impact.after import measures
-    from impact.after.energy import EnergyLedger
     from impact.after.regime import Regime, regime_card
-    from impact.after.result import ImpactResult
+    from impact.after.result import EnergyLedger, ImpactResult
     from impact.after.stresses import (
         PeakStress,
         ReedStress,
@@ -159,10 +158,9 @@ __all__ = [
 
 _LATER = {
     "advice": "Advice",
-    "after.energy": "EnergyLedger",
     "after.measures": "measures",
     "after.regime": "Regime regime_card",
-    "after.result": "ImpactResult",
+    "after.result": "EnergyLedger ImpactResult",
     "after.stresses": "PeakStress ReedStress bending_stress peak_bending_stress reed_stress rod_stress",
     "beams.cantilever": "Cantilever",
     "beams.clamped": "ClampedClamped",

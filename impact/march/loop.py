@@ -119,18 +119,11 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-
     if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
     high = min(high, pen / w0)
-    low = 0.0
-    r_low = -law_force(code, a, b, c, user, pen, pen_start, dt)
+    low, r_low = 0.0, -law_force(code, a, b, c, user, pen, pen_start, dt)
     r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
     if r_high <= 0.0:
         return high
-    return _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high)
-
-
-@njit(cache=True)
-def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    top, side = high, 0
-    n = high
+    n, top, side = high, high, 0
     for count in range(200):
         n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
         r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
@@ -456,7 +449,7 @@ def _solve(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """One contact: one step of all poles after the last step's force; returns their sum, the gap's part."""
-    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    a11, a21, a22, c1, c2 = rows
     u = 0.0
     for k in range(q.size):
         qk, pk = q[k], p[k]
@@ -470,7 +463,7 @@ def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no c
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same for several contacts: ``opening`` (p,) gains the poles' part."""
-    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    a11, a21, a22, c1, c2 = rows
     drive[:] = 0.0
     for c in range(force.size):
         if force[c] != 0.0:

@@ -17,8 +17,7 @@ from impact.storage.hdf5 import load_results
 from seatfem.structures.kinds import Annular, BarSeat, Cantilever, MeshFile, Plate, RigidMass, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.accuracy import prerun
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene

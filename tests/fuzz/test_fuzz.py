@@ -16,7 +16,6 @@ import pytest
 from scipy import sparse
 
 import impact
-from impact.files.seal import seal
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper, prepare
 from impact.pictures.greens_plots import plot_greens
@@ -38,9 +37,10 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.trade.journal import append, read_journal
 from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.runner import append, read_journal
 from tests.extremes import run_battery
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"

@@ -11,7 +11,7 @@ from seatfem.structures.kinds import BarSeat
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.levels import LevelError
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import load_scene
 
 REST = """
