@@ -23,7 +23,8 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
+PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
+SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
 SCENES = sorted((ROOT / "examples").glob("*.toml"))
 REEDS = [path for path in SCENES if isinstance(load_scene(path).reed, Cantilever)]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
