@@ -12,7 +12,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.progress import Progress
-from seatfem.fields import KeyProblem, Length
+from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
@@ -38,7 +38,7 @@ class BarSeat(Drawn):
             raise KeyProblem("model", "a rod in closed form has no modes to be set in motion; use model = 'sector'")
 
     def geometry(self) -> Bar:
-        return Bar(length=self.length, width=self.width, height=self.height)
+        return of_same_names(Bar, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.width * self.height, min(self.width, self.height), self.length

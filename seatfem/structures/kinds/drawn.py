@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 class Drawn(Elastic):
     """What all bodies have that gmsh meshes."""
 
+    is_drawn: ClassVar[bool] = True
+
     mesh: Mesh = default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
         "auto", description="how much of the body is modelled; auto: the cheapest that serves; spring: its statics only"
@@ -50,10 +52,6 @@ class Drawn(Elastic):
     def _geometry_can_be_built(self) -> Self:
         in_scene_words(self.geometry)
         return self
-
-    @property
-    def is_drawn(self) -> bool:
-        return True
 
     @property
     def sectors(self) -> int:
@@ -170,6 +168,8 @@ class Drawn(Elastic):
 class Turned(Drawn):
     """What all solids of revolution have."""
 
+    revolved: ClassVar[bool] = True
+
     arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
@@ -181,10 +181,6 @@ class Turned(Drawn):
         if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
             raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg is not between 0 and 360 deg")
         return self
-
-    @property
-    def revolved(self) -> bool:
-        return True
 
     @property
     def sectors(self) -> int:

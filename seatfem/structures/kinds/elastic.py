@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 class Elastic(Reduced):
     """What all bodies made of finite elements have."""
 
+    needs_gmsh: ClassVar[bool] = True
+    is_meshed: ClassVar[bool] = True
+    has_rings: ClassVar[bool] = True
+
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
     rayleigh: Rayleigh | None = Field(None, description="Rayleigh damping, instead of damping_ratio")
@@ -36,14 +40,6 @@ class Elastic(Reduced):
         if self.rayleigh is not None and self.damping_ratio > 0.0:
             raise KeyProblem("rayleigh", "damping_ratio is given too; keep one of the two")
         return self
-
-    @property
-    def is_meshed(self) -> bool:
-        return True
-
-    @property
-    def needs_gmsh(self) -> bool:
-        return True
 
     @property
     def clamped(self) -> bool:

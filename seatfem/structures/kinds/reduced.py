@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -16,12 +17,10 @@ from seatfem.structures.reduction.memory import memory as forgotten_after
 class Reduced(Moving):
     """What all bodies have that are known by their matrices."""
 
+    is_reduced: ClassVar[bool] = True
+
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: GreensSettings = default({}, "how the Green's function is computed")
-
-    @property
-    def is_reduced(self) -> bool:
-        return True
 
     @property
     def loss(self) -> float:
