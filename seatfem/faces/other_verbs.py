@@ -69,8 +69,7 @@ def faces(
 
 def verify(*, common: Common = COMMON) -> int:
     """Compare with exact solutions: case, exact value, ours, error, verdict."""
-    from seatfem.verification.table import verification_table
-    from seatfem.verification.view import verification_table_view
+    from seatfem.verification.table import verification_table, verification_table_view
 
     with progress_of(common) as progress:
         rows = verification_table(progress)

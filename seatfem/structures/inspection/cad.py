@@ -14,7 +14,7 @@ from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Vector
 
 

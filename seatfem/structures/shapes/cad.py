@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
 from seatfem.structures.shapes.shape import Shape

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
 
 LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep

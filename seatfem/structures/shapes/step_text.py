@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.files.input_files import MB, read_text
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 
 LIMIT: Final = 512 * MB
 _COMMENT: Final = r"/\*(?:[^*]++|\*(?!/))*+\*/"

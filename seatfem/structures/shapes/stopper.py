@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes.checks import require_below, require_positive
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.plan import EVERYWHERE, Plan
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon

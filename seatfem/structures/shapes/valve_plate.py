@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes.checks import require_below, require_positive
 from seatfem.structures.shapes.plan import Plan
 from seatfem.structures.shapes.samples import circle_points, side_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
