@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse, read_frf
     from impact.measured.pole_fit import fit_impulse_response, fit_poles
-    from seatfem.pictures.revolved_grid import revolve
+    from seatfem.pictures.cell_grid import revolve
     from seatfem.structures.elements.assembly import assemble
     from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
     from seatfem.structures.formats.matrices import read_matrices
@@ -92,7 +92,7 @@ _HOME = {
     "assemble_axisymmetric": "seatfem.structures.elements.axisymmetric",
     "ring_greens": "seatfem.structures.reduction.harmonics",
     "RingPatch": "seatfem.structures.reduction.ring_patches",
-    "revolve": "seatfem.pictures.revolved_grid",
+    "revolve": "seatfem.pictures.cell_grid",
     "Reduction": "seatfem.structures.reduction.reducer",
     "greens_function": "seatfem.structures.reduction.greens",
     "reduce_model": "seatfem.structures.reduction.greens",

@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from seatfem.faces.options import COMMON, DONE, FAILED, Common, Output
-from seatfem.faces.output import console, lines, progress_of
+from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, console, lines, progress_of
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 

@@ -10,8 +10,20 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.options import COMMON, DONE, FAILED, WHOLE, Common, Effort, Output
-from seatfem.faces.output import console, lines, load, progress_of, tell
+from seatfem.faces.output import (
+    COMMON,
+    DONE,
+    FAILED,
+    WHOLE,
+    Common,
+    Effort,
+    Output,
+    console,
+    lines,
+    load,
+    progress_of,
+    tell,
+)
 from seatfem.faces.terminal import Console
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
@@ -54,8 +66,7 @@ def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
         Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
     """
     checked = load(scene)
-    from seatfem.faces.plan_json import plan_json
-    from seatfem.faces.plan_view import choices_table, costs_table, rounds_line, shares_line, stages_line
+    from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)

@@ -6,22 +6,21 @@ from dataclasses import replace
 
 from impact.progress import Progress, silent
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.opened import naming
 from seatfem.structures.kinds.supports import AnySupport
-from seatfem.structures.levels import COARSENING
 from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import Level, Method
+from seatfem.structures.method import COARSENING, Level, Method
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.shapes import GeometryError
 

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import ErrorEstimate, GreensFunction
+from impact.greens.modal import ModalGreens
 from impact.progress import Progress
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
@@ -23,11 +24,11 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
-from seatfem.structures.levels import COARSENING, NAMES
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.method import Method
+from seatfem.structures.method import COARSENING, NAMES, Method
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -35,8 +36,7 @@ from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import rings_behind, with_fewer_rings
 from seatfem.structures.solved import Solved
-from seatfem.structures.static_spring import static_greens
-from seatfem.structures.statics import without_waves
+from seatfem.structures.statics import spring_of, without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
@@ -212,3 +212,15 @@ def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
     """
     ratio = fine.quality.elements / coarse.quality.elements
     return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))
+
+
+def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
+    """B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
+
+    Raises:
+        FactorizationError: a body that can move freely has no static compliance.
+    """
+    compliance = model.port_matrix.T @ factorize(model.K, name="K").solve(model.port_matrix)
+    impedance = sum(port.impedance or np.inf for port in model.ports.values())
+    start = model.damping.plus(damping_ratio).first_velocity() / impedance
+    return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.healing import LADDER, LadderError, Rung, climb
+from seatfem.structures.mesh._gmsh_solid import LADDER, LadderError, Rung, climb
 from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
 from seatfem.structures.shapes import (
     CadPart,

@@ -12,10 +12,9 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures.counts.size_field import Samples, from_segments, inside
 from seatfem.structures.shapes import GeometryError, Profile, Shape
-from seatfem.structures.shapes.plan import Rectangle
 from seatfem.structures.shapes.profile import Edge, Point
 from seatfem.structures.shapes.samples import COARSEST, OUTLINE, Distance, side_points, squares
-from seatfem.structures.shapes.shape import PlanSamples
+from seatfem.structures.shapes.shape import PlanSamples, Rectangle
 
 CHORDS = 6  # of an arc
 DEPTHS = 12  # samples through the thickness, denser towards the struck side

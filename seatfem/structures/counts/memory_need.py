@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from seatfem.machine.memory import available_memory
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import CHEAPEST_FIRST
-from seatfem.structures.method import AUTO, AnyLevel, Level
+from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh

@@ -13,8 +13,7 @@ from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
 from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import COARSENING
-from seatfem.structures.method import Method
+from seatfem.structures.method import COARSENING, Method
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
 

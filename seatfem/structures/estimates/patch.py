@@ -132,3 +132,22 @@ def of_shape(shape: Shape, supports: Sequence[Support], solid: Material) -> Patc
 
 def _there(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
     return {on: each for on, each in springs.items() if on in groups}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A straight column: area [m^2] of the struck face, height [m] down to the clamp, narrowest width [m] of the face.
+
+    Its stiffness E A/h is the usual guess at a seat's.
+    """
+
+    area: float
+    height: float
+    width: float
+    young: float
+    density: float
+
+    @property
+    def stiffness(self) -> float:
+        """E A/h [N/m]."""
+        return self.young * self.area / self.height

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatfem.structures.elements.element_orders import Groups, to_gmsh
-from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, stacked
+from seatfem.structures.formats.file_mesh import FileMesh, Groups, face_width, one_kind, stacked, to_gmsh
 from seatfem.structures.mesh.cell_kinds import Floats, Integers
 from seatfem.structures.mesh.io import MeshError
 

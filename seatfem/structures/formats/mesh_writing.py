@@ -15,7 +15,7 @@ import numpy as np
 from skfem.assembly import Dofs
 
 from impact.files.atomic import write_whole
-from seatfem.structures.elements.element_orders import VTK, to_gmsh
+from seatfem.structures.formats.file_mesh import VTK, to_gmsh
 from seatfem.structures.formats.mesh_files import read_file
 from seatfem.structures.formats.meshio_files import FORMATS
 from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers

@@ -9,12 +9,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Vector
 
 

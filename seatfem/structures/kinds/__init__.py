@@ -16,12 +16,11 @@ from seatfem.structures.kinds.matrices import Matrices
 from seatfem.structures.kinds.mesh_file import MeshFile
 from seatfem.structures.kinds.modes import UniversalModes
 from seatfem.structures.kinds.plate import Plate
-from seatfem.structures.kinds.registry import kinds_of
 from seatfem.structures.kinds.rigid_mass import RigidMass
 from seatfem.structures.kinds.rod import Rod
 from seatfem.structures.kinds.spring import Spring
 from seatfem.structures.kinds.stopper import StopperSeat
-from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure, kinds_of
 from seatfem.structures.kinds.timoshenko import Timoshenko
 from seatfem.structures.kinds.tip_mass import TipMass
 

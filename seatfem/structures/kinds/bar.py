@@ -16,8 +16,7 @@ from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import NAMES, QUARTERS, Applicability
-from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method
 from seatfem.structures.shapes import Bar
 from seatfem.structures.solved import Solved
 

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import QUARTERS
+from seatfem.structures.method import QUARTERS
 from seatfem.structures.shapes import Block
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from seatfem.fields import Angle, Length, default, of_same_names
-from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.shapes import ConicalSeat
 

@@ -12,15 +12,22 @@ from pydantic import Field, model_validator
 from impact.progress import Progress
 from seatfem.fields import Angle, KeyProblem, default
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.column import Column
-from seatfem.structures.estimates.patch import Patch, bulky
+from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import DISCRETE, PER_WAVELENGTH, QUARTERS, Applicability, choose_level
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.method import (
+    DISCRETE,
+    PER_WAVELENGTH,
+    QUARTERS,
+    AnyLevel,
+    Applicability,
+    Level,
+    Method,
+    choose_level,
+)
 from seatfem.structures.shapes import Geometry, Turning
 from seatfem.structures.solved import Solved
 

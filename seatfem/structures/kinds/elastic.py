@@ -11,8 +11,8 @@ from impact.greens.base import GreensFunction
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
+from seatfem.structures.inspection.opened import listed
 from seatfem.structures.kinds.materials import AnyMaterial
-from seatfem.structures.kinds.opened import listed
 from seatfem.structures.kinds.parts import Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding

@@ -14,12 +14,10 @@ from impact.progress import Progress
 from seatfem.fields import ExistingFile
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.inspection.opened import FileState, state_of
-from seatfem.structures.kinds.opened import opened
+from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import Applicability
-from seatfem.structures.method import Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:

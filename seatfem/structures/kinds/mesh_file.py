@@ -13,13 +13,11 @@ from impact.progress import Progress, silent
 from seatfem.fields import ExistingFile, Gap
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, of_shape
-from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.inspection.opened import FileState, naming, state_of
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.opened import naming
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import Applicability
-from seatfem.structures.method import Method
+from seatfem.structures.method import Applicability, Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -57,7 +55,7 @@ class MeshFile(Elastic):
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """The mesh in the file; it is read once, as long as the file and all it includes stay."""
-        from seatfem.structures.formats.includes import with_included
+        from seatfem.structures.formats.abaqus_deck import with_included
 
         states = tuple(state_of(part) for part in with_included(self.file))
         progress("meshing", 0.0)

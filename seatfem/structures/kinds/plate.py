@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.structures.estimates.patch import Patch, on_plate
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import QUARTERS
+from seatfem.structures.method import QUARTERS
 from seatfem.structures.shapes import ValvePlate
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 import impact
 from impact.greens.base import GreensFunction
 from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
-from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; kind = 'bar' with model = 'sector' has them"

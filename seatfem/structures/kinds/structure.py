@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, ClassVar
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
+from seatfem.fields import kind_of, kinds_below
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.column import Column
-from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.levels import Applicability
-from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.method import AnyLevel, Applicability, Level, Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -202,3 +201,8 @@ class Structure(Striking):
         known = self.closed_form() if greens is None else greens
         assert known is not None
         return Body(known)
+
+
+def kinds_of() -> tuple[type[Structure], ...]:
+    """Every kind that there is, by name: subclasses whose ``kind`` is stated."""
+    return tuple(sorted(kinds_below(Structure), key=kind_of))

@@ -29,8 +29,8 @@ from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
 from seatfem.structures.shapes.inspect import area_of, patch_tags
-from seatfem.structures.shapes.plan import EVERYWHERE
 from seatfem.structures.shapes.sectors import cut
+from seatfem.structures.shapes.shape import EVERYWHERE
 from seatfem.structures.shapes.step_colours import paint
 
 APT_LINE = (

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays
-from seatfem.structures.mesh.layers import graded
-from seatfem.structures.mesh.plan_grid import cut_lines, rectangle_plan
+from seatfem.structures.mesh.plan_grid import cut_lines, graded, rectangle_plan
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.mesh.swept import extrude, revolve
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.structures.mesh.io import MeshArrays
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

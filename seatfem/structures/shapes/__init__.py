@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from seatfem.machine.code import is_ours, sources_from_elsewhere
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.annular import AnnularSeat
 from seatfem.structures.shapes.bar import Bar
 from seatfem.structures.shapes.block import Block
 from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.conical import ConicalSeat
 from seatfem.structures.shapes.faces import Face
 from seatfem.structures.shapes.homes import at_home, home_of

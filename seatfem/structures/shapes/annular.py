@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.checks import require_below, require_positive
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes.shape import require_below, require_positive
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,72 @@
-"""What every geometry answers: its faces, its recipe, and how it may be cut, swept and sampled."""
+"""What every geometry answers: faces, recipe, how it may be cut, swept and sampled; checks of its fields."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.shapes.plan import Plan, Rectangle
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Profile
 from seatfem.structures.shapes.selectors import Patches
 
+EVERYWHERE = ""
+"""The area that is the whole plan."""
 Array = NDArray[np.float64]
 PlanSamples = tuple[Array, Array, Array, Array, Callable[[Array], Array]]
 """Points (n, 2) of a plan, the area around each, points of its outline, the length around each, and the distance of any
 points from the struck area, negative inside [m, m^2]."""
+
+
+def require_positive(spec: object, *fields: str) -> None:
+    """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
+    for field in fields:
+        value = getattr(spec, field)
+        if not (math.isfinite(value) and value > 0.0):
+            raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be a finite length > 0")
+
+
+def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
+    """Raise `GeometryError` unless ``spec.field`` is below ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, field)
+    if not (value < limit or (inclusive and value == limit)):
+        sign = "<=" if inclusive else "<"
+        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")
+
+
+def check_quarters(shape: object, sectors: int) -> None:
+    """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
+    if sectors not in (2, 4):
+        name = type(shape).__name__
+        raise GeometryError(f"sector = {sectors}: a {name} has 2 or 4 equal sectors between planes of symmetry")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """``height``: of the solid above z = 0 (metres). ``top``, ``bottom``: group -> names of areas of the plan."""
+
+    height: float
+    top: Mapping[str, tuple[str, ...]]
+    bottom: Mapping[str, tuple[str, ...]]
+
+    @property
+    def areas(self) -> tuple[str, ...]:
+        """Names of all areas but the whole."""
+        groups = (*self.top.values(), *self.bottom.values())
+        return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A plan centred on the origin: half its sides along x and y, and those of the patch; ``None``: all is struck."""
+
+    sides: tuple[float, float]
+    patch: tuple[float, float] | None = None
 
 
 class Shape(ABC):

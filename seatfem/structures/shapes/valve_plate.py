@@ -9,11 +9,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.checks import require_below, require_positive
-from seatfem.structures.shapes.plan import Plan
 from seatfem.structures.shapes.samples import circle_points, side_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
-from seatfem.structures.shapes.shape import Array, PlanSamples, Shape
+from seatfem.structures.shapes.shape import Array, Plan, PlanSamples, Shape, require_below, require_positive
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 

@@ -9,9 +9,8 @@ from pathlib import Path
 from impact.files.atomic import whole_file
 from impact.progress import Progress
 from seatfem.pictures.apart import Picture
-from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.plots import animate_mode, plot_modes, write_vtu
-from seatfem.pictures.revolved_grid import revolve
 from seatfem.structures.model import Array
 from seatfem.structures.natural_modes import Mode, NaturalModes
 from seatfem.study.runs.pictures import draw_all, mesh_picture
