@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
     from seatfem.structures.materials import Material, Orthotropic
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
-    from seatfem.structures.mesh.meshing import MeshSpec, SeatMesh, make_mesh
+    from seatfem.structures.mesh.meshing import make_mesh
+    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.spec import MeshSpec
     from seatfem.structures.model import ModelError, Port, SecondOrderModel
     from seatfem.structures.reduction.greens import greens_function, reduce_model
     from seatfem.structures.reduction.harmonics import ring_greens
@@ -96,8 +98,8 @@ _HOME = {
     "Reduction": "seatfem.structures.reduction.reducer",
     "greens_function": "seatfem.structures.reduction.greens",
     "reduce_model": "seatfem.structures.reduction.greens",
-    "MeshSpec": "seatfem.structures.mesh.meshing",
-    "SeatMesh": "seatfem.structures.mesh.meshing",
+    "MeshSpec": "seatfem.structures.mesh.spec",
+    "SeatMesh": "seatfem.structures.mesh.seat_mesh",
     "MeridianMesh": "seatfem.structures.mesh.meridian",
     "make_meridian": "seatfem.structures.mesh.meridian",
     "make_mesh": "seatfem.structures.mesh.meshing",

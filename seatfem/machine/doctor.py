@@ -21,8 +21,6 @@ from seatfem.machine.libraries import (
     select_offscreen_window,
 )
 
-__all__ = ["LIBRARIES", "PROBE_TIMEOUT", "UNIVERSAL_FILES", "Check", "doctor_report", "picture_library_gap"]
-
 LIBRARIES: Final = (
     "numpy",
     "scipy",

@@ -10,6 +10,8 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
+from seatfem.structures.formats.file_mesh import VTK, to_vtk
+from seatfem.structures.mesh.cell_kinds import CELL_KINDS, HEX_VERTICES, nodes_of
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 
 Integers = NDArray[np.int64]
@@ -28,15 +30,7 @@ _EIGHT_TETS = np.array(
         [4, 9, 5, 6],
     ]
 )
-_CUBE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-_EDGES = ((0, 1), (1, 2), (3, 2), (0, 3), (4, 5), (5, 6), (7, 6), (4, 7), (0, 4), (1, 5), (2, 6), (3, 7))
-_FACES = ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (3, 2, 7, 6), (0, 1, 2, 3), (4, 5, 6, 7))
-_ELEMENTS = {
-    (skfem.MeshTet, 1): skfem.ElementTetP1,
-    (skfem.MeshTet, 2): skfem.ElementTetP2,
-    (skfem.MeshHex, 1): skfem.ElementHex1,
-    (skfem.MeshHex, 2): skfem.ElementHex2,
-}
+_HEX = nodes_of(HEX_VERTICES, VTK[27])  # (27, 3) on the unit cube
 VTK_TYPES = {4: 10, 10: 24, 8: 12, 27: 29}
 """VTK's cell type by number of nodes."""
 # straight triangles on the nodes of a cell of 3, 6, 4 or 9 nodes, in scikit-fem's order
@@ -49,21 +43,11 @@ _TRIANGLES = {
 _PRISM = np.array([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]])  # bottom 0 1 2, top 3 4 5: three tetrahedra
 
 
-def _cube_nodes() -> Array:
-    """(27, 3) places of a triquadratic hexahedron's nodes on the unit cube, in VTK's order."""
-    corner = np.array(_CUBE, dtype=float)
-    middles = [corner[list(group)].mean(axis=0) for groups in (_EDGES, _FACES) for group in groups]
-    return np.vstack([corner, *middles, corner.mean(axis=0)])
-
-
-_NODES = {8: np.array(_CUBE, dtype=float), 27: _cube_nodes()}
-
-
 def _eight_hexes() -> Integers:
     """(8, 8) columns of a 27-node hexahedron: the corners of its eight octants."""
-    places = [tuple(row) for row in (2 * _NODES[27]).astype(int)]
+    places = [tuple(row) for row in (2 * _HEX).astype(int)]
     octants = product((0, 1), repeat=3)
-    return np.array([[places.index(tuple(np.add(low, corner))) for corner in _CUBE] for low in octants])
+    return np.array([[places.index(tuple(np.add(low, corner))) for corner in HEX_VERTICES] for low in octants])
 
 
 _EIGHT = {10: _EIGHT_TETS, 27: _eight_hexes()}
@@ -101,15 +85,12 @@ class CellGrid:
         mesh: Any = model.dofs.mesh
         points = model.dofs.points.T
         order = 1 if len(points) == mesh.nvertices else 2
-        found = [make for (kind, degree), make in _ELEMENTS.items() if isinstance(mesh, kind) and degree == order]
-        if not found:
+        alike = (kind for kind in CELL_KINDS.values() if isinstance(mesh, CELL_KINDS[kind.corners].mesh))
+        kind = next((kind for kind in alike if kind.order == order), None)
+        if kind is None:
             raise ModelError(f"shapes on {type(mesh).__name__} cannot be drawn; pictures need tetrahedra or hexahedra")
-        element = found[0]()
-        nodes = skfem.Basis(mesh, element, intorder=1).element_dofs.T
-        if isinstance(mesh, skfem.MeshHex):
-            apart = np.abs(_NODES[len(element.doflocs)][:, None] - np.asarray(element.doflocs)[None]).sum(axis=2)
-            nodes = nodes[:, apart.argmin(axis=1)]
-        return CellGrid(np.ascontiguousarray(points), np.ascontiguousarray(nodes, dtype=np.int64))
+        nodes = skfem.Basis(mesh, kind.element, intorder=1).element_dofs
+        return CellGrid(np.ascontiguousarray(points), to_vtk(nodes, kind))
 
     @property
     def linear_cells(self) -> Integers:

@@ -78,15 +78,21 @@ def _in_rings(
     rings = rings_behind(method.rings or 1)
     loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE), rings=rings)
 
-    def quiet(stage: str, done: float) -> None:
-        progress("patch in rings, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
-
     try:
-        return _solved(body, mesh, loose, duration, Stopwatch(), quiet).greens
+        return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, "patch in rings")).greens
     except ConvergenceError:
         return None
     finally:
         progress("patch in rings, for the error estimate", 1.0)
+
+
+def _for_error(progress: Progress, what: str) -> Progress:
+    """What is told of work that is done for an error estimate alone."""
+
+    def quiet(stage: str, done: float) -> None:
+        progress(f"{what}, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    return quiet
 
 
 def from_geometry(
@@ -181,11 +187,7 @@ def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
-
-    def quiet(stage: str, done: float) -> None:
-        progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
-
-    rings = method.rings or 1
+    rings, quiet = method.rings or 1, _for_error(progress, "coarser mesh")
     coarse = _solved(body, mesh, replace(method, rings=rings_behind(rings)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None

@@ -128,6 +128,11 @@ class Applicability:
     error: float
     reason: str
 
+    @staticmethod
+    def refused(level: AnyLevel, reason: str) -> Applicability:
+        """One that cannot be run."""
+        return Applicability(level, False, math.inf, reason)
+
 
 class LevelError(ValueError):
     """A level that does not describe the structure; the message names key, reason and what does."""

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh._gmsh_solid import LADDER, LadderError, Rung, climb
-from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
     ColourFace,

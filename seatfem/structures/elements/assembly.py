@@ -41,8 +41,6 @@ from seatfem.structures.elements.whole_model import whole_model
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 
-__all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
-
 Mass = Literal["consistent", "nodal"]
 Dilatation = Literal["auto", "full", "projected"]
 

@@ -15,7 +15,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from seatfem.structures.mesh.cell_kinds import HEX_EDGES, HEX_FACES, TET_EDGES, Floats, Integers, serendipity_to_27
+from seatfem.structures.mesh.cell_kinds import (
+    HEX_EDGES,
+    HEX_FACES,
+    TET_EDGES,
+    CellKind,
+    Floats,
+    Integers,
+    serendipity_to_27,
+)
 from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
 
 Groups = tuple[tuple[int, ...], ...]
@@ -140,3 +148,12 @@ def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
     there = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
     columns = [*range(corners), *(there[frozenset(group)] for group in GMSH[nodes])]
     return np.ascontiguousarray(cells[:, columns])
+
+
+def to_vtk(rows: Integers, kind: CellKind) -> Integers:
+    """Cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
+    by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
+    by_gmsh[:, kind.columns] = rows.T
+    cells = np.empty_like(by_gmsh)
+    cells[:, to_gmsh(np.arange(rows.shape[0])[None], VTK)[0]] = by_gmsh
+    return cells

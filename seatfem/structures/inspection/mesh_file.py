@@ -16,8 +16,7 @@ from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.surfaces import FREEFORM, fitted_cylinder
+from seatfem.structures.shapes.surfaces import FREEFORM, fitted_cylinder, triple
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
 FLAT: Final = 1e-3  # of unit normals
@@ -97,15 +96,15 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     edges = alone.outline("")
     kind, normal, axis, radii = FREEFORM, None, None, None
     if np.abs(normals - normals[0]).max() < FLAT:
-        kind, normal = "Plane", _triple(normals[0])
+        kind, normal = "Plane", triple(normals[0])
     elif len(rows) > 3 and (found := _cylinder(shape, rows, normals)) is not None:
         kind, (point, direction, radius) = "Cylinder", found
-        axis, radii = (_triple(point), _triple(direction), 0.0), (radius, radius)
+        axis, radii = (triple(point), triple(direction), 0.0), (radius, radius)
     return FoundFace(
         numbers=(number,),
         kind=kind,
         area=float(areas.sum()),
-        centre=_triple(np.average(middles, axis=0, weights=areas)),
+        centre=triple(np.average(middles, axis=0, weights=areas)),
         perimeter=float(np.linalg.norm(shape.points[edges[:, 0]] - shape.points[edges[:, 1]], axis=1).sum()),
         normal=normal,
         axis=axis,
@@ -127,8 +126,3 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
     arms = shape.points[np.unique(shape.triangles[rows])] - point
     away = np.linalg.norm(arms - np.outer(arms @ direction, direction), axis=1)
     return (point, direction, float(away.mean())) if np.ptp(away) < ROUND * away.mean() else None
-
-
-def _triple(values: Array) -> Vector:
-    x, y, z = values
-    return float(x), float(y), float(z)

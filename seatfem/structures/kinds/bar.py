@@ -52,8 +52,9 @@ class BarSeat(Drawn):
 
     def _rod(self, band: float) -> Applicability:
         if not self.isotropic or self.supports or self.rayleigh is not None:
-            reason = "the closed form knows an isotropic rod with one clamped end and modal damping"
-            return Applicability("rod", False, math.inf, reason)
+            return Applicability.refused(
+                "rod", "the closed form knows an isotropic rod with one clamped end and modal damping"
+            )
         delay, end = self.love_error(band), self.form_error
         reason = f"lateral inertia delays waves at the band edge by {delay:.1g}, the clamped end changes g by {end:.1g}"
         return Applicability("rod", True, delay + end, f"{reason}: a rod leaves both out")

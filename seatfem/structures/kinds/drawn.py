@@ -105,19 +105,19 @@ class Drawn(Elastic):
         return next(name for name in DISCRETE if name in applying)
 
     def _rod(self, band: float) -> Applicability:
-        return Applicability("rod", False, math.inf, "only a straight bar struck on its whole end is a rod")
+        return Applicability.refused("rod", "only a straight bar struck on its whole end is a rod")
 
     def _axisymmetric(self) -> Applicability:
-        return Applicability("axisymmetric", False, math.inf, "the geometry is no solid of revolution")
+        return Applicability.refused("axisymmetric", "the geometry is no solid of revolution")
 
     def _harmonics(self) -> Applicability:
-        return Applicability("harmonics", False, math.inf, "the geometry is no solid of revolution")
+        return Applicability.refused("harmonics", "the geometry is no solid of revolution")
 
     def _sector(self) -> Applicability:
         if self.sectors < 2:
-            return Applicability("sector", False, math.inf, "body and load cannot be cut into equal sectors")
+            return Applicability.refused("sector", "body and load cannot be cut into equal sectors")
         if not self.isotropic:
-            return Applicability("sector", False, math.inf, "an orthotropic material turns from sector to sector")
+            return Applicability.refused("sector", "an orthotropic material turns from sector to sector")
         reason = f"one of {self.sectors} sectors between planes of symmetry stands for the whole"
         return Applicability("sector", True, 0.0, reason)
 
@@ -209,32 +209,32 @@ class Turned(Drawn):
 
     def _axisymmetric(self) -> Applicability:
         if obstacle := self._in_meridians():
-            return Applicability("axisymmetric", False, math.inf, obstacle)
+            return Applicability.refused("axisymmetric", obstacle)
         if self.arc is not None:
-            reason = "only an arc of the ring is struck: the load is not the axis's"
-            return Applicability("axisymmetric", False, math.inf, reason)
+            return Applicability.refused(
+                "axisymmetric", "only an arc of the ring is struck: the load is not the axis's"
+            )
         reason = "body, supports and load are symmetric about the axis: nothing is left out"
         return Applicability("axisymmetric", True, 0.0, reason)
 
     def _harmonics(self) -> Applicability:
         if obstacle := self._in_meridians():
-            return Applicability("harmonics", False, math.inf, obstacle)
+            return Applicability.refused("harmonics", obstacle)
         if self.arc is None:
-            reason = "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
-            return Applicability("harmonics", False, math.inf, reason)
+            return Applicability.refused(
+                "harmonics", "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
+            )
         reason = "a body of revolution, loaded off its axis: Fourier harmonics in the angle"
         return Applicability("harmonics", True, 0.0, reason)
 
     def _sector(self) -> Applicability:
         if self.arc is not None:
-            reason = "only an arc of the ring is struck: the sectors differ"
-            return Applicability("sector", False, math.inf, reason)
+            return Applicability.refused("sector", "only an arc of the ring is struck: the sectors differ")
         return super()._sector()
 
     def _solid(self) -> Applicability:
         if self.arc is not None:
-            reason = "the drawn contact face is the whole ring, not an arc of it"
-            return Applicability("3d", False, math.inf, reason)
+            return Applicability.refused("3d", "the drawn contact face is the whole ring, not an arc of it")
         return super()._solid()
 
     def _in_meridians(self) -> str:

@@ -17,7 +17,7 @@ from seatfem.structures.inspection.opened import FileState, naming, state_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.method import Applicability, Method
+from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -49,9 +49,6 @@ class MeshFile(Elastic):
     @property
     def given_mesh(self) -> str:
         return self.file.name
-
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """The mesh in the file; it is read once, as long as the file and all it includes stay."""

@@ -10,7 +10,7 @@ from pydantic import Field
 from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
-from seatfem.structures.method import AUTO, Method
+from seatfem.structures.method import AUTO, Applicability, Method
 from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
@@ -25,6 +25,9 @@ class Reduced(Moving):
     @property
     def loss(self) -> float:
         return self.damping_ratio
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         given = self.greens

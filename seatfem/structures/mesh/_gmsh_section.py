@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from seatfem.structures.mesh._gmsh_arrays import rows_of
 from seatfem.structures.mesh._gmsh_model import set_sizes
 from seatfem.structures.mesh.spec import MeshSpec
 
@@ -105,19 +106,17 @@ def plane_arrays(
     """The plane mesh in metres: "points" (n, 2), "cells" (m, 3 | 4 | 6 | 9), "line:NAME" (k, 2), "area:NAME" (k,)."""
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
-    index = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
-    index[tags.astype(np.int64)] = np.arange(len(tags))
+    index = rows_of(tags)
     kind = (QUADRILATERALS if spec.shape == "hex" else TRIANGLES)[spec.order]
     width = mesh.getElementProperties(kind)[3]
     elements, cells = _cells(mesh, kind, -1, width)
-    row = {int(element): k for k, element in enumerate(elements)}
+    row = rows_of(elements)
     out: dict[str, NDArray[Any]] = {"points": unit * coordinates.reshape(-1, 3)[:, :2], "cells": index[cells]}
     for name, curves in lines.items():
         ends = [_cells(mesh, {1: 1, 2: 8}[spec.order], tag, spec.order + 1)[1][:, :2] for tag in curves]
         out[f"line:{name}"] = index[np.concatenate(ends)]
     for name, surfaces in areas.items():
-        members = [int(element) for tag in surfaces for element in _cells(mesh, kind, tag, width)[0]]
-        out[f"area:{name}"] = np.array([row[element] for element in members], dtype=np.int64)
+        out[f"area:{name}"] = row[np.concatenate([_cells(mesh, kind, tag, width)[0] for tag in surfaces])]
     return out
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures.shapes.faces import Colour, Face, Vector
 from seatfem.structures.shapes.selectors import Patches, select
-from seatfem.structures.shapes.surfaces import surface_of
+from seatfem.structures.shapes.surfaces import surface_of, triple
 
 NO_COLOUR = (0, 0, 255, 0)  # what gmsh answers for an entity that was never painted
 POINTS_PER_CURVE = 17
@@ -100,8 +100,7 @@ def _normal(model: Any, tag: int, curves: list[int]) -> Vector:
         inside = _point_inside(model, tag, curves, normal, step)
         if inside is not None and model.isInside(3, solids[0], list(inside + step * normal)):
             normal = -normal
-    x, y, z = normal
-    return float(x), float(y), float(z)
+    return triple(normal)
 
 
 def _point_inside(

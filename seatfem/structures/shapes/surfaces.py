@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.shapes.faces import Axis
+from seatfem.structures.shapes.faces import Axis, Vector
 
 KNOWN: Final = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
 SAMPLES: Final = 6  # along each parameter
@@ -41,7 +41,7 @@ def _recognised(model: Any, tag: int, unit: float) -> tuple[str, Axis | None]:
     if axis is None:
         return FREEFORM, None
     point, direction = axis
-    return "Cylinder", Axis(_triple(unit * point), _triple(direction))
+    return "Cylinder", Axis(triple(unit * point), triple(direction))
 
 
 def fitted_cylinder(
@@ -72,10 +72,11 @@ def _axis(model: Any, tag: int, unit: float) -> Axis:
     sine = -(along @ to_axis) / np.linalg.norm(to_axis)
     direction = along + sine * to_axis / np.linalg.norm(to_axis)
     return Axis(
-        _triple(unit * (point + to_axis)), _triple(direction / np.linalg.norm(direction)), abs(math.asin(float(sine)))
+        triple(unit * (point + to_axis)), triple(direction / np.linalg.norm(direction)), abs(math.asin(float(sine)))
     )
 
 
-def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
+def triple(values: NDArray[np.float64]) -> Vector:
+    """Three plain numbers."""
     x, y, z = values
     return float(x), float(y), float(z)
