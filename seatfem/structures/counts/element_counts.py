@@ -12,7 +12,7 @@ from typing import Final
 
 from seatfem.machine.memory import available_memory
 from seatfem.structures.counts.bodies import Body, plan_of, section_of, solid_of
-from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, memory_need
+from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, counts_from, memory_need
 from seatfem.structures.counts.part_body import body_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.mesh.plan_grid import graded
@@ -76,19 +76,16 @@ def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
     vertices = VERTICES[0] * elements + VERTICES[1] * surface
     faces = 2 * elements + surface / 2
     edges = vertices + faces - elements
-    nodes = vertices if order == 1 else vertices + edges
-    couples = vertices + 2 * edges if order == 1 else vertices + 7 * edges + 12 * faces + 6 * elements
-    compactness = min(1.0, 12 * (elements / 6) ** (2 / 3) / surface)
-    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * couples, compactness))
+    nodes, counts = counts_from("tetrahedron", order, (vertices, edges, faces, elements), surface)
+    return Sizes(elements, nodes, surface, counts)
 
 
 def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
     """Elements, vertices and sides on the outline of a plane mesh."""
+    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
     if spec.shape == "hex":
-        inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
         elements, sides = QUADRILATERALS[0] * inner + QUADRILATERALS[1] * outer, QUADRILATERAL_SIDES * outer
         return elements, elements + sides / 2 + 1, sides
-    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
     elements, sides = TRIANGLES[0] * inner + TRIANGLES[1] * outer, TRIANGLE_SIDES * outer
     return elements, elements / 2 + sides / 2 + 1, sides
 
@@ -150,15 +147,9 @@ def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshS
     elements, points = plane * layers, vertices * levels
     edges = (vertices + plane - 1) * levels + vertices * layers
     faces = plane * levels + (vertices + plane - 1) * layers
-    nodes = points if spec.order == 1 else points + edges + faces + elements
-    couples = (
-        points + 2 * edges + 4 * faces + 8 * elements
-        if spec.order == 1
-        else points + 7 * edges + 49 * faces + 343 * elements
-    )
     surface = sides * layers + (0.0 if closed else 2 * plane)
-    compactness = min(1.0, 6 * elements ** (2 / 3) / surface)
-    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * nodes, compactness))
+    nodes, counts = counts_from("hexahedron", spec.order, (points, edges, faces, elements), surface)
+    return Sizes(elements, nodes, surface, counts)
 
 
 def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:

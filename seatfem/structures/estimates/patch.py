@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from impact.exact.half_space import disk_compliance
 from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.materials import Material
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.supports import Support
 
 OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
 _BENDING_LOAD: Final = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)
@@ -63,22 +66,6 @@ class Patch:
         poisson = (squared - 2) / (2 * (squared - 1))
         plane = 2 * self.density * self.c_s**2 / (1 - poisson)  # E/(1 - nu^2)
         return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
-
-
-class Support(Protocol):
-    """What an estimate asks of a support."""
-
-    @property
-    def on(self) -> str:
-        """Name of the face."""
-
-    @property
-    def stiffness(self) -> float:
-        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
-
-    @property
-    def holds(self) -> bool:
-        """Whether it resists a displacement."""
 
 
 def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:

@@ -39,6 +39,13 @@ def require_below(spec: object, field: str, limit: float, meaning: str, *, inclu
         raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")
 
 
+def require_above(spec: object, field: str, limit: float, meaning: str) -> None:
+    """Raise `GeometryError` unless ``spec.field`` is above ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, field)
+    if not value > limit:
+        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be > {limit:g} m ({meaning})")
+
+
 def check_quarters(shape: object, sectors: int) -> None:
     """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
     if sectors not in (2, 4):

@@ -15,7 +15,15 @@ from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.samples import circle_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace
-from seatfem.structures.shapes.shape import EVERYWHERE, Array, Plan, PlanSamples, require_below, require_positive
+from seatfem.structures.shapes.shape import (
+    EVERYWHERE,
+    Array,
+    Plan,
+    PlanSamples,
+    require_above,
+    require_below,
+    require_positive,
+)
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
@@ -46,9 +54,7 @@ class Stopper(Turning):
             raise GeometryError(
                 f"Stopper.dome_radius = {self.dome_radius:g} m: must be > {self.radius:g} m, the radius"
             )
-        if not self.top(self.radius) > 0.0:
-            drop = self.thickness - self.top(self.radius)
-            raise GeometryError(f"Stopper.thickness = {self.thickness:g} m: must be > {drop:g} m (the dome's height)")
+        require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:
         """Height of the upper side at the radius r."""

@@ -11,7 +11,15 @@ import numpy as np
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.samples import circle_points, side_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
-from seatfem.structures.shapes.shape import Array, Plan, PlanSamples, Shape, require_below, require_positive
+from seatfem.structures.shapes.shape import (
+    Array,
+    Plan,
+    PlanSamples,
+    Shape,
+    require_above,
+    require_below,
+    require_positive,
+)
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
@@ -45,8 +53,8 @@ class ValvePlate(Shape):
         if self.layout not in ("circle", "row"):
             raise GeometryError(f"ValvePlate.layout = {self.layout!r}: must be 'circle' or 'row'")
         apart = 2 * (self.port_radius + self.land_width)
-        if self.ports > 1 and not self.pitch > apart:
-            raise GeometryError(f"ValvePlate.pitch = {self.pitch:g} m: must be > {apart:g} m (two ports with lands)")
+        if self.ports > 1:
+            require_above(self, "pitch", apart, "two ports with lands")
         require_below(self, "land_width", self.margin, "the margin")
         require_below(self, "clamp_width", self.margin, "the margin")
 
