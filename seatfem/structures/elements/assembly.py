@@ -25,9 +25,8 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.structures.elements.constraints import Freedom, freedom, held
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
-from seatfem.structures.elements.patch_rings import places_across
 from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
-from seatfem.structures.elements.ports import ports_on
+from seatfem.structures.elements.ports import places_across, ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
     discretize,

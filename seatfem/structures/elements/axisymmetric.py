@@ -14,8 +14,7 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.constraints import Constraint, freedom
-from seatfem.structures.elements.patch_rings import ONE_RADIUS
-from seatfem.structures.elements.ports import ports_on
+from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
     angle_integral,

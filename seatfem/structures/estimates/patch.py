@@ -14,7 +14,7 @@ from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.materials import Material
 
 if TYPE_CHECKING:
-    from seatfem.structures.kinds.supports import Support
+    from seatfem.structures.kinds.parts import Support
 
 OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
 _BENDING_LOAD: Final = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)

@@ -11,8 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from impact.files.input_files import MB, read_text
-from seatfem.structures.formats.deck import Deck, Elements, assembled
-from seatfem.structures.formats.file_mesh import ABAQUS_HEX_FACES, ABAQUS_TET_FACES, NASTRAN, FileMesh
+from seatfem.structures.formats.file_mesh import (
+    ABAQUS_HEX_FACES,
+    ABAQUS_TET_FACES,
+    NASTRAN,
+    Deck,
+    Elements,
+    FileMesh,
+    assembled,
+)
 from seatfem.structures.mesh.io import MeshError
 
 SMALL, LARGE = 8, 4  # data fields on a line

@@ -16,7 +16,7 @@ from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.shapes.surfaces import FREEFORM, fitted_cylinder, triple
+from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
 FLAT: Final = 1e-3  # of unit normals

@@ -13,10 +13,9 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
 from seatfem.structures.inspection.opened import listed
 from seatfem.structures.kinds.materials import AnyMaterial
-from seatfem.structures.kinds.parts import Rayleigh
+from seatfem.structures.kinds.parts import AnySupport, Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.kinds.supports import AnySupport
 from seatfem.structures.method import AnyLevel
 
 if TYPE_CHECKING:

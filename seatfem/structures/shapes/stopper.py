@@ -9,20 +9,21 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Vector
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
-from seatfem.structures.shapes.samples import circle_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace
 from seatfem.structures.shapes.shape import (
     EVERYWHERE,
-    Array,
     Plan,
     PlanSamples,
+    circle_points,
     require_above,
     require_below,
     require_positive,
+    squares,
 )
 
 INSIDE = 1e-2  # radians from the plane y = 0

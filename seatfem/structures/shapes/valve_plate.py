@@ -8,17 +8,19 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.shapes.samples import circle_points, side_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
 from seatfem.structures.shapes.shape import (
-    Array,
     Plan,
     PlanSamples,
     Shape,
+    circle_points,
     require_above,
     require_below,
     require_positive,
+    side_points,
+    squares,
 )
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)

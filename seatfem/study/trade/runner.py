@@ -14,8 +14,7 @@ from typing import Final
 from impact.progress import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import end_worker, start_worker
-from seatfem.machine.cache_folder import VARIABLE
-from seatfem.machine.code import code_version
+from seatfem.machine.code import VARIABLE, code_version
 from seatfem.study.trade.journal import append, key_of, read_journal
 from seatfem.study.trade.point import Outcome, Point
 
