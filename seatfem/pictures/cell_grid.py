@@ -10,6 +10,7 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
+from seatfem.structures.elements.revolved_elements import section_element
 from seatfem.structures.formats.file_mesh import VTK, to_vtk
 from seatfem.structures.mesh.cell_kinds import CELL_KINDS, HEX_VERTICES, nodes_of
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
@@ -171,13 +172,9 @@ def _positive(points: Array, cells: Any) -> Integers:
 
 def _section_triangles(mesh: Any, n_nodes: int) -> Integers:
     """(m, 3) straight triangles on all nodes; the smaller numbers first, so that neighbouring prisms split alike."""
-    first = n_nodes == mesh.nvertices
-    if isinstance(mesh, skfem.MeshTri):
-        element = skfem.ElementTriP1() if first else skfem.ElementTriP2()
-    elif isinstance(mesh, skfem.MeshQuad):
-        element = skfem.ElementQuad1() if first else skfem.ElementQuad2()
-    else:
+    if not isinstance(mesh, skfem.MeshTri | skfem.MeshQuad):
         raise ModelError(f"shapes on {type(mesh).__name__} cannot be revolved; it must be a meridian section")
+    element = section_element(mesh, 1 if n_nodes == mesh.nvertices else 2)
     cells = np.asarray(skfem.Basis(mesh, element, intorder=1).element_dofs)
     picked = np.concatenate([cells[list(corners)].T for corners in _TRIANGLES[len(cells)]])
     return np.sort(picked, axis=1)

@@ -94,12 +94,9 @@ def _flight(damping_ratio: float) -> tuple[Case, Case]:
         zero = brentq(lambda t: static - float(greens.step_response(t)), 0.5e-3, 0.8e-3, xtol=1e-15)
         return float(zero), _LIFT / static * float(greens.impulse_response(zero))
 
-    def compute_velocity(coefficient: float) -> float:
-        return first_contact(coefficient)[1]
-
     return (
         Case(name, "first contact [s]", time, 1e-5, _DUHAMEL, lambda k: first_contact(k)[0]),
-        Case(name, "closing velocity [m/s]", velocity, 1e-5, _DUHAMEL, compute_velocity),
+        Case(name, "closing velocity [m/s]", velocity, 1e-5, _DUHAMEL, lambda k: first_contact(k)[1]),
     )
 
 

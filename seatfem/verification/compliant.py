@@ -192,14 +192,8 @@ def _between_stops() -> Case:
         m = int(np.flatnonzero((place[1:] <= 0) & (place[:-1] > 0))[-1])
         return float(result.time[m]) + result.dt * float(place[m] / (place[m] - place[m + 1]))
 
-    return Case(
-        "mass between two springs with clearance",
-        "period w",
-        2 * math.pi + 4,
-        1e-9,
-        _CLEARANCE,
-        stepped(period, _STEPS, 2),
-    )
+    name, exact = "mass between two springs with clearance", 2 * math.pi + 4
+    return Case(name, "period w", exact, 1e-9, _CLEARANCE, stepped(period, _STEPS, 2))
 
 
 def _two_supports() -> tuple[Case, Case]:

@@ -90,6 +90,9 @@ def _static() -> tuple[Case, ...]:
         compliance = partial(square_compliance, side=1.0, at=at, **unit)
         return Case(name, quantity, exact, 1e-9, _LOVE, lambda k: compliance(young=k))
 
+    def punch(young: float) -> float:
+        return punch_compliance(young=young, radius=1.0, **unit)
+
     return (
         disk("disk, mean w E/((1 - nu^2) p a)", 1.6976527263, "mean", math.pi),
         disk("disk, mean w E a/((1 - nu^2) F)", 0.5403796461, "mean", 1.0),
@@ -97,14 +100,7 @@ def _static() -> tuple[Case, ...]:
         disk("disk, edge w E/((1 - nu^2) p a)", 1.2732395447, "edge", math.pi),
         square("square, mean w E/((1 - nu^2) p b)", 0.9464020088, "mean"),
         square("square, centre w E/((1 - nu^2) p b)", 1.1221997047, "centre"),
-        Case(
-            name,
-            "rigid round punch, w E a/((1 - nu^2) F)",
-            0.5,
-            1e-12,
-            _JOHNSON,
-            lambda k: punch_compliance(young=k, radius=1.0, **unit),
-        ),
+        Case(name, "rigid round punch, w E a/((1 - nu^2) F)", 0.5, 1e-12, _JOHNSON, punch),
     )
 
 

@@ -147,17 +147,10 @@ def _pressed_reed() -> tuple[Case, Case]:
         problem = impact.ContactProblem(reed, impact.Body(target), preload=True)
         return float(impact.solve(problem, dt=1e-3, duration=0.1).force[-1])
 
-    name = "reed pressed on its seat by a pressure q"
+    name, spring = "reed pressed on its seat by a pressure q", impact.spring(stiffness=3.0)
     return (
         Case(name, "N/(q L), rigid seat", 0.375, 1e-7, _PROP, lambda k: reaction(rigid_seat(), 1.0, k)),
-        Case(
-            name,
-            "N/(q L), seat of the reed's stiffness",
-            0.1875,
-            1e-7,
-            _PROP,
-            lambda k: reaction(impact.spring(stiffness=3.0), k, 1.0),
-        ),
+        Case(name, "N/(q L), seat of the reed's stiffness", 0.1875, 1e-7, _PROP, lambda k: reaction(spring, k, 1.0)),
     )
 
 

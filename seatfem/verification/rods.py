@@ -98,23 +98,14 @@ def _rebound_velocity(alpha: float, area_factor: float, steps: int) -> float:
 def _without_return() -> tuple[Case, Case]:
     half = 0.5
     restitution = (1 - math.exp(-2 * half)) / half - math.exp(-2 * half)
+
+    def case(name: str, quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-9, _WAVES, stepped(solve, _STEPS, 2))
+
+    name, solve = "rigid mass on a free rod, rod mass/mass = 0.5", partial(_free_rod_restitution, half)
     return (
-        Case(
-            "rigid mass on a free rod, rod mass/mass = 0.5",
-            "restitution of the mass centres",
-            restitution,
-            1e-9,
-            _WAVES,
-            stepped(partial(_free_rod_restitution, half), _STEPS, 2),
-        ),
-        Case(
-            "rigid mass M on a semi-infinite rod",
-            "N/(Z V) at Z t/M = 1",
-            math.exp(-1.0),
-            1e-9,
-            _WAVES,
-            stepped(_semi_infinite_decay, _STEPS, 2),
-        ),
+        case(name, "restitution of the mass centres", restitution, solve),
+        case("rigid mass M on a semi-infinite rod", "N/(Z V) at Z t/M = 1", math.exp(-1.0), _semi_infinite_decay),
     )
 
 
