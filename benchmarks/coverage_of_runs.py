@@ -32,7 +32,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.kinds import Cad
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.levels import COARSENING
+from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE

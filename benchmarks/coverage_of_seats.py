@@ -22,7 +22,7 @@ import numpy as np
 
 from impact.greens.base import GreensFunction
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import COARSENING, PER_WAVELENGTH, Level
+from seatfem.structures.method import COARSENING, PER_WAVELENGTH, Level
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.contact import seat_of

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse, read_frf
     from impact.measured.pole_fit import fit_impulse_response, fit_poles
-    from seatfem.pictures.revolved_grid import revolve
+    from seatfem.pictures.cell_grid import revolve
     from seatfem.structures.elements.assembly import assemble
     from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
     from seatfem.structures.formats.matrices import read_matrices
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
     from seatfem.structures.materials import Material, Orthotropic
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
-    from seatfem.structures.mesh.meshing import MeshSpec, SeatMesh, make_mesh
+    from seatfem.structures.mesh.meshing import make_mesh
+    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.spec import MeshSpec
     from seatfem.structures.model import ModelError, Port, SecondOrderModel
     from seatfem.structures.reduction.greens import greens_function, reduce_model
     from seatfem.structures.reduction.harmonics import ring_greens
@@ -77,7 +79,7 @@ __all__ = [
 _NAMES = {
     "impact.measured.frf": "FrequencyResponse read_frf",
     "impact.measured.pole_fit": "fit_impulse_response fit_poles",
-    "seatfem.pictures.revolved_grid": "revolve",
+    "seatfem.pictures.cell_grid": "revolve",
     "seatfem.structures.elements.assembly": "assemble",
     "seatfem.structures.elements.axisymmetric": "assemble_axisymmetric",
     "seatfem.structures.formats.matrices": "read_matrices",
@@ -86,7 +88,9 @@ _NAMES = {
     "seatfem.structures.formats.uff": "read_frf_uff read_modes_uff",
     "seatfem.structures.materials": "Material Orthotropic",
     "seatfem.structures.mesh.meridian": "MeridianMesh make_meridian",
-    "seatfem.structures.mesh.meshing": "MeshSpec SeatMesh make_mesh",
+    "seatfem.structures.mesh.meshing": "make_mesh",
+    "seatfem.structures.mesh.seat_mesh": "SeatMesh",
+    "seatfem.structures.mesh.spec": "MeshSpec",
     "seatfem.structures.model": "ModelError Port SecondOrderModel",
     "seatfem.structures.reduction.greens": "greens_function reduce_model",
     "seatfem.structures.reduction.harmonics": "ring_greens",

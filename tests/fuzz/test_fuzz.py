@@ -23,7 +23,7 @@ from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.machine.rates import Machine, MachineError
-from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.counts.memory_need import MemoryNeedError
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh

@@ -376,7 +376,8 @@ def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path:
     script.write_text(
         f"""
 import os, sys
-from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.shapes import AnnularSeat
 os.environ["PYTHONPATH"] = {python_path.format(root=ROOT)!r}
 print(make_mesh(AnnularSeat(), MeshSpec(size=2.5e-3)).mesh.nelements)

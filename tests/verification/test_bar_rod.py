@@ -14,12 +14,12 @@ import pytest
 
 import impact
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar
+from tests.rod_model import rod_model
 
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
 C0 = np.sqrt(E / RHO)

@@ -16,10 +16,9 @@ from impact.pictures.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Picture, drawn_apart
-from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
-from seatfem.pictures.revolved_grid import revolve
 from seatfem.pictures.section_plot import plot_section
 from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh

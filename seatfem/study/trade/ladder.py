@@ -15,8 +15,7 @@ from typing import Final
 
 from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import PER_WAVELENGTH
-from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
 from seatfem.study.method import BAND, is_given, stated_method
 from seatfem.study.scene import Scene

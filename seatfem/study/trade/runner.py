@@ -18,8 +18,7 @@ from impact.progress import Progress, silent
 from seatfem.jobs import journal as lines
 from seatfem.jobs.batch import answers
 from seatfem.jobs.folders import private_folder
-from seatfem.machine.cache_folder import VARIABLE
-from seatfem.machine.code import code_version
+from seatfem.machine.code import VARIABLE, code_version
 from seatfem.study.trade.point import Outcome, Point
 
 TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
