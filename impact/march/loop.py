@@ -543,10 +543,15 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
     carried, pen, before = np.zeros(contacts), np.empty(contacts), np.empty(contacts)
     opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
+    heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
     for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
         warm[c] = force[c, start - 1] if start > 0 else 0.0
         for d in range(contacts):
             carried[c] += w0[c, d] * rest[d]
+            for m in range(recent.shape[2]):
+                if recent[c, d, m] != 0.0:
+                    heard[c, d] = True
+                    break
     for n in range(start, stop):
         for c in range(contacts):
             last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
@@ -556,7 +561,8 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
             if recent.size > 0:
                 opening[c] += memory[c, n]
                 for d in range(contacts):
-                    opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
+                    if heard[c, d]:
+                        opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
             pen[c], before[c] = -opening[c], -gap[n, c]
         if not contact_forces(codes, rules, numbers, user, pen, before, w0, dt, warm):
             unsolved += 1
