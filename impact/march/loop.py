@@ -209,7 +209,13 @@ def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no
 
 @njit(cache=True)
 def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set.
+    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set."""
+    _active_set(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
+
+
+@njit(cache=True)
+def _active_set(w, pen, force, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same; ``low`` and ``held`` as `_spd_solve` left them, of the same ``w``.
 
     Whole blocks are exchanged while that lowers the number of violations, up to three times without progress; where
     that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
@@ -223,7 +229,7 @@ def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cov
     gap, limit = np.empty(p), np.empty(p)
     while True:
         index = _members(active)
-        pressed = _spd_solve(w, index, pen)
+        pressed = _spd_solve(w, index, pen, low, held)
         force[:] = 0.0
         for i in range(index.size):
             force[index[i]] = pressed[i]
@@ -238,7 +244,7 @@ def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cov
         if count < fewest:
             fewest, tries = count, 3
         if tries < 0:
-            _descend(w, pen, force)
+            _descend(w, pen, force, low, held)
             return
         for c in range(p):
             active[c] = active[c] != bad[c]
@@ -269,7 +275,7 @@ def _gaps(w, pen, force, gap, limit):  # type: ignore[no-untyped-def]  # pragma:
 
 
 @njit(cache=True)
-def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _descend(w, pen, force, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins, those
     that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
     p = pen.size
@@ -289,7 +295,7 @@ def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover
             index = _members(active)
             if index.size == 0:
                 break
-            aim = _spd_solve(w, index, pen)
+            aim = _spd_solve(w, index, pen, low, held)
             share, first = 1.0, -1
             for i in range(index.size):
                 if aim[i] <= 0.0:
@@ -311,32 +317,61 @@ def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 
 @njit(cache=True)
-def _spd_solve(w, index, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _spd_solve(w, index, pen, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Solve w[index, index] x = pen[index] by Cholesky; a pivot lost to round-off (two ports almost at one place) is
-    held at 1e-14 of its diagonal."""
+    held at 1e-14 of its diagonal.
+
+    ``low`` (p, p) keeps the factor and ``held`` (p + 1,) the number of contacts that it is of (-1: of none), and which.
+    """
     n = index.size
-    low = np.empty((n, n))
+    same = held[0] == n
+    for i in range(n):
+        same = same and held[i + 1] == index[i]
+    if not same:
+        held[0] = n
+        for i in range(n):
+            held[i + 1] = index[i]
+            for j in range(i + 1):
+                value = w[index[i], index[j]] - _dot(low[i], low[j], j)
+                if i == j:
+                    low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
+                else:
+                    low[i, j] = value / low[j, j]
     x = np.empty(n)
     for i in range(n):
-        for j in range(i + 1):
-            value = w[index[i], index[j]]
-            for k in range(j):
-                value -= low[i, k] * low[j, k]
-            if i == j:
-                low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
-            else:
-                low[i, j] = value / low[j, j]
-    for i in range(n):
-        value = pen[index[i]]
-        for k in range(i):
-            value -= low[i, k] * x[k]
-        x[i] = value / low[i, i]
+        x[i] = (pen[index[i]] - _dot(low[i], x, i)) / low[i, i]
     for i in range(n - 1, -1, -1):
-        value = x[i]
-        for k in range(i + 1, n):
-            value -= low[k, i] * x[k]
-        x[i] = value / low[i, i]
+        x[i] /= low[i, i]
+        for k in range(i):
+            x[k] -= low[i, k] * x[i]
     return x
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _dot(a, b, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Sum of the first ``n`` products."""
+    total = 0.0
+    for k in range(n):
+        total += a[k] * b[k]
+    return total
+
+
+@njit(cache=True)
+def _linear(codes, rules, numbers, w):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(whether all laws are linear in N, w with what their springs yield)."""
+    p = len(codes)
+    shifted = np.empty((p, p))
+    linear = True
+    for c in range(p):
+        together = 0.0
+        for d in range(p):
+            shifted[c, d] = w[c, d]
+            together += abs(w[c, d])
+        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * together >= RIGID)
+        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
+        if codes[c] == SPRING:
+            shifted[c, c] += 1.0 / numbers[c, 0]
+    return linear, shifted
 
 
 @njit(cache=True)
@@ -345,23 +380,17 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
 
     Returns whether they were found to 1e-14.
     """
-    p = pen.size
-    linear = True
-    for c in range(p):
-        together = 0.0
-        for d in range(p):
-            together += abs(w[c, d])
-        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * together >= RIGID)
-        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
+    linear, shifted = _linear(codes, rules, numbers, w)
     if linear:
-        shifted = np.empty((p, p))
-        for c in range(p):
-            for d in range(p):
-                shifted[c, d] = w[c, d]
-            if codes[c] == SPRING:
-                shifted[c, c] += 1.0 / numbers[c, 0]
         active_set(shifted, pen, force)
         return True
+    return _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force)
+
+
+@njit(cache=True)
+def _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same of laws that are not linear, one after the other; where that crawls, by `_newton`."""
+    p = pen.size
     for sweep in range(2000):
         change, size = 0.0, 0.0
         for c in range(p):
@@ -543,6 +572,8 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
     carried, pen, before = np.zeros(contacts), np.empty(contacts), np.empty(contacts)
     opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
+    linear, shifted = _linear(codes, rules, numbers, w0)
+    low, held = np.empty((contacts, contacts)), np.full(contacts + 1, -1)
     heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
     for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
         warm[c] = force[c, start - 1] if start > 0 else 0.0
@@ -564,13 +595,13 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
                     if heard[c, d]:
                         opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
             pen[c], before[c] = -opening[c], -gap[n, c]
-        if not contact_forces(codes, rules, numbers, user, pen, before, w0, dt, warm):
+        if linear:
+            _active_set(shifted, pen, warm, low, held)
+        elif not _sweep(codes, rules, numbers, user, pen, before, w0, dt, warm):
             unsolved += 1
         for c in range(contacts):
             force[c, n] = warm[c]
-            for d in range(contacts):
-                opening[c] += w0[c, d] * warm[d]
-            gap[n + 1, c] = opening[c]
+            gap[n + 1, c] = opening[c] + _dot(w0[c], warm, contacts)
     return unsolved
 
 
