@@ -25,7 +25,7 @@ test: lint types unit
 
 QUICK := tests/contracts tests/impact tests/literature tests/study/test_scene.py tests/study/test_units.py
 quick: lint
-	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 -m "not slow" $(QUICK)
+	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal -m "not slow" $(QUICK)
 
 lint: $(VENV)/installed-dev
 	$(PY) -m ruff check .
@@ -35,13 +35,13 @@ types: $(VENV)/installed-dev
 
 unit: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
-	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4
+	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal
 
 verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@
 
 docs: $(VENV)/installed-dev
-	$(PY) -m seatfem.study.scene.docs docs/scene.md
+	$(PY) docs/scene_page.py docs/scene.md
 
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes

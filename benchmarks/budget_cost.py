@@ -15,9 +15,9 @@ from impact.progress import silent
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import run_contact, stress_of
+from seatfem.study.impacts.contact import run_contacts, stress_of
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import carry_out
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
 
 SCENES = (
@@ -63,10 +63,10 @@ def _stages(scene: Scene) -> Mapping[str, float]:
         os.environ[VARIABLE] = f"{name}/store"
         plan = plan_scene(scene)
         undemanding = replace(plan, scene=with_target(plan.scene, 0.99))  # no second round
-        done = carry_out(undemanding, folder, watch, silent)
+        *_, done = rounds(undemanding, folder, watch, silent)
         spring = impact.spring(stiffness=1.0 / float(done.seat.greens.static_compliance()[0, 0]))
         with watch("spring baseline"):
-            baseline = run_contact(done.plan.scene, done.striker, spring, done.result.dt)
+            baseline = run_contacts(done.plan.scene, done.striker, spring, done.result.dt).seat
         with watch("reed stress"):
             stress_of(done.plan.scene, done.striker, baseline.force, baseline.dt)
         with watch("files"):

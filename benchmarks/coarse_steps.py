@@ -22,8 +22,7 @@ from rich.console import Console
 import impact
 from impact.runs.budget import SAFETY, Values
 from impact.runs.variations import FINE
-from seatfem.study.impacts.contact import measures_of, problem_of, striker_of, time_step
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of, time_step
 from seatfem.study.scene import Scene, load_scene
 
 TRANSIT, SPEED, YOUNG, DENSITY, AREA = 1e-5, 5000.0, 2e11, 8000.0, 1e-6

@@ -32,15 +32,14 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.kinds import Cad
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.levels import COARSENING
+from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.store import VARIABLE
-from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, stopper_of, striker_of
 from seatfem.study.method import MODES, as_stated, has_key, is_given
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.rounds import Round, carry_out
+from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import load_scene
 
 SEED, FROM_FILES_ON, EVERY_STRIKER_ON, SCENES = 5, 211, 300, 48
@@ -305,7 +304,7 @@ def judge(index: int, seed: int = SEED) -> Verdict:
         path = Path(folder) / "scene.toml"
         path.write_text(draw_scene(index, seed), encoding="utf-8")
         scene = load_scene(path)
-        done = carry_out(plan_scene(scene), Path(folder), Stopwatch(), silent)
+        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent)
         exact = reference(done)
     values = done.left.values
     return Verdict(

@@ -11,7 +11,7 @@ from table import Table, publish
 from seatfem.structures.estimates.mesh_size import Sizes, mesh_error
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import seat_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 

@@ -15,8 +15,7 @@ import impact
 from impact.pictures.drawing import gap_of
 from impact.progress import silent
 from seatfem.faces.cli import demo_scene
-from seatfem.study.impacts.contact import run_contact, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import run_contacts, seat_of, striker_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pictures
@@ -29,9 +28,9 @@ def main() -> None:
     scene = as_stated(plan.scene, plan.method)
     seat = seat_of(scene)
     dt = scene.run.time_step or 1e-8
-    result = run_contact(scene, striker_of(scene), seat.greens, dt)
+    result = run_contacts(scene, striker_of(scene), seat.greens, dt).seat
     spring = impact.spring(stiffness=1 / float(seat.greens.static_compliance()[0, 0]))
-    baseline = run_contact(scene, striker_of(scene), spring, dt)
+    baseline = run_contacts(scene, striker_of(scene), spring, dt).seat
     print(f"numbers: {time.perf_counter() - start:.1f} s")  # noqa: T201
     apart = pictures.drawn_apart
     for words, there in (("apart", True), ("here", False), ("apart", True), ("here", False)):

@@ -16,9 +16,8 @@ from impact.runs.budget import safety
 from seatfem.structures.build import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contact, stress_of, striker_of
+from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
 from seatfem.study.impacts.measures import SOURCES
-from seatfem.study.impacts.seat import seat_of
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import load_scene
@@ -46,7 +45,7 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
         seat = seat_of(planned, Cache(Path(folder) / "seat.h5", store))
     striker = striker_of(planned)
     assert planned.run.time_step is not None
-    result = run_contact(planned, striker, seat.greens, planned.run.time_step)
+    result = run_contacts(planned, striker, seat.greens, planned.run.time_step).seat
     stress = stress_of(planned, striker, result.force, result.dt)
     left = error_budget(planned, plan.method, seat, striker, result, stress)
     found = []

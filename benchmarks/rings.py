@@ -14,8 +14,7 @@ from table import Table, publish
 import impact
 from impact import measures
 from seatfem.structures.rings import face_compliance
-from seatfem.study.impacts.contact import measures_of, problem_of, run_contact, striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.scene import load_scene
 
 RINGS = (1, 2, 4, 8, 16)
@@ -48,7 +47,7 @@ def one(rings: int, folder: Path) -> dict[str, float]:
     start = process_time()
     seat = seat_of(scene, mesh_error=False)
     made = process_time()
-    result = run_contact(scene, striker, seat.greens, STEP)
+    result = run_contacts(scene, striker, seat.greens, STEP).seat
     marched = process_time()
     measures_of(scene, problem_of(scene, striker, impact.Body(seat.greens)), STEP)
     again = process_time()

@@ -11,7 +11,7 @@ import impact
 from impact import ContactProblem
 from impact.exact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens.base import StepKernel
-from impact.greens.exact_port import step_weights
+from impact.greens.stated import step_weights
 from impact.march.motion import port_displacement
 
 STEPS = (12_000, 48_000, 200_000)

@@ -4,7 +4,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from seatfem.structures.mesh.meshing import MeshSpec, make_mesh, write_step
+from seatfem.structures.mesh.meshing import make_mesh, write_step
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
 
 FOLDER = Path(__file__).resolve().parent

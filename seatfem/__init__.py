@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse, read_frf
     from impact.measured.pole_fit import fit_impulse_response, fit_poles
-    from seatfem.pictures.revolved_grid import revolve
+    from seatfem.pictures.cell_grid import revolve
     from seatfem.structures.elements.assembly import assemble
     from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
     from seatfem.structures.formats.matrices import read_matrices
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
     from seatfem.structures.materials import Material, Orthotropic
     from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
-    from seatfem.structures.mesh.meshing import MeshSpec, SeatMesh, make_mesh
+    from seatfem.structures.mesh.meshing import make_mesh
+    from seatfem.structures.mesh.seat_mesh import SeatMesh
+    from seatfem.structures.mesh.spec import MeshSpec
     from seatfem.structures.model import ModelError, Port, SecondOrderModel
     from seatfem.structures.reduction.greens import greens_function, reduce_model
     from seatfem.structures.reduction.harmonics import ring_greens
@@ -74,45 +76,35 @@ __all__ = [
     "write_trade",
 ]
 
-_HOME = {
-    "Trade": "seatfem.study.trade.trade",
-    "measure_trade": "seatfem.study.trade.trade",
-    "draw_trade": "seatfem.study.trade.chart",
-    "write_trade": "seatfem.study.trade.table",
-    "FrequencyResponse": "impact.measured.frf",
-    "read_frf": "impact.measured.frf",
-    "read_matrices": "seatfem.structures.formats.matrices",
-    "fit_impulse_response": "impact.measured.pole_fit",
-    "fit_poles": "impact.measured.pole_fit",
-    "Store": "seatfem.structures.store",
-    "content_key": "seatfem.structures.store",
-    "read_frf_uff": "seatfem.structures.formats.uff",
-    "read_modes_uff": "seatfem.structures.formats.uff",
-    "assemble": "seatfem.structures.elements.assembly",
-    "assemble_axisymmetric": "seatfem.structures.elements.axisymmetric",
-    "ring_greens": "seatfem.structures.reduction.harmonics",
-    "RingPatch": "seatfem.structures.reduction.ring_patches",
-    "revolve": "seatfem.pictures.revolved_grid",
-    "Reduction": "seatfem.structures.reduction.reducer",
-    "greens_function": "seatfem.structures.reduction.greens",
-    "reduce_model": "seatfem.structures.reduction.greens",
-    "MeshSpec": "seatfem.structures.mesh.meshing",
-    "SeatMesh": "seatfem.structures.mesh.meshing",
-    "MeridianMesh": "seatfem.structures.mesh.meridian",
-    "make_meridian": "seatfem.structures.mesh.meridian",
-    "make_mesh": "seatfem.structures.mesh.meshing",
-    "read_mesh": "seatfem.structures.formats.mesh_files",
-    "write_mesh": "seatfem.structures.formats.mesh_writing",
-    "Material": "seatfem.structures.materials",
-    "Orthotropic": "seatfem.structures.materials",
-    "ModelError": "seatfem.structures.model",
-    "Port": "seatfem.structures.model",
-    "SecondOrderModel": "seatfem.structures.model",
-    "Modes": "seatfem.structures.reduction.modes",
-    "solve_modes": "seatfem.structures.reduction.modes",
-    "run_scene": "seatfem.study.runs.pipeline",
-    "load_scene": "seatfem.study.scene",
+_NAMES = {
+    "impact.measured.frf": "FrequencyResponse read_frf",
+    "impact.measured.pole_fit": "fit_impulse_response fit_poles",
+    "seatfem.pictures.cell_grid": "revolve",
+    "seatfem.structures.elements.assembly": "assemble",
+    "seatfem.structures.elements.axisymmetric": "assemble_axisymmetric",
+    "seatfem.structures.formats.matrices": "read_matrices",
+    "seatfem.structures.formats.mesh_files": "read_mesh",
+    "seatfem.structures.formats.mesh_writing": "write_mesh",
+    "seatfem.structures.formats.uff": "read_frf_uff read_modes_uff",
+    "seatfem.structures.materials": "Material Orthotropic",
+    "seatfem.structures.mesh.meridian": "MeridianMesh make_meridian",
+    "seatfem.structures.mesh.meshing": "make_mesh",
+    "seatfem.structures.mesh.seat_mesh": "SeatMesh",
+    "seatfem.structures.mesh.spec": "MeshSpec",
+    "seatfem.structures.model": "ModelError Port SecondOrderModel",
+    "seatfem.structures.reduction.greens": "greens_function reduce_model",
+    "seatfem.structures.reduction.harmonics": "ring_greens",
+    "seatfem.structures.reduction.modes": "Modes solve_modes",
+    "seatfem.structures.reduction.reducer": "Reduction",
+    "seatfem.structures.reduction.ring_patches": "RingPatch",
+    "seatfem.structures.store": "Store content_key",
+    "seatfem.study.runs.pipeline": "run_scene",
+    "seatfem.study.scene": "load_scene",
+    "seatfem.study.trade.chart": "draw_trade",
+    "seatfem.study.trade.table": "write_trade",
+    "seatfem.study.trade.trade": "Trade measure_trade",
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -12,7 +12,11 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from impact.files.input_files import MB, check_file
 from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 FILE_LIMIT = 8192 * MB
+Made = TypeVar("Made", bound="DataclassInstance")
 
 
 class KeyProblem(ValueError):
@@ -27,6 +31,21 @@ class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
+
+
+def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
+    """A dataclass whose fields take the values of the keys of the same names, in the first table that has one.
+
+    ``others``: fields that are called or written otherwise. A key that is ``None`` leaves the field's own default.
+    """
+    names = {field.name for field in fields(made)}
+    found: dict[str, Any] = {
+        key: value
+        for table in reversed(tables)
+        for key in names & type(table).model_fields.keys()
+        if (value := getattr(table, key)) is not None
+    }
+    return made(**found | others)
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from impact.advice import Advice
-from impact.after.energy import pressed_in
 from impact.after.measures import closed_steps
+from impact.after.result import pressed_in
 from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.problem import ContactProblem
@@ -16,7 +18,7 @@ UNRESOLVED_LIMIT = 0.1  # of the impulse
 DIGITS_LIMIT = 1e-6  # of the way that a contact yields
 
 
-def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
+def contact_advice(force: Array, dt: float) -> Iterator[Advice]:
     """Share of the impulse of ``force`` (n, p) [N] that contacts of fewer than `FEWEST_STEPS` steps carry.
 
     A contact that the record's end cuts counts by its steps so far: where a force rises over n steps, 1/n of it is the
@@ -31,40 +33,36 @@ def contact_advice(force: Array, dt: float) -> tuple[Advice, ...]:
         shortest = min(shortest, int((end - first)[brief].min(initial=FEWEST_STEPS)))
     share = short / total if total > 0 else 0.0
     if share <= UNRESOLVED_LIMIT:
-        return ()
-    return (
-        Advice(
-            f"share of the impulse in contacts of fewer than {FEWEST_STEPS} steps",
-            share,
-            UNRESOLVED_LIMIT,
-            "the step does not resolve them: their force and rebound are set by the step",
-            f"use dt <= {dt * shortest / (2 * FEWEST_STEPS):.2g} s",
-        ),
+        return
+    yield Advice(
+        f"share of the impulse in contacts of fewer than {FEWEST_STEPS} steps",
+        share,
+        UNRESOLVED_LIMIT,
+        "the step does not resolve them: their force and rebound are set by the step",
+        f"use dt <= {dt * shortest / (2 * FEWEST_STEPS):.2g} s",
     )
 
 
-def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> tuple[Advice, ...]:
+def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float) -> Iterator[Advice]:
     """Rigid contacts closed by more than round-off at t = 0, without a preload; force (n, p), gap (n + 1, p)."""
     if problem.preload:
-        return ()
+        return
     rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
     overlap = float(np.max(-gap[0, rigid], initial=0.0))
     if overlap <= 1e-12 * float(np.abs(gap).max()):
-        return ()
+        return
     put_in = float(pressed_in(problem, force, gap)[-1])
-    return (
-        Advice(
-            "overlap of rigid contacts at t = 0 [m]",
-            overlap,
-            0.0,
-            f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy: "
-            f"{put_in:.3g} J, counted as put in",
-            "start with a gap >= 0, give preload=True, or a law that yields",
-        ),
+    yield Advice(
+        "overlap of rigid contacts at t = 0 [m]",
+        overlap,
+        0.0,
+        f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy: "
+        f"{put_in:.3g} J, counted as put in",
+        "start with a gap >= 0, give preload=True, or a law that yields",
     )
 
 
-def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> tuple[Advice, ...]:
+def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> Iterator[Advice]:
     """What round-off of the bodies' ``deflection`` [m] at t = 0 leaves of a gap, force (n, p), gap (n + 1, p), W_0.
 
     A gap is the difference of displacements: it is known to eps times the largest of them. What it must resolve is the
@@ -75,49 +73,43 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> tu
     scale = float(np.min(np.where(touched, yields, np.abs(gap).max(axis=0))))
     unknown = float(np.finfo(float).eps) * deflection
     if unknown <= DIGITS_LIMIT * scale:
-        return ()
-    return (
-        Advice(
-            "round-off of the gap over what the contact yields",
-            unknown / scale if scale > 0 else np.inf,
-            DIGITS_LIMIT,
-            f"a body is deflected by {deflection:.3g} m at the start, so that the gap is known to {unknown:.2g} m only",
-            "check the units of loads and stiffnesses; measure displacements from the loaded state, or hold the body",
-        ),
+        return
+    yield Advice(
+        "round-off of the gap over what the contact yields",
+        unknown / scale if scale > 0 else np.inf,
+        DIGITS_LIMIT,
+        f"a body is deflected by {deflection:.3g} m at the start, so that the gap is known to {unknown:.2g} m only",
+        "check the units of loads and stiffnesses; measure displacements from the loaded state, or hold the body",
     )
 
 
-def direction_advice(problem: ContactProblem, force: Array) -> tuple[Advice, ...]:
+def direction_advice(problem: ContactProblem, force: Array) -> Iterator[Advice]:
     """Bodies that fly apart and never touch, ``force`` (n + 1, p) [N], perhaps because of a velocity's sign."""
     striker = problem.striker
     pushed = striker.state is not None or striker.loads or any(t.state is not None or t.loads for t in problem.targets)
     if pushed or force.any():
-        return ()
+        return
     apart = [c.side * (striker.velocity - c.target.velocity) for c in problem.contacts]
     if striker.velocity == 0.0 or min(apart) <= 0.0:
-        return ()
-    return (
-        Advice(
-            "velocity of the striker [m/s]",
-            striker.velocity,
-            0.0,
-            "it flies away from the target and never touches it",
-            f"velocities are along the normal, from target to striker: towards the target write velocity = "
-            f"{-striker.velocity:.3g}",
-        ),
+        return
+    yield Advice(
+        "velocity of the striker [m/s]",
+        striker.velocity,
+        0.0,
+        "it flies away from the target and never touches it",
+        f"velocities are along the normal, from target to striker: towards the target write velocity = "
+        f"{-striker.velocity:.3g}",
     )
 
 
-def unsolved_advice(unsolved: int, steps: int) -> tuple[Advice, ...]:
+def unsolved_advice(unsolved: int, steps: int) -> Iterator[Advice]:
     """Steps whose several contact forces the iteration did not find."""
     if unsolved == 0:
-        return ()
-    return (
-        Advice(
-            "share of the steps whose contact forces were not found to 1e-14",
-            unsolved / steps,
-            0.0,
-            "stiff contacts act almost at one place, and the forces of these steps are rough",
-            "merge contacts that coincide, use a shorter step or a softer law",
-        ),
+        return
+    yield Advice(
+        "share of the steps whose contact forces were not found to 1e-14",
+        unsolved / steps,
+        0.0,
+        "stiff contacts act almost at one place, and the forces of these steps are rough",
+        "merge contacts that coincide, use a shorter step or a softer law",
     )

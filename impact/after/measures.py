@@ -9,11 +9,11 @@ raises `MeasureError` for a contact that the result does not have, or if it has 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from impact.after.result import ImpactResult
+from impact.after.result import ImpactResult, of_contacts
 from impact.after.spectrum import MOVING_AVERAGE, Window, averaged, largest_average, transform
 from impact.greens.base import Array
 
@@ -44,15 +44,7 @@ def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
     contact = contact or 0
     if not 0 <= contact < count:
         raise MeasureError(f"contact = {contact}: this result has {count}, numbered from 0")
-    if result.force.ndim == 1:
-        return result
-    return replace(
-        result,
-        force=result.force[:, contact],
-        gap=result.gap[:, contact],
-        striker_displacement=result.striker_displacement[:, contact],
-        target_displacement=result.target_displacement[:, contact],
-    )
+    return result if result.force.ndim == 1 else of_contacts(result, contact)
 
 
 def impulse(result: ImpactResult, *, contact: int | None = None) -> float:

@@ -11,8 +11,8 @@ import numpy as np
 from impact.after.measures import contact_groups
 from impact.after.result import ImpactResult
 from impact.bodies.body import Body, as_body
-from impact.files.table import Row, read_rows
-from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.files.table import read_rows
+from impact.greens.base import GreensFunction, GreensFunctionError
 
 EQUAL = 0.02  # smaller errors of the constant stiffness have no sign
 MAPS = Path(__file__).parent / "data"  # written by examples/paper/regimes.py
@@ -143,7 +143,9 @@ def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tu
     distance = np.zeros(len(rows))
     for wanted, logarithmic in ((scales, True), (plain, False)):
         for key, value in wanted.items():
-            axis, at = _axis(rows, key, logarithmic), math.log(value) if logarithmic and value > 0 else value
+            axis, at = np.array([row[key] for row in rows]), value
+            if logarithmic:
+                axis, at = np.log(axis), math.log(value) if value > 0 else value
             steps = np.diff(np.unique(np.round(axis, 6)))
             cell = float(steps[steps > 1e-4].min())
             if not axis.min() - cell <= at <= axis.max() + cell:
@@ -151,11 +153,6 @@ def _nearest(name: str, scales: dict[str, float], plain: dict[str, float]) -> tu
             distance += ((axis - at) / cell) ** 2
     row = rows[int(np.argmin(distance))]
     return row["peak_error"], row["impulse_error"]
-
-
-def _axis(rows: list[Row], key: str, logarithmic: bool) -> Array:
-    values = np.array([row[key] for row in rows])
-    return np.log(values) if logarithmic else values
 
 
 def _ratio(above: float, below: float) -> float:

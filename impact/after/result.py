@@ -1,4 +1,4 @@
-"""What an impact run leaves: data only."""
+"""What an impact run leaves: data only, its energy ledger among them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,85 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from impact.advice import Advice
-from impact.after.energy import EnergyLedger
 from impact.brief import brief, cut, some
 from impact.greens.base import Array
+from impact.march.laws import Signorini
+from impact.march.motion import Motion
+from impact.march.problem import ContactProblem
+
+_WAYS = ("gap", "striker_displacement", "target_displacement")
+
+
+@dataclass(frozen=True)
+class EnergyLedger:
+    """Energies [J] at every recorded time, all (n + 1,).
+
+    Attributes:
+        input: energy brought in: initial energy, work of loads, and what an overlap of rigid bodies at the start puts
+            in.
+        striker, target: energy stored (or, for a body in ``by_work``, all work it has received).
+        contact: energy stored in the contact laws.
+        dissipated: lost in the bodies' damping and in the contacts so far.
+        contact_loss: the part of ``dissipated`` lost in the contacts: the impact itself, and the step's own damping.
+        by_work: names of the bodies known only by the work done on them.
+    """
+
+    input: Array
+    striker: Array
+    target: Array
+    contact: Array
+    dissipated: Array
+    contact_loss: Array
+    by_work: tuple[str, ...] = ()
+
+    __repr__ = brief
+
+    @property
+    def stored(self) -> Array:
+        """Striker + target + contact."""
+        return self.striker + self.target + self.contact
+
+    @property
+    def residual(self) -> float:
+        """max |input - stored - dissipated| / largest energy stored; 0 for a system that never holds any.
+
+        The parts are counted by their size: what is known by work only may be negative, and cancel.
+        """
+        largest = float(np.max(np.abs(self.striker) + np.abs(self.target) + np.abs(self.contact)))
+        error = float(np.max(np.abs(self.input - self.stored - self.dissipated)))
+        return error / largest if largest > 0 else error
+
+
+def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
+    """(n + 1,) work put in by an overlap of rigid bodies at t = 0, which the first step drives apart [J].
+
+    No law stores it: the force of that step does N times the overlap on bodies that come from nowhere.
+    """
+    out = np.zeros(len(gap))
+    if len(force) and not problem.preload:
+        rigid = np.array([isinstance(c.law, Signorini) for c in problem.contacts])
+        freed = np.where(rigid & (gap[0] < 0), np.minimum(gap[1], 0.0) - gap[0], 0.0)
+        out[1:] = float(force[0] @ np.maximum(freed, 0.0))
+    return out
+
+
+def ledger(problem: ContactProblem, motions: tuple[Motion, ...], force: Array, gap: Array) -> EnergyLedger:
+    """From the motion of each body (striker first), force (n, p) and gap (n + 1, p)."""
+    potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
+    step_loss = np.sum(-force * np.diff(gap, axis=0) - np.diff(potential, axis=0), axis=1)
+    pressed = pressed_in(problem, force, gap)
+    loss = np.concatenate([[0.0], np.cumsum(step_loss)]) + pressed
+    stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0].sum())
+    names = ("striker", *(["target"] * (len(motions) - 1)))
+    return EnergyLedger(
+        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed,
+        striker=motions[0].stored,
+        target=np.sum([m.stored for m in motions[1:]], axis=0),
+        contact=potential.sum(axis=1),
+        dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss,
+        contact_loss=loss,
+        by_work=tuple(dict.fromkeys(name for name, m in zip(names, motions, strict=True) if m.by_work)),
+    )
 
 
 @dataclass(frozen=True)
@@ -59,6 +135,11 @@ class ImpactResult:
         )
 
 
+def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
+    """One of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
+    return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS)})
+
+
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     """Several contacts of one face, seen as one: the sum of the forces, the mean of the displacements and gaps.
 
@@ -68,5 +149,5 @@ def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     """
     if result.force.ndim == 1:
         return result
-    means = {name: getattr(result, name) @ shares for name in ("gap", "striker_displacement", "target_displacement")}
+    means = {name: getattr(result, name) @ shares for name in _WAYS}
     return replace(result, force=result.force.sum(axis=1), **means)

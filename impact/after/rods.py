@@ -30,7 +30,7 @@ def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
     Source: d'Alembert's solution, e.g. Graff, Wave Motion in Elastic Solids, ch. 2; the damped form is derived from the
     modal sum as `DampedFixedRod` is.
     """
-    return rod.displacement_at(t, at)
+    return rod.displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
 
 
 def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
@@ -42,7 +42,7 @@ def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
     Raises:
         GreensFunctionError: a position off the rod.
     """
-    return rod.force_at(t, at)
+    return rod.force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
 
 
 def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:

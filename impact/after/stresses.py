@@ -13,6 +13,7 @@ from impact.beams.cantilever import Cantilever
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
+from impact.march.motion import reflected
 from impact.march.replay import Replay, blocks
 
 POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
@@ -225,9 +226,7 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
         raise StressError(f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape")
     trip = _steps(2 * uniform.transit, result.dt)
     there = _steps(at * uniform.transit, result.dt)
-    outgoing = result.force / uniform.impedance
-    for m in range(trip, len(outgoing)):
-        outgoing[m] += uniform.reflection * outgoing[m - trip]
+    outgoing = reflected(result.force / uniform.impedance, uniform.reflection, trip)
     force = _delayed(outgoing, there) - uniform.reflection * _delayed(outgoing, trip - there)
     return np.asarray(uniform.impedance / area * force)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.beams.euler_bernoulli import EulerBernoulliBeam
-from impact.beams.modes import clamped_curvature, clamped_shape
+from impact.beams.modes import clamped_curvature
 from impact.greens.base import Array
 
 
@@ -32,25 +32,13 @@ class Cantilever(EulerBernoulliBeam):
             x = x + (np.cos(x) + sech) / (np.sin(x) + sech * np.tanh(x))
         return np.asarray(x)
 
-    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
-        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]; 2 (-1)^(n+1)/sqrt(mass) at the tip.
-
-        cosh - cos - s (sinh - sin), s = (sinh k - sin k)/(cosh k + cos k); any n keeps its digits.
-        """
-        k, delta, ratio = self._constants(n_modes)
-        return np.asarray(clamped_shape(k, delta, ratio, self.relative(x)) / np.sqrt(self.mass))
+    def end_condition(self, k: Array) -> Array:
+        """s = (sinh k - sin k)/(cosh k + cos k); the shapes are 2 (-1)^(n+1)/sqrt(mass) at the tip."""
+        growth = np.exp(-k)
+        return np.asarray(2 * (growth + np.cos(k) + np.sin(k)) / (1 + growth**2 + 2 * growth * np.cos(k)))
 
     def curvatures(self, n_modes: int, x: ArrayLike) -> Array:
         """(n, ...) second derivatives of the mode shapes at ``x`` [1/(m^2 sqrt(kg))]; 2 (k_n/L)^2/sqrt(mass) at 0."""
-        k, delta, ratio = self._constants(n_modes)
-        xi = self.relative(x)
-        squares = np.reshape((k / self.length) ** 2, (-1, *[1] * np.ndim(xi)))
-        return np.asarray(squares * clamped_curvature(k, delta, ratio, xi) / np.sqrt(self.mass))
-
-    def _constants(self, n_modes: int) -> tuple[Array, Array, Array]:
-        """k L, 1 - s and (1 - s) exp(k L) of `clamped_shape`, (n,) each."""
-        k = self.wave_numbers(n_modes)
-        growth = np.exp(-k)
-        denominator = 1 + growth**2 + 2 * growth * np.cos(k)
-        ratio = 2 * (growth + np.cos(k) + np.sin(k)) / denominator
-        return k, ratio * growth, ratio
+        k, xi = self.wave_numbers(n_modes), self.relative(x)
+        squares = np.reshape((k / self.length) ** 2, (-1, *[1] * xi.ndim))
+        return squares * self._on_modes(clamped_curvature, k, xi)

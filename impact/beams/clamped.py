@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from impact.beams.euler_bernoulli import EulerBernoulliBeam
-from impact.beams.modes import bisected, clamped_shape
+from impact.beams.modes import bisected
 from impact.greens.base import Array
 
 
@@ -34,17 +34,11 @@ class ClampedClamped(EulerBernoulliBeam):
 
         return bisected(past, centre - 0.5, centre + 0.5)
 
-    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
-        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)].
-
-        cosh - cos - s (sinh - sin), s = (cosh k - cos k)/(sinh k - sin k); any n keeps its digits.
-        """
-        xi = self.relative(x)
-        k = self.wave_numbers(n_modes)
+    def end_condition(self, k: Array) -> Array:
+        """s = (cosh k - cos k)/(sinh k - sin k)."""
         growth = np.exp(-k)
         denominator = (1 - growth**2) / 2 - growth * np.sin(k)  # (sinh k - sin k) exp(-k)
-        ratio = (np.cos(k) - np.sin(k) - growth) / denominator
-        return np.asarray(clamped_shape(k, ratio * growth, ratio, xi) / np.sqrt(self.mass))
+        return np.asarray((np.cos(k) - np.sin(k) - growth) / denominator)
 
     def compliance(self, x: float, load: float) -> float:
         """Static deflection at ``x`` per unit force at ``load`` [m/N]:  a^2 c^2 (3 b L - a (3 b + c))/(6 EI L^3).

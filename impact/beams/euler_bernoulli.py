@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beams.modes import BeamModes, RectangularBeam
+from impact.beams.modes import BeamModes, RectangularBeam, clamped_shape
 from impact.greens.base import Array
 from impact.greens.modal import Residual
 
@@ -20,8 +21,23 @@ class EulerBernoulliBeam(RectangularBeam, ABC):
         """(n,) k_n L, the roots of the family's frequency equation."""
 
     @abstractmethod
+    def end_condition(self, k: Array) -> Array:
+        """(n,) (1 - s) exp(k): the s of each shape cosh - cos - s (sinh - sin), as the far end asks for it."""
+
+    def modal_mass(self, k: Array) -> Array:
+        """(n,), or one for all: the mass of these shapes [kg]."""
+        return np.asarray(self.mass)
+
     def shapes(self, n_modes: int, x: ArrayLike) -> Array:
-        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)]."""
+        """(n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)], cosh - cos - s (sinh - sin) over the root of
+        their mass; any n keeps its digits."""
+        return self._on_modes(clamped_shape, self.wave_numbers(n_modes), self.relative(x))
+
+    def _on_modes(self, function: Callable[[Array, Array, Array, Array], Array], k: Array, xi: Array) -> Array:
+        """(n, ...) `clamped_shape`, or a derivative of it, of unit modal mass."""
+        ratio = self.end_condition(k)
+        scale = np.reshape(np.sqrt(self.modal_mass(k)), (-1, *[1] * xi.ndim))
+        return np.asarray(function(k, ratio * np.exp(-k), ratio, xi) / scale)
 
     @property
     def end_mass(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact.beams.modes import BeamModes, RectangularBeam, bisected, gauss, positive
-from impact.exact.rod_functions import damped_start
+from impact.exact.rods import damped_start
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 

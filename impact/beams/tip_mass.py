@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from impact.beams.euler_bernoulli import EulerBernoulliBeam
-from impact.beams.modes import bisected, clamped_shape, positive
+from impact.beams.modes import bisected, positive
 from impact.greens.base import Array
 
 
@@ -53,24 +53,21 @@ class TipMassCantilever(EulerBernoulliBeam):
         low = np.where(n == 0, 0.0, (n + 0.2495) * np.pi)
         return bisected(past, low, (n + 0.5) * np.pi + 0.31)
 
-    def shapes(self, n_modes: int, x: ArrayLike) -> Array:
-        """(n, ...) mode shapes at ``x`` normalised with the tip mass [1/sqrt(kg)].
+    def end_condition(self, k: Array) -> Array:
+        """s = (cosh k + cos k)/(sinh k + sin k): no moment at the tip."""
+        return np.asarray((np.sin(k) - np.cos(k) - np.exp(-k)) / _sines(k))
 
-        cosh - cos - s (sinh - sin), s = (cosh k + cos k)/(sinh k + sin k) (no moment at the tip), with the modal mass
-        rho A L/4 ((1 + mu) w^2 + 2 mu w w'), w and w' = dw/d(x/L) at the tip.
-        """
-        xi = self.relative(x)
-        k = self.wave_numbers(n_modes)
-        growth = np.exp(-k)
-        denominator = (1 - growth**2) / 2 + growth * np.sin(k)  # (sinh k + sin k) exp(-k)
-        ratio = (np.sin(k) - np.cos(k) - growth) / denominator
-        delta = ratio * growth
-        mu = self.mass_ratio
+    def modal_mass(self, k: Array) -> Array:
+        """(n,) rho A L/4 ((1 + mu) w^2 + 2 mu w w') [kg], w and w' = dw/d(x/L) at the tip; the tip mass included."""
+        growth, ratio, denominator, mu = np.exp(-k), self.end_condition(k), _sines(k), self.mass_ratio
         # tip: 2 (cosh k sin k - cos k sinh k)/(sinh k + sin k); by the frequency equation no digits go for large mu k
         direct = (1 + growth**2) / 2 * np.sin(k) - (1 - growth**2) / 2 * np.cos(k)
         by_mass = (growth + (1 + growth**2) / 2 * np.cos(k)) / (mu * k)
         tip = 2 * np.where(mu * k > 1, by_mass, direct) / denominator
-        slope = k * (-growth + ratio * (1 + growth**2) / 2 + np.sin(k) + (1 - delta) * np.cos(k))
-        modal_mass = self.mass / 4 * ((1 + mu) * tip**2 + 2 * mu * tip * slope)
-        scale = np.reshape(np.sqrt(modal_mass), (-1, *[1] * xi.ndim))
-        return np.asarray(clamped_shape(k, delta, ratio, xi) / scale)
+        slope = k * (-growth + ratio * (1 + growth**2) / 2 + np.sin(k) + (1 - ratio * growth) * np.cos(k))
+        return np.asarray(self.mass / 4 * ((1 + mu) * tip**2 + 2 * mu * tip * slope))
+
+
+def _sines(k: Array) -> Array:
+    """(sinh k + sin k) exp(-k)."""
+    return np.asarray((1 - np.exp(-2 * k)) / 2 + np.exp(-k) * np.sin(k))

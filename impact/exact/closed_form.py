@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
-from impact.exact.rod_functions import damped_start
-from impact.exact.rods import DelayRod
-from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor
-from impact.greens.exact_port import ExactPort
+from impact.exact.rods import DelayRod, damped_start
+from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor, check_positive
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort
 
 __all__ = [
     "DelayRod",
@@ -36,7 +35,7 @@ __all__ = [
 
 def spring(*, stiffness: float) -> ModalGreens:
     """Massless spring: u = N / stiffness [N/m]. The usual seat model, and the baseline beside every result."""
-    _positive(stiffness=stiffness)
+    check_positive(stiffness=stiffness)
     return _closed(Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
 
@@ -48,9 +47,9 @@ def semi_infinite_rod(
     It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
     that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
     """
-    _positive(young=young, density=density, area=area)
+    check_positive(young=young, density=density, area=area)
     if length is not None:
-        _positive(length=length)
+        check_positive(length=length)
     value = damped_start(damping_ratio) / (area * math.sqrt(young * density))
     origin = {"young": young, "density": density, "area": area, "damping_ratio": damping_ratio}
     return _dashpot(value, kind="semi_infinite_rod", **origin)
@@ -61,7 +60,7 @@ def infinite_plate(*, young: float, poisson: float, density: float, thickness: f
 
     Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
     """
-    _positive(young=young, density=density, thickness=thickness)
+    check_positive(young=young, density=density, thickness=thickness)
     if not -1.0 < poisson < 0.5:
         raise GreensFunctionError(f"poisson = {poisson:g} is outside (-1, 0.5)")
     rigidity = young * thickness**3 / (12 * (1 - poisson**2))
@@ -74,7 +73,7 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
 
     From EI u'''' + rho A s^2 u = F delta(x) in the Laplace domain, u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI.
     """
-    _positive(young=young, density=density, area=area, second_moment=second_moment)
+    check_positive(young=young, density=density, area=area, second_moment=second_moment)
     ei = young * second_moment
     coefficient = (4 * ei / (density * area)) ** 0.75 / (8 * ei)
     return PowerLaw(coefficient / math.gamma(1.5), 0.5)
@@ -85,7 +84,7 @@ def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0)
 
     As g(0+) = 0, it needs a law that yields, or a partner that does.
     """
-    _positive(frequency_hz=frequency_hz, mass=mass)
+    check_positive(frequency_hz=frequency_hz, mass=mass)
     omega = np.array([2 * np.pi * frequency_hz])
     shapes = np.array([[1.0 / math.sqrt(mass)]])
     origin = {"kind": "single_mode", "frequency_hz": frequency_hz, "mass": mass, "damping_ratio": damping_ratio}
@@ -105,7 +104,7 @@ def fixed_rod(
     rod = _delay_rod(young, density, area, length, reflection=-1.0)
     if damping_ratio == 0.0:
         return rod
-    _positive(damping_ratio=damping_ratio)
+    check_positive(damping_ratio=damping_ratio)
     return DampedFixedRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
@@ -120,7 +119,7 @@ def free_rod(
     rod = _delay_rod(young, density, area, length, reflection=1.0)
     if damping_ratio == 0.0:
         return rod
-    _positive(damping_ratio=damping_ratio)
+    check_positive(damping_ratio=damping_ratio)
     return DampedFreeRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
@@ -131,7 +130,7 @@ def rod_with_end_impedance(
 
     g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - 2 k l/c)) [m/(N s)], R = (Z - Z_e)/(Z + Z_e).
     """
-    _positive(young=young, density=density, area=area, length=length)
+    check_positive(young=young, density=density, area=area, length=length)
     if not end_impedance >= 0:
         raise GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")
     z = area * math.sqrt(young * density)
@@ -175,7 +174,7 @@ class PowerLaw(ExactPort):
 
 
 def _delay_rod(young: float, density: float, area: float, length: float, reflection: float) -> DelayRod:
-    _positive(young=young, density=density, area=area, length=length)
+    check_positive(young=young, density=density, area=area, length=length)
     return DelayRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density), reflection)
 
 
@@ -187,9 +186,3 @@ def _closed(residual: Residual, **origin: object) -> ModalGreens:
     return ModalGreens(
         np.zeros(0), np.zeros(0), np.zeros((0, 1)), residual, error=ErrorEstimate(0.0, 0.0), origin=origin
     )
-
-
-def _positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (value > 0 and math.isfinite(value)):
-            raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")

@@ -10,11 +10,10 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.rod_functions import Term, damped_start, dilogarithm, divided_difference, legendre_chi2
-from impact.exact.rods import ExactRod
+from impact.exact.rods import ExactRod, Term, damped_start, dilogarithm, divided_difference, legendre_chi2
 from impact.greens.answers import Array, ComplexArray, Rod, StepKernel, check_factor
-from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort
 
 _MEMORYLESS = 36.7  # exp(-36.7) = 1.1e-16: a mode that decays by this within a step remembers nothing
 _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
@@ -103,7 +102,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         out[moving] = self._over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
         return out
 
-    def _displacement_at(self, time: Array, at: float) -> Array:
+    def displacement_at(self, time: Array, at: float) -> Array:
         """S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i theta)))/lambda].
 
         q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function; from the modal sum, as g is.
@@ -115,7 +114,7 @@ class DampedFixedRod(DampedRod, ExactRod):
 
         return np.asarray((1 - at) * self.transit / self.impedance + self._over_exponents(term))
 
-    def _force_at(self, time: Array, at: float) -> Array:
+    def force_at(self, time: Array, at: float) -> Array:
         """Minus the derivative of the displacement along x; its limit from the right at t = 0."""
         if at == 0.0:
             return np.ones_like(time)

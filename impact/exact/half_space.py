@@ -9,12 +9,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.exact.disk_response import DiskResponse
-from impact.exact.pekeris import point_step_response, rayleigh_speed
-from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor
+from impact.exact.disk_response import DiskResponse, point_step_response, rayleigh_speed
+from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, check_factor, check_positive
 from impact.greens.base import GreensFunction
-from impact.greens.exact_port import ExactPort
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.stated import ExactPort, step_weights
 from impact.greens.sums import SumGreens
 
 __all__ = [
@@ -129,9 +128,9 @@ class HalfSpacePatch(ExactPort):
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Exact step weights; zero beyond the crossing time."""
         alive = min(n_steps, math.ceil(self.crossing_time / dt))
-        weights = np.zeros(n_steps)
-        weights[:alive] = np.diff(self.step_response(dt * np.arange(alive + 1)))
-        return StepKernel(None, weights[None, None, :], f"half-space kernel, {alive} exact step weights")
+        weights = np.zeros((1, 1, n_steps))
+        weights[:, :, :alive] = step_weights(self, dt, alive)
+        return StepKernel(None, weights, f"half-space kernel, {alive} exact step weights")
 
 
 def half_space_patch(*, young: float, poisson: float, density: float, radius: float) -> HalfSpacePatch:
@@ -140,10 +139,9 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
     Raises:
         GreensFunctionError: a number that is not positive, or a Poisson ratio outside [0, 0.5].
 
-    Sources: as `impact.exact.pekeris`; the average over the disk is by the autocorrelation of its area.
+    Sources: as `impact.exact.disk_response`; the average over the disk is by the autocorrelation of its area.
     """
-    if not (density > 0 and math.isfinite(density)):
-        raise GreensFunctionError(f"density = {density:g} must be a positive, finite number")
+    check_positive(density=density)
     _unit_compliance(young, poisson, radius)
     return HalfSpacePatch(young, poisson, density, radius, DiskResponse.of(poisson))
 
@@ -221,9 +219,7 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:
     """(1 - nu^2)/(E size)."""
-    for key, value in (("young", young), (name, size)):
-        if not (value > 0 and math.isfinite(value)):
-            raise GreensFunctionError(f"{key} = {value:g} must be a positive, finite number")
+    check_positive(**{"young": young, name: size})
     if not 0.0 <= poisson <= 0.5:
         raise GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
     return (1 - poisson**2) / (young * size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -104,6 +105,13 @@ class Stored:
     numbers: Mapping[str, float | str] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     parts: tuple[GreensFunction, ...] = ()
+
+
+def check_positive(**values: float) -> None:
+    """Raises `GreensFunctionError`, naming it, for a value that is not a positive, finite number."""
+    for name, value in values.items():
+        if not (value > 0 and math.isfinite(value)):
+            raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")
 
 
 def check_factor(factor: float) -> float:

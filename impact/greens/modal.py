@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -87,6 +87,12 @@ class Residual:
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
         kept = taus > 1e-14 * max(taus[-1], 0.0)
         return Residual((root @ modes[:, kept]).T.copy(), 1.0 / taus[kept], np.zeros_like(r0))
+
+    @staticmethod
+    def together(residuals: Sequence[Residual]) -> Residual:
+        """Their sum."""
+        shapes, rates = (np.concatenate([getattr(r, name) for r in residuals]) for name in ("shapes", "rates"))
+        return Residual(shapes, rates, np.asarray(sum(residual.compliance for residual in residuals)))
 
     def scaled(self, factor: float) -> Residual:
         """``factor`` times it."""

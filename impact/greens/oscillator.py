@@ -6,14 +6,17 @@ functions broadcast. Source: Duhamel's integral, e.g. Clough & Penzien, Dynamics
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
-from impact.greens.answers import Array
+from impact.greens.answers import Array, ComplexArray
 
+_Numbers = TypeVar("_Numbers", Array, ComplexArray)
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
-def expm1_over(x: Array) -> Array:
+def expm1_over(x: _Numbers) -> _Numbers:
     """(exp(x) - 1)/x, 1 at x = 0."""
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, 1.0, np.expm1(safe) / safe)

@@ -20,6 +20,7 @@ from impact.greens.answers import (
     check_valid_for,
 )
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.oscillator import expm1_over
 from impact.greens.stated import PoleSums
 
 _BLOCK = 4096  # poles at once
@@ -167,7 +168,7 @@ class PoleGreens(PoleSums):
         free = float(self.rigid[:, i] @ self.rigid[:, j])
         x, y = np.outer(t, self.poles), np.outer(t, -self.rates)
         if integrated:
-            each = (_expm1_over(x) @ pairs).real + _expm1_over(y).real @ decays
+            each = (expm1_over(x) @ pairs).real + expm1_over(y) @ decays
             return np.asarray(each * t + free * t**2 / 2)
         return np.asarray((np.exp(x) @ pairs).real + np.exp(y) @ decays + free * t)
 
@@ -238,7 +239,7 @@ class PoleGreens(PoleSums):
         out = np.zeros((p, p, outer * inner))
         for start in range(0, len(rates), _BLOCK):
             s, r = rates[start : start + _BLOCK], shapes[start : start + _BLOCK]
-            gain = twice[start : start + _BLOCK] * dt * _expm1_over(s * dt)
+            gain = twice[start : start + _BLOCK] * dt * expm1_over(s * dt)
             coarse = np.exp(np.outer(inner * dt * np.arange(outer), s))
             fine = np.exp(np.outer(s, dt * np.arange(inner)))
             for i in range(p):
@@ -266,12 +267,6 @@ class PoleGreens(PoleSums):
             for left, right, each in parts
         ]
         return np.asarray(sum(sums) + self.compliance[np.ix_(rows, columns)][:, :, None] * pulse.hann(t, width))
-
-
-def _expm1_over(x: ComplexArray | Array) -> ComplexArray:
-    """(exp(x) - 1)/x for complex x, 1 at x = 0."""
-    safe = np.where(x == 0, 1.0, x)
-    return np.asarray(np.where(x == 0, 1.0, np.expm1(safe) / safe), dtype=complex)
 
 
 def _check(g: PoleGreens) -> None:

@@ -16,12 +16,6 @@ def hann(t: Array, width: float) -> Array:
     return np.where((t >= 0) & (t <= width), 1 - np.cos(2 * np.pi * t / width), 0.0) / width
 
 
-def hann_integral(t: Array, width: float) -> Array:
-    """Integral of p from 0 to t: 0 before, 1 after the pulse."""
-    s = np.clip(t / width, 0.0, 1.0)
-    return np.asarray(s - np.sin(2 * np.pi * s) / (2 * np.pi))
-
-
 def error_times(duration: float, width: float, limit: int = 4000) -> Array:
     """Times at which errors are measured: ten per pulse width (forty in the first two), ``limit`` at most."""
     n = int(np.clip(np.ceil(10 * duration / width), 16, limit))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, Stored, check_factor
-from impact.greens.stated import StatedGreens
+from impact.greens.stated import StatedGreens, step_weights
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
 Pretrigger = Literal["refuse", "drop"]
@@ -232,10 +232,7 @@ class SampledGreens(StatedGreens):
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """W_m = S((m+1) dt) - S(m dt) for m < n_steps, to be convolved."""
         self.check_length(dt, n_steps)
-        t = np.arange(n_steps + 1) * dt
-        p = len(self.port_names)
-        weights = np.array([[np.diff(self.step_response(t, i, j)) for j in range(p)] for i in range(p)])
-        return StepKernel(None, weights, f"convolution of a sampled g, {n_steps} weights")
+        return StepKernel(None, step_weights(self, dt, n_steps), f"convolution of a sampled g, {n_steps} weights")
 
 
 def _common_time(time: Array, shape: tuple[int, ...]) -> Array:

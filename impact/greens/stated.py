@@ -1,19 +1,19 @@
-"""Green's functions that were computed or measured."""
+"""What Green's functions have in common that were computed or measured, and those in closed form at one port."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import is_dataclass, replace
-from typing import Self
+from dataclasses import fields, is_dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.answers import Array, ErrorEstimate
+from impact.greens.answers import Array, ErrorEstimate, StepKernel, Stored
 from impact.greens.base import GreensFunction
 
-_BLOCK = 4096  # times at once: bounds the memory to that times the number of poles
+_BLOCK = 256  # times at once: bounds the memory to that times the number of poles
 
 
 class StatedGreens(GreensFunction):
@@ -92,3 +92,42 @@ class PoleSums(StatedGreens):
         """As `GreensFunction.filtered_matrix`, in closed form."""
         every = list(range(len(self.ports)))
         return self._filtered(np.asarray(t, dtype=float), width, every, every)
+
+
+def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
+    """(p, p, n) exact weights W_m = S((m + 1) h) - S(m h), S(0-) = 0 [m/N]."""
+    t, ports = dt * np.arange(1, n_steps + 1), range(len(greens.ports))
+    return np.diff(np.array([[greens.step_response(t, i, j) for j in ports] for i in ports]), axis=2, prepend=0.0)
+
+
+class ExactPort(GreensFunction):
+    """One port of a body in closed form; a frozen dataclass whose fields are its parameters."""
+
+    kind: ClassVar[str]
+    closed_form = True
+    memory: ClassVar[str] = "closed form"
+    """What the step weights are made of, for people."""
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """The struck point."""
+        return ("contact",)
+
+    @property
+    def error_estimate(self) -> ErrorEstimate:
+        """Exact."""
+        return ErrorEstimate(0.0, 0.0)
+
+    @property
+    def provenance(self) -> Mapping[str, object]:
+        """The kind and its parameters."""
+        assert is_dataclass(self)
+        return {"kind": self.kind} | {f.name: getattr(self, f.name) for f in fields(self) if f.repr}
+
+    def stored(self) -> Stored:
+        """Its provenance alone: the kind and its parameters."""
+        return Stored(str(self.provenance.get("kind", "")))
+
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+        """Exact step weights."""
+        return StepKernel(None, step_weights(self, dt, n_steps), f"{self.memory}, exact step weights")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,100 +32,94 @@ class Combination(GreensFunction):
     Passive if every part is: the factor is positive.
     """
 
-    @property
-    @abstractmethod
-    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
-        """The factor, and the functions that it multiplies."""
+    factor: float
+    parts: tuple[GreensFunction, ...]
 
     @abstractmethod
     def _with(self, parts: tuple[GreensFunction, ...]) -> Self:
         """The same factor of the sum of other parts."""
 
     def _sum(self, values: list[Array]) -> Array:
-        return np.asarray(self._terms[0] * sum(values))
+        return np.asarray(self.factor * sum(values))
 
     @property
     def ports(self) -> tuple[str, ...]:
         """Names of the ports."""
-        return self._terms[1][0].ports
+        return self.parts[0].ports
 
     @property
     def error_estimate(self) -> ErrorEstimate:
         """The largest of the parts', each relative to its own largest value; unknown if one of them is."""
-        errors = [part.error_estimate for part in self._terms[1]]
+        errors = [part.error_estimate for part in self.parts]
         return ErrorEstimate(_largest([e.reduction for e in errors]), _largest([e.mesh for e in errors]))
 
     @property
     def valid_for(self) -> float:
         """The shortest of the parts' [s]."""
-        return min(part.valid_for for part in self._terms[1])
+        return min(part.valid_for for part in self.parts)
 
     @property
     def highest_rate(self) -> float:
         """The highest of the parts' [rad/s]."""
-        return max(part.highest_rate for part in self._terms[1])
+        return max(part.highest_rate for part in self.parts)
 
     @property
     def modal(self) -> ModalGreens | None:
         """All oscillators side by side, if every part is a sum of oscillators."""
-        factor, parts = self._terms
-        found = tuple(modal for part in parts if (modal := part.modal) is not None)
-        return merged(found, factor) if len(found) == len(parts) else None
+        found = tuple(modal for part in self.parts if (modal := part.modal) is not None)
+        return merged(found, self.factor) if len(found) == len(self.parts) else None
 
     @property
     def sampled_parts(self) -> tuple[SampledGreens, ...]:
         """The parts', times the factor."""
-        factor, parts = self._terms
-        found = [sampled for part in parts for sampled in part.sampled_parts]
-        return tuple(found if factor == 1.0 else [sampled.scaled(factor) for sampled in found])
+        found = [sampled for part in self.parts for sampled in part.sampled_parts]
+        return tuple(found if self.factor == 1.0 else [sampled.scaled(self.factor) for sampled in found])
 
     def inverse_mass(self) -> Array:
         """(p, p) of the parts [1/kg]: the velocities add."""
-        return self._sum([part.inverse_mass() for part in self._terms[1]])
+        return self._sum([part.inverse_mass() for part in self.parts])
 
     def marched_poles(self, dt: float, n_steps: float) -> int | None:
         """Of all parts; ``None`` if one has step weights."""
-        counts = [part.marched_poles(dt, n_steps) for part in self._terms[1]]
+        counts = [part.marched_poles(dt, n_steps) for part in self.parts]
         known = [count for count in counts if count is not None]
         return sum(known) if len(known) == len(counts) else None
 
     def forces_only(self) -> Self:
         """Every part in that form."""
-        return self._with(tuple(part.forces_only() for part in self._terms[1]))
+        return self._with(tuple(part.forces_only() for part in self.parts))
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> Self:
         """Every part, combined."""
-        return self._with(tuple(part.combined(weights, port_names) for part in self._terms[1]))
+        return self._with(tuple(part.combined(weights, port_names) for part in self.parts))
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
         """(n, p, p) Laplace transform [m/N]; raises `GreensFunctionError` for a part without one in closed form."""
-        factor, parts = self._terms
-        return np.asarray(factor * sum(part.transfer(s) for part in parts), dtype=complex)
+        return np.asarray(self.factor * sum(part.transfer(s) for part in self.parts), dtype=complex)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """g_ij(t) [m/(N s)], without the Dirac pulse of a bare compliance."""
-        return self._sum([part.impulse_response(t, i, j) for part in self._terms[1]])
+        return self._sum([part.impulse_response(t, i, j) for part in self.parts])
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """S_ij(t) [m/N]."""
-        return self._sum([part.step_response(t, i, j) for part in self._terms[1]])
+        return self._sum([part.step_response(t, i, j) for part in self.parts])
 
     def static_compliance(self) -> Array:
         """(p, p) [m/N]; ``inf`` where a part can move as a rigid body."""
-        return self._sum([part.static_compliance() for part in self._terms[1]])
+        return self._sum([part.static_compliance() for part in self.parts])
 
     def initial_value(self) -> Array:
         """(p, p) g(0+) [m/(N s)]; ``inf`` where a bare compliance stands."""
-        return self._sum([part.initial_value() for part in self._terms[1]])
+        return self._sum([part.initial_value() for part in self.parts])
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """All poles in one recursion, all weights in one convolution, every residue and weight times the factor."""
-        factor, parts = self._terms
-        kernels = [part.step_kernel(dt, n_steps) for part in parts]
+        kernels = [part.step_kernel(dt, n_steps) for part in self.parts]
         modal = tuple(kernel.modal for kernel in kernels if kernel.modal is not None)
         weights = [kernel.weights for kernel in kernels if kernel.weights is not None]
         return StepKernel(
-            merged(modal, factor) if modal else None,
+            merged(modal, self.factor) if modal else None,
             self._sum(weights) if weights else None,
             " + ".join(kernel.engine for kernel in kernels),
         )
@@ -143,6 +137,7 @@ class SumGreens(Combination):
     """
 
     parts: tuple[GreensFunction, ...]
+    factor: ClassVar[float] = 1.0  # type: ignore[misc]
 
     __repr__ = GreensFunction.__str__
 
@@ -154,10 +149,6 @@ class SumGreens(Combination):
                 raise GreensFunctionError(
                     f"the parts of a sum need the same ports; found {self.parts[0].ports} and {part.ports}"
                 )
-
-    @property
-    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
-        return 1.0, self.parts
 
     def _with(self, parts: tuple[GreensFunction, ...]) -> SumGreens:
         return SumGreens(parts)
@@ -216,8 +207,9 @@ class ScaledGreens(Combination):
         check_factor(self.factor)
 
     @property
-    def _terms(self) -> tuple[float, tuple[GreensFunction, ...]]:
-        return self.factor, (self.part,)
+    def parts(self) -> tuple[GreensFunction, ...]:  # type: ignore[override]
+        """The one function."""
+        return (self.part,)
 
     def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
         return replace(self, part=parts[0])
@@ -251,16 +243,12 @@ class ScaledGreens(Combination):
 
 def merged(parts: tuple[ModalGreens, ...], factor: float = 1.0) -> ModalGreens:
     """``factor`` times the sum of modal functions as one: their poles side by side, their bare compliances added."""
-    residuals, together = [part.residual for part in parts], SumGreens(parts)
+    together = SumGreens(parts)
     whole = ModalGreens(
         np.concatenate([part.omega for part in parts]),
         np.concatenate([part.zeta for part in parts]),
         np.concatenate([part.shapes for part in parts]),
-        Residual(
-            np.concatenate([residual.shapes for residual in residuals]),
-            np.concatenate([residual.rates for residual in residuals]),
-            np.asarray(sum(residual.compliance for residual in residuals)),
-        ),
+        Residual.together([part.residual for part in parts]),
         together.ports,
         together.error_estimate,
         together.provenance,

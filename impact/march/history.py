@@ -47,7 +47,7 @@ class Poles:
         """Poles of several bodies, each with its (ports, contacts) directions; unseen ones are dropped."""
         steps, psi = [np.zeros((5, 0))], [np.zeros((contacts, 0))]
         for greens, directions in parts:
-            (a11, a12), (a21, a22), (b1, b2) = _step(dt, greens.omega, greens.zeta)
+            ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(dt, greens.omega, greens.zeta)
             driven = (a11 * b1 + a12 * b2, a12 * (a21 * b1 + a22 * b2))
             rates = greens.residual.rates
             decay, gain, none = np.exp(-rates * dt), dt * oscillator.expm1_over(-rates * dt), np.zeros(len(rates))
@@ -76,8 +76,9 @@ class Poles:
         contacts, inner = len(self.psi), max(1, math.isqrt(n))
         a11, a21, a22, c1, c2 = self.steps
         columns = _powers(a11, a21, a22, c1, c2, inner)
-        first, second = (_powers(a11, a21, a22, *start, inner + 1)[-1] for start in _unit_starts(len(a11)))
-        rows = _powers(first[0], second[0], second[1], np.ones_like(a11), np.zeros_like(a11), -(-n // inner), first[1])
+        one, none = np.ones_like(a11), np.zeros_like(a11)
+        first, second = (_powers(a11, a21, a22, *start, inner + 1)[-1] for start in ((one, none), (none, one)))
+        rows = _powers(first[0], second[0], second[1], one, none, -(-n // inner), first[1])
         left, right = rows.reshape(len(rows), -1), columns.reshape(inner, -1).T
         out = np.empty((contacts, contacts, n))
         for c in range(contacts):
@@ -107,16 +108,6 @@ def aligned(count: int) -> Array:
     raw = np.zeros(count + 8)
     first = -raw.ctypes.data // 8 % 8
     return raw[first : first + count]
-
-
-def _step(dt: float, omega: Array, zeta: Array) -> tuple[Array, Array, Array]:
-    a, b = oscillator.transition(dt, omega, zeta)
-    return a[0], a[1], b
-
-
-def _unit_starts(count: int) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    one, zero = np.ones(count), np.zeros(count)
-    return (one, zero), (zero, one)
 
 
 def _powers(a: Array, c: Array, d: Array, q: Array, p: Array, count: int, b: Array | float = 1.0) -> Array:

@@ -119,18 +119,11 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):  # type: ignore[no-
     if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
     high = min(high, pen / w0)
-    low = 0.0
-    r_low = -law_force(code, a, b, c, user, pen, pen_start, dt)
+    low, r_low = 0.0, -law_force(code, a, b, c, user, pen, pen_start, dt)
     r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
     if r_high <= 0.0:
         return high
-    return _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high)
-
-
-@njit(cache=True)
-def _illinois(code, a, b, c, user, pen, pen_start, w0, dt, low, high, r_low, r_high):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    top, side = high, 0
-    n = high
+    n, top, side = high, high, 0
     for count in range(200):
         n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
         r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
@@ -216,33 +209,56 @@ def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no
 
 @njit(cache=True)
 def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set.
+    """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set."""
+    _active_set(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
+
+
+@njit(cache=True)
+def _active_set(w, pen, force, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same; ``low`` and ``held`` as `_spd_solve` left them, of the same ``w``.
 
     Whole blocks are exchanged while that lowers the number of violations, up to three times without progress; where
     that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
     -1e-13 of the terms that it is the sum of.
     """
     p = pen.size
-    active = force > 0.0
+    active, bad = np.empty(p, dtype=np.bool_), np.empty(p, dtype=np.bool_)
+    for c in range(p):
+        active[c] = force[c] > 0.0
     fewest, tries = p + 1, 3
     gap, limit = np.empty(p), np.empty(p)
     while True:
-        index = np.flatnonzero(active)
+        index = _members(active)
+        pressed = _spd_solve(w, index, pen, low, held)
         force[:] = 0.0
-        if index.size > 0:
-            force[index] = _spd_solve(w, index, pen)
+        for i in range(index.size):
+            force[index[i]] = pressed[i]
         _gaps(w, pen, force, gap, limit)
-        bad = np.where(active, force < 0.0, gap < -limit)
-        count = bad.sum()
+        count = 0
+        for c in range(p):
+            bad[c] = force[c] < 0.0 if active[c] else gap[c] < -limit[c]
+            count += 1 if bad[c] else 0
         if count == 0:
             return
         tries -= 1
         if count < fewest:
             fewest, tries = count, 3
         if tries < 0:
-            _descend(w, pen, force)
+            _descend(w, pen, force, low, held)
             return
-        active = active ^ bad
+        for c in range(p):
+            active[c] = active[c] != bad[c]
+
+
+@njit(cache=True)
+def _members(active):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Where ``active`` (p,) is true; numpy's own functions take seconds to compile."""
+    index, count = np.empty(active.size, dtype=np.int64), 0
+    for c in range(active.size):
+        if active[c]:
+            index[count] = c
+            count += 1
+    return index[:count]
 
 
 @njit(cache=True)
@@ -259,7 +275,7 @@ def _gaps(w, pen, force, gap, limit):  # type: ignore[no-untyped-def]  # pragma:
 
 
 @njit(cache=True)
-def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _descend(w, pen, force, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same by steps that each lower force w force/2 - pen force: the contact most open to pressure joins, those
     that would pull leave. Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23."""
     p = pen.size
@@ -276,10 +292,10 @@ def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover
             return
         active[new] = True
         while True:
-            index = np.flatnonzero(active)
+            index = _members(active)
             if index.size == 0:
                 break
-            aim = _spd_solve(w, index, pen)
+            aim = _spd_solve(w, index, pen, low, held)
             share, first = 1.0, -1
             for i in range(index.size):
                 if aim[i] <= 0.0:
@@ -301,32 +317,61 @@ def _descend(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 
 @njit(cache=True)
-def _spd_solve(w, index, pen):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _spd_solve(w, index, pen, low, held):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Solve w[index, index] x = pen[index] by Cholesky; a pivot lost to round-off (two ports almost at one place) is
-    held at 1e-14 of its diagonal."""
+    held at 1e-14 of its diagonal.
+
+    ``low`` (p, p) keeps the factor and ``held`` (p + 1,) the number of contacts that it is of (-1: of none), and which.
+    """
     n = index.size
-    low = np.empty((n, n))
+    same = held[0] == n
+    for i in range(n):
+        same = same and held[i + 1] == index[i]
+    if not same:
+        held[0] = n
+        for i in range(n):
+            held[i + 1] = index[i]
+            for j in range(i + 1):
+                value = w[index[i], index[j]] - _dot(low[i], low[j], j)
+                if i == j:
+                    low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
+                else:
+                    low[i, j] = value / low[j, j]
     x = np.empty(n)
     for i in range(n):
-        for j in range(i + 1):
-            value = w[index[i], index[j]]
-            for k in range(j):
-                value -= low[i, k] * low[j, k]
-            if i == j:
-                low[i, i] = np.sqrt(max(value, 1e-14 * w[index[i], index[i]]))
-            else:
-                low[i, j] = value / low[j, j]
-    for i in range(n):
-        value = pen[index[i]]
-        for k in range(i):
-            value -= low[i, k] * x[k]
-        x[i] = value / low[i, i]
+        x[i] = (pen[index[i]] - _dot(low[i], x, i)) / low[i, i]
     for i in range(n - 1, -1, -1):
-        value = x[i]
-        for k in range(i + 1, n):
-            value -= low[k, i] * x[k]
-        x[i] = value / low[i, i]
+        x[i] /= low[i, i]
+        for k in range(i):
+            x[k] -= low[i, k] * x[i]
     return x
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _dot(a, b, n):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Sum of the first ``n`` products."""
+    total = 0.0
+    for k in range(n):
+        total += a[k] * b[k]
+    return total
+
+
+@njit(cache=True)
+def _linear(codes, rules, numbers, w):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(whether all laws are linear in N, w with what their springs yield)."""
+    p = len(codes)
+    shifted = np.empty((p, p))
+    linear = True
+    for c in range(p):
+        together = 0.0
+        for d in range(p):
+            shifted[c, d] = w[c, d]
+            together += abs(w[c, d])
+        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * together >= RIGID)
+        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
+        if codes[c] == SPRING:
+            shifted[c, c] += 1.0 / numbers[c, 0]
+    return linear, shifted
 
 
 @njit(cache=True)
@@ -335,18 +380,17 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
 
     Returns whether they were found to 1e-14.
     """
-    p = pen.size
-    linear = True
-    for c in range(p):
-        passive = rules[c] == PASSIVE or (rules[c] == BLENDED and numbers[c, 0] * np.abs(w[c]).sum() >= RIGID)
-        linear = linear and (codes[c] == SIGNORINI or (codes[c] == SPRING and passive))
+    linear, shifted = _linear(codes, rules, numbers, w)
     if linear:
-        shifted = w.copy()
-        for c in range(p):
-            if codes[c] == SPRING:
-                shifted[c, c] += 1.0 / numbers[c, 0]
         active_set(shifted, pen, force)
         return True
+    return _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force)
+
+
+@njit(cache=True)
+def _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same of laws that are not linear, one after the other; where that crawls, by `_newton`."""
+    p = pen.size
     for sweep in range(2000):
         change, size = 0.0, 0.0
         for c in range(p):
@@ -380,8 +424,9 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
     The sweeps crawl where stiff contacts act almost at one place.
     """
     p = pen.size
-    gain, matrix = np.empty(p), np.eye(p)
-    trial = force.copy()
+    gain, matrix, trial = np.empty(p), np.empty((p, p)), np.empty(p)
+    for c in range(p):
+        trial[c] = force[c]
     for count in range(16):
         left = 0.0
         for c in range(p):
@@ -394,17 +439,46 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
         if count > 0 and left < worst:
             worst = left
-            force[:] = trial
-        step = np.linalg.solve(matrix, gain)
-        if not np.all(np.isfinite(step)):
+            for c in range(p):
+                force[c] = trial[c]
+        if not _solve(matrix, gain):
             return
-        trial = np.maximum(trial + step, 0.0)
+        for c in range(p):
+            trial[c] = max(trial[c] + gain[c], 0.0)
+
+
+@njit(cache=True)
+def _solve(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Gauss with partial pivots, a^-1 b in the place of b, whether it is finite; LAPACK takes seconds to compile."""
+    n = b.size
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if not abs(a[best, k]) > 0.0:
+            return False
+        for j in range(k, n):
+            a[k, j], a[best, j] = a[best, j], a[k, j]
+        b[k], b[best] = b[best], b[k]
+        for i in range(k + 1, n):
+            share = a[i, k] / a[k, k]
+            for j in range(k + 1, n):
+                a[i, j] -= share * a[k, j]
+            b[i] -= share * b[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            b[k] -= a[k, j] * b[j]
+        b[k] /= a[k, k]
+        if not math.isfinite(b[k]):
+            return False
+    return True
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """One contact: one step of all poles after the last step's force; returns their sum, the gap's part."""
-    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    a11, a21, a22, c1, c2 = rows
     u = 0.0
     for k in range(q.size):
         qk, pk = q[k], p[k]
@@ -418,7 +492,7 @@ def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no c
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
 def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same for several contacts: ``opening`` (p,) gains the poles' part."""
-    a11, a21, a22, c1, c2 = rows[0], rows[1], rows[2], rows[3], rows[4]
+    a11, a21, a22, c1, c2 = rows
     drive[:] = 0.0
     for c in range(force.size):
         if force[c] != 0.0:
@@ -495,27 +569,39 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
     q, v = state
     codes, rules, numbers = laws
     contacts = rest.size
-    carried = w0 @ rest
-    opening = np.empty(contacts)
-    last = np.zeros(contacts)
+    carried, pen, before = np.zeros(contacts), np.empty(contacts), np.empty(contacts)
+    opening, last, warm = np.empty(contacts), np.zeros(contacts), np.zeros(contacts)
     drive = np.empty(q.size)
-    warm = np.zeros(contacts)
-    if start > 0:
-        warm[:] = force[:, start - 1]
+    linear, shifted = _linear(codes, rules, numbers, w0)
+    low, held = np.empty((contacts, contacts)), np.full(contacts + 1, -1)
+    heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
+    for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
+        warm[c] = force[c, start - 1] if start > 0 else 0.0
+        for d in range(contacts):
+            carried[c] += w0[c, d] * rest[d]
+            for m in range(recent.shape[2]):
+                if recent[c, d, m] != 0.0:
+                    heard[c, d] = True
+                    break
     for n in range(start, stop):
-        if n > 0:
-            last[:] = force[:, n - 1] - rest
-        opening[:] = free[n] - carried
+        for c in range(contacts):
+            last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
+            opening[c] = free[n, c] - carried[c]
         _advance_many(rows, psi, q, v, drive, last, opening)
-        if recent.size > 0:
-            for c in range(contacts):
+        for c in range(contacts):
+            if recent.size > 0:
                 opening[c] += memory[c, n]
                 for d in range(contacts):
-                    opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
-        if not contact_forces(codes, rules, numbers, user, -opening, -gap[n], w0, dt, warm):
+                    if heard[c, d]:
+                        opening[c] += _past(recent[c, d], force[d], rest[d], n - n % block, n)
+            pen[c], before[c] = -opening[c], -gap[n, c]
+        if linear:
+            _active_set(shifted, pen, warm, low, held)
+        elif not _sweep(codes, rules, numbers, user, pen, before, w0, dt, warm):
             unsolved += 1
-        force[:, n] = warm
-        gap[n + 1] = opening + w0 @ warm
+        for c in range(contacts):
+            force[c, n] = warm[c]
+            gap[n + 1, c] = opening[c] + _dot(w0[c], warm, contacts)
     return unsolved
 
 

@@ -1,4 +1,4 @@
-"""The motion and energy of one body under known forces.
+"""The motion and energy of one body under known forces, and under loads that are known only as the march goes.
 
 Each energy term is integrated on its own; none is found by difference, so that the sum of all terms measures the
 solver's error.
@@ -13,10 +13,12 @@ from numba import njit
 
 from impact.bodies.body import Body, ModalState
 from impact.brief import brief
+from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history
 from impact.march.loop import displaced
+from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks
 
 _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
@@ -206,7 +208,7 @@ def _translation(discrete: Discrete) -> Array:
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
     """Outgoing wave a = f/Z + R a(t - T); each carries Z a^2 per unit time, R^2 of it after the far end."""
     n, r = len(force), rod.reflection
-    a = _delayed(force / rod.impedance, r, steps)
+    a = reflected(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
     there, back = _at(power, now - np.float64(steps / 2)), _at(power, now - np.float64(steps))
@@ -218,8 +220,47 @@ def _at(cumulative: Array, index: Array) -> Array:
 
 
 @njit(cache=True)
-def _delayed(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
     out = f.copy()
     for m in range(steps, f.size):
         out[m] += r * out[m - steps]
     return out
+
+
+class LiveLoads:
+    """Motion of the striker under load amplitudes given step by step, superposed on everything else.
+
+    Attributes:
+        amplitudes: (L, n) given so far, beyond the loads' own courses [N].
+        state: (2, M) modal coordinates and rates due to them.
+        awake: whether any amplitude was ever not zero.
+    """
+
+    def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:
+        loads = striker.body.loads
+        self.amplitudes = np.zeros((len(loads), steps))
+        self.awake = False
+        self.state = np.zeros((2, 0))
+        greens = striker.body.greens.modal
+        if loads and greens is not None:  # a Body with loads is modal
+            self._a, self._b = oscillator.transition(striker.dt, greens.omega, greens.zeta)
+            self._shapes = np.stack([load.shape for load in loads])
+            self._seen = (greens.shapes @ directions).T
+            self.state = np.zeros((2, len(greens.omega)))
+
+    def record(self, step: int, amplitudes: Array) -> None:
+        """Amplitudes for one step; raises `ContactError` unless they are one finite number per load."""
+        if np.shape(amplitudes) != (len(self.amplitudes),) or not np.all(np.isfinite(amplitudes)):
+            raise ContactError(
+                f"{len(self.amplitudes)} finite load amplitudes are needed, one for each of the striker's loads; "
+                f"got {amplitudes}"
+            )
+        self.amplitudes[:, step] = amplitudes
+        self.awake = self.awake or bool(np.any(self.amplitudes[:, step]))
+
+    def advance(self, step: int) -> Array:
+        """Over one step; returns (p,) what it adds to the gaps at its end [m]."""
+        f = self.amplitudes[:, step] @ self._shapes
+        self.state[...] = np.einsum("abm,bm->am", self._a, self.state) + self._b * f
+        return np.asarray(self._seen @ self.state[0])

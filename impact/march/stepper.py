@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.brief import brief
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march import engines, history
 from impact.march import loop as march
@@ -24,8 +24,7 @@ from impact.march.engines import Engine
 from impact.march.flight import BLOCK as FLIGHT
 from impact.march.flight import Flight, Flying, Pilot, parted
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
-from impact.march.live_loads import LiveLoads
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, LiveLoads
 from impact.march.problem import ContactError, ContactProblem
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
@@ -404,13 +403,9 @@ def _refuse_ill_posed(problem: ContactProblem) -> None:
         if not isinstance(contact.law, Signorini):
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
-        if all(b.greens.modal is not None and _starts_at_zero(b.greens, port) for b, port in pair):
+        starts = [(body.greens, body.greens.port_index(port)) for body, port in pair]
+        if all(g.modal is not None and g.initial_value()[i, i] == 0.0 for g, i in starts):
             raise ContactError(
                 f"contact {number}: neither body yields at once (no residual flexibility, g(0+) = 0) and the law is "
                 "rigid: the force would grow like 1/dt; add a residual (impact.Residual) or use a compliant law"
             )
-
-
-def _starts_at_zero(greens: GreensFunction, port: str | int) -> bool:
-    i = greens.port_index(port)
-    return bool(greens.initial_value()[i, i] == 0.0)

@@ -5,37 +5,34 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from impact.greens.base import Array
+from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.measured.passive_residues import Residues, signed_terms
 from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Poles, basis
-
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class FitData:
     """Lines s (n,), responses (n, p, p), weights (n,), whether the body is free, and the columns beside the poles."""
 
-    s: Complex
-    g: Complex
+    s: ComplexArray
+    g: ComplexArray
     weights: Array
     free: bool
     port_names: tuple[str, ...]
 
     @property
-    def extra(self) -> Complex:
+    def extra(self) -> ComplexArray:
         return np.stack([np.ones_like(self.s), *([1 / self.s**2] if self.free else [])], axis=1)
 
     @property
     def scale(self) -> float:
         return float(np.linalg.norm(self.weights[:, None, None] * self.g))
 
-    def misfit(self, model: Complex) -> float:
+    def misfit(self, model: ComplexArray) -> float:
         """Weighted, relative."""
         return float(np.linalg.norm(self.weights[:, None, None] * (model - self.g))) / self.scale
 
@@ -54,7 +51,7 @@ def free_residues(data: FitData, poles: Poles) -> Residues:
     return Residues(poles, found[0:k:2] + 1j * found[1:k:2], found[k : phi.shape[1]], beside[0], rigid)
 
 
-def _least_squares(columns: Complex, g: Complex, weights: Array) -> Array:
+def _least_squares(columns: ComplexArray, g: ComplexArray, weights: Array) -> Array:
     """(m, p, p) real amplitudes of complex columns."""
     a = columns * weights[:, None]
     b = (g * weights[:, None, None]).reshape(len(g), -1)
@@ -64,7 +61,7 @@ def _least_squares(columns: Complex, g: Complex, weights: Array) -> Array:
     return np.asarray(x.reshape(-1, *g.shape[1:]))
 
 
-def response_of(residues: Residues, s: Complex) -> Complex:
+def response_of(residues: Residues, s: ComplexArray) -> ComplexArray:
     """(n, p, p) what residues answer at the lines ``s``."""
     r, real = residues.pairs, residues.real
     amplitudes = np.concatenate([np.stack([r.real, r.imag], axis=1).reshape(-1, *real.shape[1:]), real])
@@ -97,7 +94,7 @@ def modal_fit(data: FitData, poles: Poles, smallest: float) -> ModalGreens:
     return ModalGreens(w, z, shapes, residual, data.port_names)
 
 
-def _positive_least_squares(columns: Complex, g: Complex, weights: Array, iterations: int = 3000) -> Array:
+def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Array, iterations: int = 3000) -> Array:
     """(m, p, p) positive semidefinite amplitudes: NNLS for one port, else an accelerated projected gradient.
 
     Source: Lawson and Hanson, Solving Least Squares Problems (1974), ch. 23; Beck and Teboulle, SIAM J. Imaging Sci. 2

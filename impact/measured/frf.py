@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import csv_number, csv_rows
 from impact.brief import brief
-from impact.greens.base import Array
+from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
 
-Complex = NDArray[np.complex128]
 Kind = Literal["receptance", "mobility", "accelerance"]
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
@@ -51,7 +50,7 @@ class FrequencyResponse:
     """
 
     frequency: Array
-    receptance: Complex
+    receptance: ComplexArray
     port_names: tuple[str, ...] = ("contact",)
     shift: float = 0.0
     origin: Mapping[str, object] = field(default_factory=dict)
@@ -84,7 +83,7 @@ class FrequencyResponse:
             object.__setattr__(self, name, value)
 
     @property
-    def lines(self) -> Complex:
+    def lines(self) -> ComplexArray:
         """(n,) s [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 

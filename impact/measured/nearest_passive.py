@@ -58,7 +58,9 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
     form, x = _posed(start)
     n = start.values.shape[2]
     before = passivity(start, start.dt, n - 1 if start.tail == "forbid" else 4 * n)
-    if before.passive and (start.tail == "forbid" or _least(form.apply(x)) >= -TOLERANCE * before.largest / start.dt):
+    if before.passive and (
+        start.tail == "forbid" or eigenvalues(form.apply(x)).min() >= -TOLERANCE * before.largest / start.dt
+    ):
         return start
     given, iterations = x[:, :, :n], 0
     for _ in range(_ROUNDS):
@@ -157,10 +159,6 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
         momentum = new + (inertia - 1) / following * (new - multipliers)
         multipliers, inertia = new, following
     return nearest, rounds
-
-
-def _least(spectrum: Array) -> float:
-    return float(eigenvalues(spectrum).min())
 
 
 def _is_multiple(dt: float, spacing: float) -> bool:

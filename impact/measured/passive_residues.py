@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from impact.greens.base import Array
+from impact.greens.base import Array, ComplexArray
 from impact.greens.poles import PoleGreens
 from impact.measured.pole_passivity import passivity_grid, passivity_margins, pole_passivity, real_mobility
 from impact.measured.vector_fitting import Poles, basis
 
-Complex = NDArray[np.complex128]
 _ROUNDS = 12
 _MARGIN = 1e-4  # of the sum of the sizes of the terms: what each violation is lifted to
 
@@ -31,7 +29,7 @@ class Residues:
     """
 
     poles: Poles
-    pairs: Complex
+    pairs: ComplexArray
     real: Array
     compliance: Array
     rigid: Array
@@ -57,7 +55,7 @@ class Residues:
         )
 
 
-def takagi(matrix: Complex, smallest: float = 1e-9) -> list[Complex]:
+def takagi(matrix: ComplexArray, smallest: float = 1e-9) -> list[ComplexArray]:
     """r_1, r_2, ... with sum r r' = ``matrix``, complex symmetric; terms below ``smallest`` of the largest left out.
 
     Source: Horn and Johnson, Matrix Analysis, 4.4 (through the real symmetric [[Re, Im], [Im, -Re]]).
@@ -75,7 +73,7 @@ def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Arr
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
-def made_passive(residues: Residues, port_names: tuple[str, ...], s: Complex, weights: Array) -> Residues | None:
+def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
     """The nearest passive function with the same poles, or ``None`` if twelve rounds do not find one.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the

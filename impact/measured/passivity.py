@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array, GreensFunction, GreensFunctionError, is_greens
+from impact.greens.stated import step_weights
 
 TOLERANCE = 1e-9  # of the largest eigenvalue
 _LANCZOS = 80
@@ -125,9 +126,7 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
             if not ends:
                 raise GreensFunctionError("n is missing: over how many steps shall the body be passive?")
             n = max(math.floor(min(ends) / dt * (1 + 1e-9)), 1)
-        t = dt * np.arange(1, n + 1)
-        p = range(len(greens.ports))
-        weights = np.diff(np.array([[greens.step_response(t, i, j) for j in p] for i in p]), axis=2, prepend=0.0)
+        weights = step_weights(greens, dt, n)
     else:
         weights = np.asarray(greens, dtype=float)
         weights = weights.reshape(1, 1, -1) if weights.ndim == 1 else weights

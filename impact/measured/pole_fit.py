@@ -8,12 +8,12 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.greens.base import Array, ErrorEstimate, GreensFunction
+from impact.greens.base import Array, ComplexArray, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import PoleGreens
 from impact.greens.pulse import hann
 from impact.greens.sampled import SampledGreens
-from impact.measured.amplitudes import Complex, FitData, free_residues, modal_fit, response_of
+from impact.measured.amplitudes import FitData, free_residues, modal_fit, response_of
 from impact.measured.frf import (
     FrequencyResponse,
     FrequencyResponseError,
@@ -146,7 +146,7 @@ def _poles(data: FitData, tolerance: float, most: int) -> Poles:
     return next(poles for misfit, poles in found if misfit <= max(enough, least / _GAIN))
 
 
-def _noise(g: Complex) -> float:
+def _noise(g: ComplexArray) -> float:
     """Of one line, from the second differences of the lines: the median leaves resonances out."""
     return float(np.median(np.linalg.norm(np.diff(g, 2, axis=0), axis=(1, 2))) / np.sqrt(6))
 
@@ -166,7 +166,7 @@ def _peaks(data: FitData, most: int) -> tuple[int, Array]:
     return min(max(1, len(peaks)), most), peaks
 
 
-def _with_more(poles: Poles, s: Complex, apart: Array, count: int) -> Poles:
+def _with_more(poles: Poles, s: ComplexArray, apart: Array, count: int) -> Poles:
     """``count`` pairs more, where the fit is worst: at the highest peaks of the misfit, smoothed over five lines."""
     smooth = np.convolve(apart, np.ones(5) / 5, mode="same")
     peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1

@@ -9,18 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from impact.greens.base import Array
-
-Complex = NDArray[np.complex128]
+from impact.greens.base import Array, ComplexArray
 
 
 @dataclass(frozen=True)
 class Poles:
     """``pairs`` (K,) with Im > 0 and Re < 0, and ``rates`` (R,) > 0 of the real poles [1/s]."""
 
-    pairs: Complex
+    pairs: ComplexArray
     rates: Array
 
     @property
@@ -29,7 +26,7 @@ class Poles:
         return 2 * len(self.pairs) + len(self.rates)
 
 
-def starting_poles(s: Complex, pairs: int, peaks: Array) -> Poles:
+def starting_poles(s: ComplexArray, pairs: int, peaks: Array) -> Poles:
     """At the given peaks [rad/s], then spread over the lines, lightly damped."""
     w = s.imag
     spread = np.linspace(w[0], w[-1], max(pairs - len(peaks), 0) + 2)[1:-1]
@@ -37,14 +34,14 @@ def starting_poles(s: Complex, pairs: int, peaks: Array) -> Poles:
     return Poles((-0.01 + 1j) * start, np.zeros(0))
 
 
-def basis(s: Complex, poles: Poles) -> Complex:
+def basis(s: ComplexArray, poles: Poles) -> ComplexArray:
     """(n, 2K + R): 1/(s - p) + 1/(s - p*), i/(s - p) - i/(s - p*) for each pair; 1/(s + rate)."""
     one, two = 1 / (s[:, None] - poles.pairs), 1 / (s[:, None] - poles.pairs.conj())
     pairs = np.stack([one + two, 1j * (one - two)], axis=2).reshape(len(s), -1)
     return np.concatenate([pairs, 1 / (s[:, None] + poles.rates)], axis=1)
 
 
-def relocate(s: Complex, responses: Complex, weights: Array, extra: Complex, poles: Poles) -> Poles:
+def relocate(s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, poles: Poles) -> Poles:
     """Poles of the next iteration: zeros of sigma(s) = d + sum c_k phi_k(s) in sigma H ~ sum r_k phi_k + extra.
 
     ``responses`` and ``weights`` (n, q); ``extra`` (n, e) columns beside the poles. Unstable zeros are mirrored.
@@ -74,7 +71,7 @@ def relocate(s: Complex, responses: Complex, weights: Array, extra: Complex, pol
 
 
 def fitted_poles(
-    s: Complex, responses: Complex, weights: Array, extra: Complex, start: Poles, iterations: int = 12
+    s: ComplexArray, responses: ComplexArray, weights: Array, extra: ComplexArray, start: Poles, iterations: int = 12
 ) -> Poles:
     """Relocated until they stand still to 1e-8."""
     poles = start
@@ -99,7 +96,7 @@ def _realisation(poles: Poles) -> tuple[Array, Array]:
     return a, b
 
 
-def _stable(found: Complex) -> Poles:
+def _stable(found: ComplexArray) -> Poles:
     upper = found[found.imag > 1e-9 * np.abs(found)]
     real = found[np.abs(found.imag) <= 1e-9 * np.abs(found)].real
     pairs = np.minimum(-np.abs(upper.real), -1e-7 * np.abs(upper)) + 1j * upper.imag

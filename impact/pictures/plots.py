@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
 NAMES = ("elastic seat", "spring of equal static stiffness")
+_Curve = tuple[ImpactResult, Array, str, str, Any]  # of a run: values, name, colour and line style
 _COLOURS = (BLUE, ORANGE)
 _STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visible where they coincide
 
@@ -79,25 +81,29 @@ def plot_motion(
     Raises:
         PictureError: matplotlib is missing.
     """
-    runs = _runs(result, baseline)
-    end = float(result.time[-1])
+    runs, end = _runs(result, baseline), float(result.time[-1])
+
+    def of_runs(history: str) -> list[_Curve]:
+        return [(run, getattr(run, history), names[k], _COLOURS[k], _STYLES[k]) for k, run in enumerate(runs)]
+
     with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.0, 1.2])
         reed, seat = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
         close, gap = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
-        _curves(reed, runs, [run.striker_displacement for run in runs], (0.0, end), names)
-        _curves(seat, runs, [run.target_displacement for run in runs], (0.0, end), names)
+        _curves(reed, of_runs("striker_displacement"), (0.0, end))
+        _curves(seat, of_runs("target_displacement"), (0.0, end))
         reed.set_title("Striker, contact point")
         seat.set_title("Seat, contact point")
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-        first, last = _first_window(runs, 0.01)  # little of the approach: it would dwarf the openings
+        window = _first_window(runs, 0.01)  # little of the approach: it would dwarf the openings
         for axes in (reed, seat):
-            _mark(axes, (first, last), end)
-        _curves(gap, runs, [run.gap for run in runs], (first, last), names)
-        gap.set_ylabel(gap.get_ylabel().replace("displacement", "gap"))
+            _mark(axes, window, end)
+        _curves(gap, of_runs("gap"), window, "gap")
         gap.set_title("Gap, first contact")
-        _both_bodies(close, result, first, last)
+        both = [(result, result.striker_displacement, "striker", GREEN, "solid")]  # they coincide while they touch
+        _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
+        close.legend(loc="best")
         close.set_title(f"Both bodies, first contact ({names[0]})")
 
 
@@ -139,8 +145,10 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str], *, title: st
         stack.set_title("Stacked terms")
         stack.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         for name, (values, colour) in terms.items():
-            log.plot(time, _visible(values[::every]), color=colour, linewidth=0.9, label=name)
-        log.plot(time, _visible(rest[::every]), color=GREY, linewidth=0.7, label="left over")
+            log.plot(
+                time, np.where(values[::every] > 0, values[::every], np.nan), color=colour, linewidth=0.9, label=name
+            )
+        log.plot(time, np.where(rest[::every] > 0, rest[::every], np.nan), color=GREY, linewidth=0.7, label="left over")
         lowest = min(1e-9 * largest, max(0.1 * float(rest.max()), 1e-18 * largest))
         log.set(yscale="log", ylim=(lowest, 3 * largest), xlim=(0.0, time[-1]))
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
@@ -231,32 +239,11 @@ def _table(axes: Axes, runs: list[ImpactResult], filtered: list[Array], names: t
             cell.set_text_props(color=_COLOURS[row - 1], ha="left")
 
 
-def _curves(
-    axes: Axes, runs: list[ImpactResult], values: list[Array], window: tuple[float, float], names: tuple[str, str]
-) -> None:
-    seen = [_within(run, *window) for run in runs]
-    factor, unit = scaled(np.concatenate([v[s] for v, s in zip(values, seen, strict=True)]), "m")
+def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], quantity: str = "displacement") -> None:
+    seen = [_within(run, *window) for run, *_ in curves]
+    factor, unit = scaled(np.concatenate([curve[1][part] for curve, part in zip(curves, seen, strict=True)]), "m")
     rate, time_unit = scaled(window[1], "s")
-    for k, (run, value) in enumerate(zip(runs, values, strict=True)):
-        time = rate * run.time[seen[k]]
-        axes.plot(time, factor * value[seen[k]], color=_COLOURS[k], linestyle=_STYLES[k], label=names[k])
+    for (run, values, name, colour, style), part in zip(curves, seen, strict=True):
+        axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     zero_line(axes)
-    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"displacement [{unit}]")
-
-
-def _both_bodies(axes: Axes, result: ImpactResult, first: float, last: float) -> None:
-    """Striker and target in one panel: they coincide while they touch."""
-    seen = _within(result, first, last)
-    rate, time_unit = scaled(last, "s")
-    factor, unit = scaled([result.striker_displacement[seen], result.target_displacement[seen]], "m")
-    time = rate * result.time[seen]
-    axes.plot(time, factor * result.striker_displacement[seen], color=GREEN, label="striker")
-    axes.plot(time, factor * result.target_displacement[seen], color=BLUE, linestyle=(0, (4, 1.5)), label="seat")
-    zero_line(axes)
-    axes.legend(loc="best")
-    axes.set(xlim=(rate * first, rate * last), xlabel=f"time [{time_unit}]", ylabel=f"displacement [{unit}]")
-
-
-def _visible(values: Array) -> Array:
-    """Values a logarithmic axis can show."""
-    return np.where(values > 0, values, np.nan)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"{quantity} [{unit}]")

@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from impact.after.measures import MERGE
+from impact.bodies.body import Body
 from impact.brief import brief
 from impact.greens.base import Array
 from impact.march import loop as march
@@ -93,14 +94,16 @@ def solve_many(
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
     law = (contact.law.code, int(prepared.rules[0]), *contact.law.parameters)
-    reach = _reach(problem)
+    moving = _in_translation(problem.striker)
+    reach = 0.0 if moving is None else moving.velocity_of(contact.striker_port)
+    closing = contact.target.velocity_of(contact.port) - reach * scales[1]
     user = getattr(contact.law, "compiled", None) or no_user_law()
 
     def run(scenes: NDArray[np.int64]) -> int:
         lanes = np.resize(scenes, LANES)  # a last group that is not full repeats its scenes
         history, out = np.empty((n, LANES)), np.empty((8, LANES))
         s = np.ascontiguousarray(scales[:, lanes])
-        out[6] = contact.side * (contact.target.velocity_of(contact.port) - reach * s[1])
+        out[6] = contact.side * closing[lanes]
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march.march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, dt, history, out[6])
         _measure(history, dt, MERGE, filter_width or 0.0, out)
@@ -113,7 +116,7 @@ def solve_many(
     for size in _in_threads(run, np.arange(count), workers or _cores()):
         done += size
         progress("stepping", done / count)
-    return _batch(problem, scales[1], found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
+    return _batch(problem, closing, found, np.asarray(dt * np.arange(n + 1)), force, filter_width)
 
 
 def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) -> Prepared:
@@ -152,23 +155,18 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     striker, n = problem.striker, prepared.steps
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
-    unit = {}
-    if not math.isinf(striker.mass):
-        unit[1] = replace(striker, velocity=1.0, state=None, loads=())
-    if striker.state is not None:
-        unit[2] = replace(striker, velocity=0.0, loads=())
-    for row, body in unit.items():
+    released = None if striker.state is None else replace(striker, velocity=0.0, loads=())
+    for row, body in ((1, _in_translation(striker)), (2, released)):
+        if body is None:
+            continue
         motion = Discrete.of(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
         out[row] = problem.directions(striker)[:, 0] @ motion.displacement
     return out
 
 
-def _reach(problem: ContactProblem) -> float:
-    """Velocity of the striker's contact port per velocity of its translation."""
-    striker = problem.striker
-    moves = not math.isinf(striker.mass)
-    unit = replace(striker, velocity=1.0, state=None, loads=()) if moves else striker
-    return unit.velocity_of(problem.contacts[0].striker_port) if moves else 0.0
+def _in_translation(striker: Body) -> Body | None:
+    """The striker translating at 1 m/s, and nothing else; ``None`` where it is held."""
+    return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
 
 
 def _cores() -> int:
@@ -184,7 +182,7 @@ def _in_threads(run: Callable[[NDArray[np.int64]], int], scenes: NDArray[np.int6
 
 
 def _batch(
-    problem: ContactProblem, velocities: Array, found: Array, time: Array, force: Array | None, width: float | None
+    problem: ContactProblem, closing: Array, found: Array, time: Array, force: Array | None, width: float | None
 ) -> ImpactBatch:
     peak, filtered, impulse, first, duration, count, approach, ends = found
     striker, target, side = problem.striker, problem.contacts[0].target, problem.contacts[0].side
@@ -194,7 +192,6 @@ def _batch(
     contact = problem.contacts[0]
     if not math.isinf(striker.mass):
         inverse = sum(1 / b.greens.mass(p) for b, p in ((striker, contact.striker_port), (target, contact.port)))
-        closing = target.velocity_of(contact.port) - _reach(problem) * velocities
         rebound = impulse * inverse - side * closing
     never = count == 0
     return ImpactBatch(

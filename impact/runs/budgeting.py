@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 from typing import Final
 
@@ -121,9 +120,9 @@ def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[st
     found: dict[str, Measure] = {}
     for c in range(count):
         end = "" if count == 1 else f" {c}"
-        found[f"impulse{end}"] = _at(c, lambda one: measured.impulse(one))
+        found[f"impulse{end}"] = _at(c, measured.impulse)
         if filter_width is not None:
-            found[f"filtered_peak{end}"] = _at(c, partial(_filtered_peak, width=filter_width))
+            found[f"filtered_peak{end}"] = _at(c, lambda one: largest_average(one.force[1:], one.dt, filter_width))
         found[f"contact_duration{end}"] = _at(c, _first_duration)
         found[f"target_displacement{end}"] = _at(c, lambda one: float(np.max(np.abs(one.target_displacement))))
     return found
@@ -131,10 +130,6 @@ def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[st
 
 def _at(contact: int, measure: Measure) -> Measure:
     return lambda result: measure(measured.of_contact(result, contact))
-
-
-def _filtered_peak(one: ImpactResult, width: float) -> float:
-    return largest_average(one.force[1:], one.dt, width)
 
 
 def _first_duration(one: ImpactResult) -> float:

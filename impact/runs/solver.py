@@ -8,8 +8,7 @@ import numpy as np
 
 from impact.advice import Advice
 from impact.after.advice import contact_advice, digits_advice, direction_advice, overlap_advice, unsolved_advice
-from impact.after.energy import EnergyLedger, ledger
-from impact.after.result import ImpactResult
+from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.greens.base import Array
 from impact.march.engines import Engine
 from impact.march.motion import Discrete, Motion

@@ -158,17 +158,13 @@ def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]
     flexible, start = dropped.T @ dropped + greens.residual.static(), greens.initial_value()
     if not np.all(np.isfinite(flexible)):  # a dashpot stays what it is
-        rest = _beside(greens.residual, Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth))
+        relaxing = Residual.relaxing(dropped.T @ dropped, 2 * np.pi * bandwidth)
+        rest = Residual.together([greens.residual, relaxing])
     elif np.all(np.isfinite(start)) and np.linalg.eigvalsh(start).min() > 0:
         rest = Residual.exponential(flexible, start)
     else:
         rest = Residual.spring(flexible)
     return replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept], residual=rest)
-
-
-def _beside(one: Residual, other: Residual) -> Residual:
-    shapes, rates = np.concatenate([one.shapes, other.shapes]), np.concatenate([one.rates, other.rates])
-    return Residual(shapes, rates, one.compliance + other.compliance)
 
 
 def _below(greens: ModalGreens, bandwidth: float) -> NDArray[np.bool_]:

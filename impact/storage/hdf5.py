@@ -15,16 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.advice import Advice
-from impact.after.energy import EnergyLedger
-from impact.after.result import ImpactResult
+from impact.after.result import EnergyLedger, ImpactResult
 from impact.exact.closed_form import PowerLaw
 from impact.exact.damped_rods import DampedFixedRod, DampedFreeRod
 from impact.exact.half_space import half_space_patch
 from impact.exact.rods import DelayRod
 from impact.files.atomic import write_whole
-from impact.files.hdf5_structure import check_structure
+from impact.files.hdf5_structure import can_be_opened, check_structure, seal_holds, seal_of
 from impact.files.input_files import MB, check_file
-from impact.files.seal import can_be_opened, seal_holds, seal_of
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens

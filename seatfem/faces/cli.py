@@ -14,8 +14,7 @@ from cyclopts import App, CycloptsError
 
 from seatfem.faces import other_verbs, scene_verbs
 from seatfem.faces.errors import MOST_LINES, WIDEST, clipped, code_of, placed
-from seatfem.faces.options import BAD_INPUT, DONE, FAILED, INTERRUPTED
-from seatfem.faces.output import lines
+from seatfem.faces.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, lines
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import Console
 from seatfem.jobs.folders import sweep

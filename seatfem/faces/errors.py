@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from seatfem.faces.options import BAD_INPUT, FAILED
+from seatfem.faces.output import BAD_INPUT, FAILED
 
 WIDEST: Final = 1000  # characters of a line of a message
 MOST_LINES: Final = 40

@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from seatfem.faces.options import COMMON, DONE, FAILED, Common, Output
-from seatfem.faces.output import console, lines, progress_of
+from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, console, lines, progress_of
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -69,8 +68,7 @@ def faces(
 
 def verify(*, common: Common = COMMON) -> int:
     """Compare with exact solutions: case, exact value, ours, error, verdict."""
-    from seatfem.verification.table import verification_table
-    from seatfem.verification.view import verification_table_view
+    from seatfem.verification.table import verification_table, verification_table_view
 
     with progress_of(common) as progress:
         rows = verification_table(progress)

@@ -1,12 +1,14 @@
-"""Consoles, progress bars and files of a verb: how it reads its scene and tells what it has done."""
+"""What the verbs share: options, exit codes, consoles, progress bars; how a scene is read and told what was done."""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Final
 
-from seatfem.faces.options import Common
+from cyclopts import Parameter
+
 from seatfem.faces.terminal import Console
 
 if TYPE_CHECKING:
@@ -14,7 +16,42 @@ if TYPE_CHECKING:
     from seatfem.study.runs.pipeline import RunOutcome
     from seatfem.study.scene import Scene
 
-# Imports inside functions: `seatfem --help` must not wait for compilers and finite elements.
+DONE: Final = 0
+FAILED: Final = 1
+BAD_INPUT: Final = 2
+INTERRUPTED: Final = 130
+Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Common:
+    """What every verb understands."""
+
+    quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False
+    debug: Annotated[bool, Parameter(negative="", help="Show the traceback of an error.")] = False
+
+
+COMMON: Final = Common()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Effort:
+    """What a run may take."""
+
+    no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
+    max_time: Annotated[
+        float | None,
+        Parameter(
+            help="Seconds: no further round is begun that is predicted to end later, and one that does is stopped; the "
+            "first is always finished [default: 600 for each further round]."
+        ),
+    ] = None
+    rounds: Annotated[int, Parameter(help="At most so many rounds of refinement, the first included.")] = 4
+
+
+WHOLE: Final = Effort()
 
 
 def console() -> Console:

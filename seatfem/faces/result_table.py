@@ -10,8 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from impact.pictures.drawing import scaled
-from seatfem.faces.verdict import OF_EACH_STEP, as_number, count, difference, duration, plain
-from seatfem.study.scene.measures import all_measures
+from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, difference, duration, plain
 
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
@@ -97,19 +96,14 @@ def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...
 
 
 def _bar(summary: Mapping[str, object], key: str) -> float | None:
-    if summary.get("plan_seat_level") == "spring" and key not in _asked(summary):
+    if summary.get("plan_seat_level") == "spring" and key not in asked(summary):
         return None
     return as_number(summary.get(f"error_bar_{key}"))
 
 
-def _asked(summary: Mapping[str, object]) -> list[str]:
-    names = str(summary.get("accuracy_measures", "")).split(", ")
-    return [each.key for name, each in all_measures().items() if name in names]
-
-
 def _target(summary: Mapping[str, object], key: str, value: float | None, bar: float | None) -> str:
     target = as_number(summary.get("accuracy_target"))
-    if target is None or bar is None or value is None or key not in _asked(summary):
+    if target is None or bar is None or value is None or key not in asked(summary):
         return ""
     share = bar / abs(value) if value else (math.inf if bar else 0.0)
     return f"{100 * share:.2g} %, {'met' if share <= target else 'missed'}"

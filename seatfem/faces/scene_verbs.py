@@ -10,12 +10,25 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem.faces.options import COMMON, DONE, FAILED, WHOLE, Common, Effort, Output
-from seatfem.faces.output import console, lines, load, progress_of, tell
+from seatfem.faces.output import (
+    COMMON,
+    DONE,
+    FAILED,
+    WHOLE,
+    Common,
+    Effort,
+    Output,
+    console,
+    lines,
+    load,
+    progress_of,
+    tell,
+)
 from seatfem.faces.terminal import Console
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
+SceneFile = Annotated[Path, Parameter(help="The scene file (TOML).")]
 DEMO_SCENE: Final = "flapper_on_peek_sleeve.toml"
 
 
@@ -30,32 +43,27 @@ def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMM
     return _run(demo_scene(), output or Path("seatfem-demo"), effort, common)
 
 
-def run(scene: Path, /, *, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
+def run(scene: SceneFile, /, *, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
     """Compute everything that a scene describes: seat, contact, measures, pictures.
 
     Parameters
     ----------
-    scene:
-        The scene file (TOML).
     output:
         Folder for the results [default: the scene's name + "-result"].
     """
     return _run(scene, output or Path(f"{scene.stem}-result"), effort, common)
 
 
-def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+def plan(scene: SceneFile, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
     """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error.
 
     Parameters
     ----------
-    scene:
-        The scene file (TOML).
     json:
         Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
     """
     checked = load(scene)
-    from seatfem.faces.plan_json import plan_json
-    from seatfem.faces.plan_view import choices_table, costs_table, rounds_line, shares_line, stages_line
+    from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
     from seatfem.study.planning.planner import plan_scene
 
     planned = plan_scene(checked)
@@ -74,7 +82,7 @@ def plan(scene: Path, /, *, json: Annotated[bool, Parameter(negative="")] = Fals
 
 
 def trade(
-    scene: Path,
+    scene: SceneFile,
     /,
     *,
     output: Output = None,
@@ -86,8 +94,6 @@ def trade(
 
     Parameters
     ----------
-    scene:
-        The scene file (TOML).
     output:
         Folder for chart, tables and journal [default: the scene's name + "-trade"].
     quick:
@@ -117,13 +123,11 @@ def trade(
     return DONE
 
 
-def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+def greens(scene: SceneFile, /, *, output: Output = None, common: Common = COMMON) -> int:
     """Compute only the seat's Green's function.
 
     Parameters
     ----------
-    scene:
-        The scene file (TOML).
     output:
         File for the Green's function [default: the scene's name + "-seat.h5"].
     """
@@ -138,7 +142,7 @@ def greens(scene: Path, /, *, output: Output = None, common: Common = COMMON) ->
 
 
 def modes(
-    scene: Path,
+    scene: SceneFile,
     /,
     *,
     output: Output = None,
@@ -150,8 +154,6 @@ def modes(
 
     Parameters
     ----------
-    scene:
-        The scene file (TOML).
     output:
         Folder for the results [default: the scene's name + "-modes"].
     count:

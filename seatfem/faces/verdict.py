@@ -50,7 +50,7 @@ def verdict(summary: Mapping[str, object]) -> str:
         return "The seat is a spring: it is its own baseline."
     if summary.get("plan_seat_level") == "spring":
         return _by_plan(summary)
-    found = [d for key in _asked(summary) if (d := difference(summary, key)) is not None]
+    found = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
     found = found or [
         d for name in ("filtered_peak", "impulse") if (d := difference(summary, key_of(name))) is not None
     ]
@@ -98,13 +98,14 @@ def as_number(value: object) -> float | None:
     return float(value)
 
 
-def _asked(summary: Mapping[str, object]) -> tuple[str, ...]:
+def asked(summary: Mapping[str, object]) -> tuple[str, ...]:
+    """The keys of the measures that the scene asks for."""
     names = str(summary.get("accuracy_measures", "")).split(", ")
     return tuple(each.key for name, each in all_measures().items() if name in names)
 
 
 def _by_plan(summary: Mapping[str, object]) -> str:
-    names = " and ".join(name_of(key, summary) for key in _asked(summary)) or "the measures"
+    names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return "seat.model = 'spring': the seat is its static stiffness alone, the spring baseline itself."
     return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
@@ -35,6 +35,7 @@ def answers(
     limit: float,
     renew: int = 1_000_000_000,
     own_session: bool = False,
+    environment: Mapping[str, str] | None = None,
 ) -> Iterator[str | Lost]:
     """The answer to each job, a line, in their order; from a worker of ``module``, which calls `answer_lines`.
 
@@ -43,7 +44,7 @@ def answers(
         module: run as `python -m module arguments`.
         limit: seconds of the clock for one job.
         renew: answers after which another worker takes over.
-        own_session: as of `start_worker`: what a lost job has started ends with it.
+        own_session, environment: as of `start_worker`; with a session, what a lost job has started ends with it.
     """
     with private_folder(module.rpartition(".")[0].rpartition(".")[2]) as folder, ExitStack() as ours:
         log = folder / "log.txt"
@@ -51,7 +52,8 @@ def answers(
         done = 0
         for job in jobs:
             if worker is None:
-                worker = ours.enter_context(LineWorker(module, *arguments, log=log, own_session=own_session))
+                started = LineWorker(module, *arguments, log=log, own_session=own_session, environment=environment)
+                worker = ours.enter_context(started)
                 done = 0
             begun = time.monotonic()
             answer: str | Lost

@@ -68,12 +68,22 @@ def started_by() -> str:
 class LineWorker:
     """A worker whose module calls `answer_lines`: it answers each line with one; ``with`` ends it."""
 
-    def __init__(self, module: str, *arguments: str, log: Path, own_session: bool = False) -> None:
-        self._process = start_worker(module, *arguments, log=log, answers=True, own_session=own_session)
+    def __init__(
+        self,
+        module: str,
+        *arguments: str,
+        log: Path,
+        own_session: bool = False,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self._process = start_worker(
+            module, *arguments, log=log, answers=True, environment=environment, own_session=own_session
+        )
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         try:
-            self._answers.get()
+            if not self._answers.get():  # ended before it was ready: so it answers whatever it is asked
+                self._answers.put("")
         except BaseException:
             self.end()
             raise

@@ -1,4 +1,4 @@
-"""Versions of the program, by the content of its sources: what no developer can forget to raise."""
+"""Versions of the program, by the content of its sources: what no developer can forget to raise; where results are."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ NOT_NUMERICS: Final = (
     "seatfem/verification",
 )
 """What does not change the Green's function of a seat; whatever is new does, until it is named here."""
+VARIABLE: Final = "SEATFEM_STORE"
 
 
 @cache
@@ -66,3 +67,15 @@ def hash_of(packages: list[Path], without: tuple[str, ...] = ()) -> str:
     if not found:
         digest.update(metadata.version("seatfem").encode())
     return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """The folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
+    if given := os.environ.get(VARIABLE):
+        return Path(given)
+    if cache := os.environ.get("XDG_CACHE_HOME"):
+        return Path(cache) / "seatfem" / "greens"
+    try:
+        return Path.home() / ".cache" / "seatfem" / "greens"
+    except RuntimeError:  # a user without a home, as in containers: nothing can be written there
+        return Path(os.devnull) / "seatfem"

@@ -21,8 +21,6 @@ from seatfem.machine.libraries import (
     select_offscreen_window,
 )
 
-__all__ = ["LIBRARIES", "PROBE_TIMEOUT", "UNIVERSAL_FILES", "Check", "doctor_report", "picture_library_gap"]
-
 LIBRARIES: Final = (
     "numpy",
     "scipy",
@@ -81,8 +79,8 @@ def doctor_report() -> tuple[Check, ...]:
         quick = (
             _python(),
             *(_library(name) for name in LIBRARIES),
-            *(_optional(name, "pictures") for name in PICTURE_PACKAGES),
-            *(_optional(name, "uff") for name in UNIVERSAL_FILES),
+            *(_library(name, "pictures") for name in PICTURE_PACKAGES),
+            *(_library(name, "uff") for name in UNIVERSAL_FILES),
             _threads(),
         )
         return (*quick, *(future.result() for future in tried))
@@ -94,14 +92,10 @@ def _python() -> Check:
     )
 
 
-def _library(name: str) -> Check:
-    version = _version(name)
-    return Check(name, version is not None, version or "not installed", f"pip install {name}")
-
-
-def _optional(name: str, extra: str) -> Check:
-    version = _version(name)
-    return Check(name, version is not None, version or "not installed", f"pip install 'seatfem[{extra}]'", False)
+def _library(name: str, extra: str = "") -> Check:
+    """``extra``: of this program that brings it along; without it nothing runs."""
+    version, wanted = _version(name), f"'seatfem[{extra}]'" if extra else name
+    return Check(name, version is not None, version or "not installed", f"pip install {wanted}", not extra)
 
 
 def _version(name: str) -> str | None:

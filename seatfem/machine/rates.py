@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Self
 
 from impact.files.atomic import whole_file
-from seatfem.machine.cache_folder import cache_folder
+from seatfem.machine.code import cache_folder
 
 SCHEMA = 1  # of the file; raise it when a rate comes to mean something else
 FILE = "machine.json"

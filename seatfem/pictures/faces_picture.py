@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import BLUE, ORANGE, PictureError, sheet
+from impact.pictures.drawing import BLUE, ORANGE, sheet
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
 from seatfem.structures.inspection.parts import Part
 
@@ -214,6 +214,3 @@ def _legend(figure: Any, colours: Mapping[str, str]) -> None:
 
     handles = [Patch(facecolor=colour, edgecolor=DARK, label=name) for name, colour in colours.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), frameon=False, fontsize=9)
-
-
-__all__ = ["PictureError", "draw_faces"]

@@ -44,7 +44,7 @@ def key_of(structure: Structure, method: Method) -> str:
         parts["code"] = code
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
-            from seatfem.structures.formats.includes import with_included  # with readers that take half a second
+            from seatfem.structures.formats.abaqus_deck import with_included  # with readers that take half a second
 
             parts[key] = sorted(_hash(part) for part in with_included(file))
     return content_key(parts)

@@ -5,23 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 from impact.progress import Progress, silent
+from seatfem.fields import of_same_names
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.opened import naming
-from seatfem.structures.kinds.supports import AnySupport
-from seatfem.structures.levels import COARSENING
 from seatfem.structures.mesh.gmsh_process import Gmsh, GmshSession, MeshingError, run_gmsh
 from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import Level, Method
+from seatfem.structures.method import COARSENING, Level, Method
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.shapes import GeometryError
 
@@ -117,18 +116,6 @@ def sliding_faces(body: Elastic) -> tuple[str, ...]:
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:
     """What holds the body beside its fixed and sliding faces."""
-    return tuple(found for support in body.supports if (found := _support(support)) is not None)
-
-
-def _support(given: AnySupport) -> Support | None:
-    match given.kind:
-        case "foundation":
-            return Foundation(given.on, given.normal, given.tangential)
-        case "dashpot":
-            return Dashpot(given.on, given.normal, given.tangential)
-        case "bolted":
-            return Bolted(given.on, given.normal, given.tangential)
-        case "absorbing":
-            return Absorbing(given.on, given.centre)
-        case "sliding":
-            return None
+    known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
+    there = (support for support in body.supports if support.kind in known)
+    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in there)

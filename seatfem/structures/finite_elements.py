@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import ErrorEstimate, GreensFunction
+from impact.greens.modal import ModalGreens
 from impact.progress import Progress
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
@@ -23,11 +24,11 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
-from seatfem.structures.levels import COARSENING, NAMES
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.method import Method
+from seatfem.structures.method import COARSENING, NAMES, Method
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -35,8 +36,7 @@ from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
 from seatfem.structures.rings import rings_behind, with_fewer_rings
 from seatfem.structures.solved import Solved
-from seatfem.structures.static_spring import static_greens
-from seatfem.structures.statics import without_waves
+from seatfem.structures.statics import spring_of, without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
@@ -78,15 +78,21 @@ def _in_rings(
     rings = rings_behind(method.rings or 1)
     loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE), rings=rings)
 
-    def quiet(stage: str, done: float) -> None:
-        progress("patch in rings, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
-
     try:
-        return _solved(body, mesh, loose, duration, Stopwatch(), quiet).greens
+        return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, "patch in rings")).greens
     except ConvergenceError:
         return None
     finally:
         progress("patch in rings, for the error estimate", 1.0)
+
+
+def _for_error(progress: Progress, what: str) -> Progress:
+    """What is told of work that is done for an error estimate alone."""
+
+    def quiet(stage: str, done: float) -> None:
+        progress(f"{what}, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+
+    return quiet
 
 
 def from_geometry(
@@ -181,11 +187,7 @@ def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
-
-    def quiet(stage: str, done: float) -> None:
-        progress("coarser mesh, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
-
-    rings = method.rings or 1
+    rings, quiet = method.rings or 1, _for_error(progress, "coarser mesh")
     coarse = _solved(body, mesh, replace(method, rings=rings_behind(rings)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
@@ -212,3 +214,15 @@ def refinement_of(fine: AnyMesh, coarse: AnyMesh) -> float:
     """
     ratio = fine.quality.elements / coarse.quality.elements
     return float(np.clip(ratio ** (1 / (2 if isinstance(fine, MeridianMesh) else 3)), LEAST_REFINEMENT, COARSENING))
+
+
+def static_greens(model: SecondOrderModel, damping_ratio: float) -> ModalGreens:
+    """B' K^-1 B delta(t): the static compliance of the ports alone, by one factorization.
+
+    Raises:
+        FactorizationError: a body that can move freely has no static compliance.
+    """
+    compliance = model.port_matrix.T @ factorize(model.K, name="K").solve(model.port_matrix)
+    impedance = sum(port.impedance or np.inf for port in model.ports.values())
+    start = model.damping.plus(damping_ratio).first_velocity() / impedance
+    return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

@@ -1,8 +1,9 @@
-"""How a body is computed: apart from what it is (a structure), and from what is asked of it (a scene)."""
+"""How a body is computed, apart from what it is and from what is asked of it; the levels to choose from."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -18,6 +19,19 @@ AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", 
 
 AUTO: Final = "auto"
 """In place of the name of a reduction: the cheapest that serves."""
+CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
+DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
+QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
+COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
+PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
+"""Second-order elements per shear wavelength at the band edge, where the scene gives no size."""
+NAMES: Final[Mapping[Level, str]] = {
+    "rod": "rod, closed form",
+    "axisymmetric": "finite elements, axisymmetric",
+    "harmonics": "finite elements, Fourier harmonics in the angle",
+    "sector": "finite elements, one of several equal sectors",
+    "3d": "finite elements, 3-D",
+}
 
 
 @dataclass(frozen=True)
@@ -96,3 +110,47 @@ class Method:
     def exact(self) -> bool:
         """Whether there is nothing to discretise."""
         return self.level in ("rod", "closed form")
+
+
+@dataclass(frozen=True)
+class Applicability:
+    """Whether a level describes a structure.
+
+    Attributes:
+        level: of modelling.
+        applies: the level can be run at all.
+        error: relative error of g that the level itself makes at the band edge; 0 where it leaves nothing out.
+        reason: in words.
+    """
+
+    level: AnyLevel
+    applies: bool
+    error: float
+    reason: str
+
+    @staticmethod
+    def refused(level: AnyLevel, reason: str) -> Applicability:
+        """One that cannot be run."""
+        return Applicability(level, False, math.inf, reason)
+
+
+class LevelError(ValueError):
+    """A level that does not describe the structure; the message names key, reason and what does."""
+
+
+def choose_level(found: tuple[Applicability, ...], error: float, named: str = "auto") -> Applicability:
+    """The level ``named``, or the cheapest whose own error is at most ``error``.
+
+    Of a spring, whose compliance finite elements give, the cheapest that leaves nothing out.
+
+    Raises:
+        LevelError: the named level does not apply.
+    """
+    if named in ("auto", "spring"):
+        limit = error if named == "auto" else 0.0
+        return next(level for level in found if level.applies and level.error <= limit)
+    chosen = next(level for level in found if level.level == named)
+    if not chosen.applies:
+        others = ", ".join(level.level for level in found if level.applies)
+        raise LevelError(f"seat.model = {named!r} does not apply: {chosen.reason}; what applies: {others}")
+    return chosen

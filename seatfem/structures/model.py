@@ -13,19 +13,8 @@ from scipy import sparse
 
 from impact.brief import brief
 from seatfem.structures.damping import Damping
-from seatfem.structures.errors import ModelError
-from seatfem.structures.materials import Material, Orthotropic
-
-__all__ = [
-    "Array",
-    "DofMap",
-    "Material",
-    "ModelError",
-    "Orthotropic",
-    "Port",
-    "SecondOrderModel",
-    "as_csr",
-]
+from seatfem.structures.errors import ModelError as ModelError
+from seatfem.structures.materials import Material as Material
 
 Array = NDArray[np.float64]
 

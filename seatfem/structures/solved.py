@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from impact.greens.base import GreensFunction
-from seatfem.structures.levels import COARSENING
+from seatfem.structures.method import COARSENING
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh

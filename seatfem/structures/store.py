@@ -16,8 +16,7 @@ import numpy as np
 import impact
 from impact.files.atomic import FULL, write_whole
 from impact.greens.base import GreensFunction
-from seatfem.machine.cache_folder import VARIABLE, cache_folder
-from seatfem.machine.code import numerics_version
+from seatfem.machine.code import VARIABLE, cache_folder, numerics_version
 
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]

@@ -1,10 +1,16 @@
-"""What a verification case is, and how its numbers carry their own tolerance."""
+"""What a verification case is, how its numbers carry their own tolerance, and the limits of computed sequences."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+
+import numpy as np
+
+Solve = Callable[[int, float], Sequence[float]]
+"""Level n (1, 2, 4, ... times the coarsest) and the factor on a physical input -> all quantities of a problem."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,8 @@ class Case:
         exact: the known value.
         rtol: relative accuracy claimed beyond the numerical uncertainty: of the known value, or of a fixed model.
         source: of the known value.
-        compute: our value when one physical input is multiplied by the given coefficient; 1 is the case itself.
+        compute: our value when one physical input is multiplied by the given coefficient; 1 is the case itself. A
+            plain number has no numerical uncertainty.
     """
 
     case: str
@@ -34,7 +41,7 @@ class Case:
     exact: float
     rtol: float
     source: str
-    compute: Callable[[float], Estimate]
+    compute: Callable[[float], Estimate | float]
 
 
 @dataclass(frozen=True)
@@ -58,7 +65,8 @@ class Row:
 
 def carry_out(case: Case, coefficient: float = 1.0) -> Row:
     """Compute the case; ``verdict``: |error| <= tolerance = rtol + numerical uncertainty."""
-    ours = case.compute(coefficient)
+    found = case.compute(coefficient)
+    ours = found if isinstance(found, Estimate) else Estimate(found)
     scale = abs(case.exact)
     error, tolerance = (ours.value - case.exact) / scale, case.rtol + ours.uncertainty / scale
     verdict = abs(error) <= tolerance
@@ -89,6 +97,16 @@ def richardson(solve: Callable[[int], float], steps: int, order: int) -> Estimat
     return Estimate(after, abs(after - before), math.log2(ratio) if 0 < ratio < math.inf else None, order)
 
 
+def stepped(solve: Callable[[float, int], float], steps: int, order: int | None = None) -> Callable[[float], Estimate]:
+    """``compute`` of a case from ``solve(coefficient, n)``: as `richardson` with an order, as `refined` without."""
+
+    def compute(coefficient: float) -> Estimate:
+        of_steps = partial(solve, coefficient)
+        return refined(of_steps, steps) if order is None else richardson(of_steps, steps, order)
+
+    return compute
+
+
 def refined(solve: Callable[[int], float], steps: int) -> Estimate:
     """Finest of ``solve(n)`` for n = steps, 2 steps, 4 steps, where the error falls at least like 1/n but not smoothly.
 
@@ -97,3 +115,61 @@ def refined(solve: Callable[[int], float], steps: int) -> Estimate:
     """
     coarse, middle, fine = (solve(n) for n in (steps, 2 * steps, 4 * steps))
     return Estimate(fine, max(abs(fine - middle), abs(middle - coarse) / 2))
+
+
+def converged(solve: Solve, steps: int, order: int) -> Callable[[int], Callable[[float], Estimate]]:
+    """``compute`` of the i-th quantity as the limit of the meshes n = steps, 2 steps, 4 steps, error ~ n^-order.
+
+    All quantities share the three solutions. A factor other than 1 is computed on the coarsest mesh, and the limit
+    takes part in its relative change: the error of the mesh is nearly the same with it and without.
+    """
+    shared = cache(solve)
+
+    def quantity(i: int) -> Callable[[float], Estimate]:
+        return recomputed(
+            lambda k: float(shared(steps, k)[i]), lambda: richardson(lambda n: shared(n, 1.0)[i], steps, order)
+        )
+
+    return quantity
+
+
+def small_limit(solve: Solve, levels: int = 4) -> Callable[[int], Callable[[float], Estimate]]:
+    """The same as a small parameter h ~ 1/n goes to zero, n = 1, 2, 4, ...: the error is a series in h, h^2, h^3.
+
+    Romberg's table; its last entry, with what the last elimination changed as uncertainty. The order is that of the
+    column from which the term in h is gone: 2.
+    """
+    shared = cache(solve)
+
+    def quantity(i: int) -> Callable[[float], Estimate]:
+        return recomputed(
+            lambda k: float(shared(1, k)[i]), lambda: romberg([float(shared(2**m, 1.0)[i]) for m in range(levels)])
+        )
+
+    return quantity
+
+
+def romberg(values: Sequence[float]) -> Estimate:
+    """Limit of at least three values whose errors are series in h = 1, 1/2, 1/4, ..., see `small_limit`."""
+    columns = [np.asarray(values, dtype=np.float64)]
+    for power in range(1, len(values)):
+        last = columns[-1]
+        columns.append(last[1:] + np.diff(last) / (2**power - 1))
+    first = np.diff(columns[1])
+    ratio = abs(first[-2] / first[-1]) if len(first) > 1 and first[-1] != 0 else math.nan
+    order = math.log2(ratio) if math.isfinite(ratio) and ratio > 0 else None
+    return Estimate(float(columns[-1][0]), abs(float(columns[-1][0] - columns[-2][-1])), order, 2 if order else None)
+
+
+def recomputed(coarse: Callable[[float], float], limit: Callable[[], Estimate]) -> Callable[[float], Estimate]:
+    """``compute`` of a case from its limit and, for a factor other than 1, the coarse value's relative change."""
+    once = cache(limit)
+
+    def compute(coefficient: float) -> Estimate:
+        found = once()
+        if coefficient == 1.0:
+            return found
+        factor = coarse(coefficient) / coarse(1.0)
+        return replace(found, value=found.value * factor, uncertainty=found.uncertainty * abs(factor))
+
+    return compute

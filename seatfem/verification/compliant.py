@@ -1,4 +1,4 @@
-"""Spheres on rigid and on plate-like seats: the Hertz law, with and without radiation."""
+"""Spheres on rigid and on plate-like seats: the Hertz law, with and without radiation; several contacts at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 import impact
 from impact.after.contact_stress import HertzContact, hertz_circular, hertz_stiffness, reduced_modulus
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.verification.case import Case, Estimate, richardson
+from seatfem.verification.case import Case, stepped
 
 _YOUNG, _POISSON, _DENSITY = 200e9, 0.3, 7850.0
 _RADIUS, VELOCITY = 5e-3, 1.0
@@ -29,6 +29,8 @@ _PLATE = {
     0.3: (0.60594666, 3.429108, 0.9117338),
     0.5: (0.4368953, 3.6244415, 0.8256516),
 }
+_CLEARANCE = "Den Hartog, Mechanical Vibrations: oscillator with clearance"
+_CLAPEYRON = "Clapeyron's three moments: two equal spans, one end built in"
 
 
 def compliant_cases() -> tuple[Case, ...]:
@@ -40,32 +42,23 @@ def _hertz() -> tuple[Case, ...]:
     name = "steel sphere, 5 mm radius, 1 m/s, on a rigid seat"
 
     def case(quantity: str, exact: float, measure: Callable[[impact.ImpactResult], float]) -> Case:
-        def compute(coefficient: float) -> Estimate:
-            return richardson(lambda steps: measure(strike(rigid_seat(), coefficient, 1.0, steps)), _STEPS, 1)
+        def solve(stiffness_factor: float, steps: int) -> float:
+            return measure(strike(rigid_seat(), stiffness_factor, 1.0, steps))
 
-        return Case(name, quantity, exact, 1e-6, _HERTZ, compute)
+        return Case(name, quantity, exact, 1e-6, _HERTZ, stepped(solve, _STEPS, 1))
 
-    def derived(quantity: str, exact: float, measure: Callable[[float], float]) -> Case:
-        """From the largest force."""
-
-        def compute(coefficient: float) -> Estimate:
-            def solve(steps: int) -> float:
-                return measure(impact.measures.peak_force(strike(rigid_seat(), coefficient, 1.0, steps)))
-
-            return richardson(solve, _STEPS, 1)
-
-        return Case(name, quantity, exact, 1e-6, _HERTZ, compute)
+    def contact(result: impact.ImpactResult) -> HertzContact:
+        """Under the largest force."""
+        return _contact(impact.measures.peak_force(result))
 
     return (
         case("contact duration [s]", 3.52362147e-05, _duration),
         case("largest force [N]", 429.160669, impact.measures.peak_force),
         case("largest penetration [m]", 1.19717704e-05, _penetration),
-        derived("largest contact radius [m]", 0.000244660687, lambda force: _contact(force).half_width),
-        derived("largest pressure [Pa]", 3423205080.0, lambda force: _contact(force).pressure),
-        Case(name, "mass [kg]", 0.00411025039, 1e-8, _HERTZ, lambda k: Estimate(_sphere(k * _DENSITY).mass)),
-        Case(
-            name, "k of N = k d^(3/2) [N/m^(3/2)]", 10360538900.0, 1e-8, _HERTZ, lambda k: Estimate(_law(k).stiffness)
-        ),
+        case("largest contact radius [m]", 0.000244660687, lambda result: contact(result).half_width),
+        case("largest pressure [Pa]", 3423205080.0, lambda result: contact(result).pressure),
+        Case(name, "mass [kg]", 0.00411025039, 1e-8, _HERTZ, lambda k: _sphere(k * _DENSITY).mass),
+        Case(name, "k of N = k d^(3/2) [N/m^(3/2)]", 10360538900.0, 1e-8, _HERTZ, lambda k: _law(k).stiffness),
         *_hertz_constants(),
     )
 
@@ -75,7 +68,7 @@ def _hertz_constants() -> tuple[Case, ...]:
     name = "sphere on a rigid seat, constants of Hertz"
 
     def case(quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
-        return Case(name, quantity, exact, 1e-6, _HERTZ, lambda k: richardson(partial(solve, k), _STEPS, 1))
+        return Case(name, quantity, exact, 1e-6, _HERTZ, stepped(solve, _STEPS, 1))
 
     def by_approach(velocity_factor: float, steps: int) -> float:
         result = strike(rigid_seat(), 1.0, velocity_factor, steps)
@@ -99,31 +92,14 @@ def _zener(inelasticity: float) -> tuple[Case, Case, Case]:
     restitution, duration, approach = _PLATE[inelasticity]
     rebound = _plate_rebound if inelasticity else _rigid_rebound
     name = f"sphere on an infinite plate, lambda = {inelasticity:g}"
+
+    def case(quantity: str, exact: float, solve: Callable[[float, float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-6, _ZENER, stepped(partial(solve, inelasticity), _STEPS, 1))
+
     return (
-        Case(
-            name,
-            "rebound velocity/V",
-            restitution,
-            1e-6,
-            _ZENER,
-            lambda k: richardson(partial(rebound, inelasticity, k), _STEPS, 1),
-        ),
-        Case(
-            name,
-            "contact duration (k^2 V/m^2)^(1/5)",
-            duration,
-            1e-6,
-            _ZENER,
-            lambda k: richardson(partial(_plate_duration, inelasticity, k), _STEPS, 1),
-        ),
-        Case(
-            name,
-            "largest approach (k^2/(m^2 V^4))^(1/5)",
-            approach,
-            1e-6,
-            _ZENER,
-            lambda k: richardson(partial(_plate_approach, inelasticity, k), _STEPS, 1),
-        ),
+        case("rebound velocity/V", restitution, rebound),
+        case("contact duration (k^2 V/m^2)^(1/5)", duration, _plate_duration),
+        case("largest approach (k^2/(m^2 V^4))^(1/5)", approach, _plate_approach),
     )
 
 
@@ -194,3 +170,45 @@ def _duration(result: impact.ImpactResult) -> float:
 
 def _penetration(result: impact.ImpactResult) -> float:
     return float(-np.min(result.gap))
+
+
+def several_cases() -> tuple[Case, ...]:
+    """Between two springs; pressed on two supports."""
+    return (_between_stops(), *_two_supports())
+
+
+def _between_stops() -> Case:
+    """A mass to and fro between a seat and a stopper, clearance 2 d: period 2 pi/w + 4 d/V. Here m = k = V = d = 1."""
+
+    def period(stiffness: float, steps: int) -> float:
+        """From the centre, towards the seat, to the same place; by the conserving rule."""
+        contacts = [
+            impact.Contact(impact.Body(rigid_seat()), gap=1.0, side=side, law=impact.LinearSpring(stiffness=k))
+            for side, k in ((1, 1.0), (-1, stiffness))
+        ]
+        problem = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), contacts=contacts)
+        result = impact.solve(problem, dt=1 / steps, duration=11.5, rule="conserving")
+        place = result.striker_displacement[:, 0]
+        m = int(np.flatnonzero((place[1:] <= 0) & (place[:-1] > 0))[-1])
+        return float(result.time[m]) + result.dt * float(place[m] / (place[m] - place[m + 1]))
+
+    name, exact = "mass between two springs with clearance", 2 * math.pi + 4
+    return Case(name, "period w", exact, 1e-9, _CLEARANCE, stepped(period, _STEPS, 2))
+
+
+def _two_supports() -> tuple[Case, Case]:
+    """Pressure q on a cantilever that rests on rigid supports at its middle and its tip, spans L: 8/7 and 11/28 q L."""
+
+    def reactions(load: float) -> tuple[float, float]:
+        beam = impact.Cantilever(young=12.0, density=1.0, length=2.0, width=1.0, thickness=1.0)
+        reed = impact.reed(beam, contact_at=(1.0, 2.0), loads=(impact.Pressure(lambda t: -load),))
+        contacts = [impact.Contact(impact.Body(rigid_seat()), striker_port=port) for port in (0, 1)]
+        problem = impact.ContactProblem(reed, contacts=contacts, preload=True)
+        middle, tip = impact.solve(problem, dt=1e-3, duration=0.05).force[-1]
+        return float(middle), float(tip)
+
+    name = "reed pressed on two supports by a pressure q"
+    return (
+        Case(name, "N/(q L), middle", 8 / 7, 1e-6, _CLAPEYRON, lambda k: reactions(k)[0]),
+        Case(name, "N/(q L), tip", 11 / 28, 1e-6, _CLAPEYRON, lambda k: reactions(k)[1]),
+    )

@@ -1,10 +1,14 @@
-"""The elastic half-space: static compliances, Rayleigh speed, point and disk loads."""
+"""The elastic half-space: static compliances, Rayleigh speed, point and disk loads; impacts that radiate for good."""
 
 from __future__ import annotations
 
 import math
-from functools import cache
+from dataclasses import replace
+from functools import cache, partial
 
+import numpy as np
+
+import impact
 from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
@@ -13,7 +17,8 @@ from impact.exact.half_space import (
     punch_compliance,
     square_compliance,
 )
-from seatfem.verification.case import Case, Estimate
+from impact.greens.base import Array
+from seatfem.verification.case import Case, stepped
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3"
 _LOVE = "Love, Phil. Trans. A 228 (1929) 377"
@@ -47,6 +52,11 @@ _DISK = {
     3.0: 1.0,
 }
 _QUARTER = 0.25  # Poisson ratio of the tables
+_BEAM = "Goldsmith, Impact: transverse impact on long beams; Laplace transform"
+_MILLER = "Miller & Pursey, Proc. R. Soc. A 233 (1955) 55: radiation of a slow force"
+_STEPS = 400  # coarsest of three
+_POISSON = 0.25
+RADIATION = 0.148133877  # integral of 1/K - S(t) for rho = c_s = 1, nu = 1/4; also Im of the point compliance/omega
 
 
 def half_space_cases() -> tuple[Case, ...]:
@@ -73,16 +83,15 @@ def _static() -> tuple[Case, ...]:
     name, unit = "half-space, static load", {"poisson": 0.0}
 
     def disk(quantity: str, exact: float, at: str, factor: float) -> Case:
-        def compute(k: float) -> Estimate:
-            return Estimate(factor * disk_compliance(young=k, radius=1.0, at=at, **unit))
-
-        return Case(name, quantity, exact, 1e-9, _JOHNSON, compute)
+        compliance = partial(disk_compliance, radius=1.0, at=at, **unit)
+        return Case(name, quantity, exact, 1e-9, _JOHNSON, lambda k: factor * compliance(young=k))
 
     def square(quantity: str, exact: float, at: str) -> Case:
-        def compute(k: float) -> Estimate:
-            return Estimate(square_compliance(young=k, side=1.0, at=at, **unit))
+        compliance = partial(square_compliance, side=1.0, at=at, **unit)
+        return Case(name, quantity, exact, 1e-9, _LOVE, lambda k: compliance(young=k))
 
-        return Case(name, quantity, exact, 1e-9, _LOVE, compute)
+    def punch(young: float) -> float:
+        return punch_compliance(young=young, radius=1.0, **unit)
 
     return (
         disk("disk, mean w E/((1 - nu^2) p a)", 1.6976527263, "mean", math.pi),
@@ -91,22 +100,15 @@ def _static() -> tuple[Case, ...]:
         disk("disk, edge w E/((1 - nu^2) p a)", 1.2732395447, "edge", math.pi),
         square("square, mean w E/((1 - nu^2) p b)", 0.9464020088, "mean"),
         square("square, centre w E/((1 - nu^2) p b)", 1.1221997047, "centre"),
-        Case(
-            name,
-            "rigid round punch, w E a/((1 - nu^2) F)",
-            0.5,
-            1e-12,
-            _JOHNSON,
-            lambda k: Estimate(punch_compliance(young=k, radius=1.0, **unit)),
-        ),
+        Case(name, "rigid round punch, w E a/((1 - nu^2) F)", 0.5, 1e-12, _JOHNSON, punch),
     )
 
 
 def _rayleigh(poisson: float, exact: float) -> Case:
     """From the time that the Rayleigh wave takes to cross the disk, after which its g is zero."""
 
-    def compute(coefficient: float) -> Estimate:
-        return Estimate(2.0 / stiffened(unit_patch(poisson), coefficient).crossing_time)
+    def compute(coefficient: float) -> float:
+        return 2.0 / stiffened(unit_patch(poisson), coefficient).crossing_time
 
     return Case("half-space, Rayleigh wave", f"c_R/c_s, nu = {poisson:.4g}", exact, 1e-8, _RAYLEIGH, compute)
 
@@ -115,9 +117,9 @@ def _rayleigh_over_rod() -> Case:
     """The limit of the longitudinal wave of a cylinder for short waves."""
     poisson = 0.29
 
-    def compute(coefficient: float) -> Estimate:
+    def compute(coefficient: float) -> float:
         patch = stiffened(unit_patch(poisson), coefficient)
-        return Estimate(2.0 / patch.crossing_time / math.sqrt(2 * (1 + poisson)))
+        return 2.0 / patch.crossing_time / math.sqrt(2 * (1 + poisson))
 
     return Case("half-space, Rayleigh wave", "c_R/c_0, nu = 0.29", 0.57640466, 1e-7, _RAYLEIGH, compute)
 
@@ -125,8 +127,8 @@ def _rayleigh_over_rod() -> Case:
 def _pekeris(tau: float, exact: float) -> Case:
     """The factor is on nu."""
 
-    def compute(coefficient: float) -> Estimate:
-        return Estimate(float(point_step_response(tau, poisson=_QUARTER * coefficient)))
+    def compute(coefficient: float) -> float:
+        return float(point_step_response(tau, poisson=_QUARTER * coefficient))
 
     rtol = max(1e-8, 5e-10 / abs(exact))  # nine decimals printed
     return Case(
@@ -137,8 +139,8 @@ def _pekeris(tau: float, exact: float) -> Case:
 def _disk(tau: float, exact: float) -> Case:
     static = 16 * (1 - _QUARTER**2) / (3 * math.pi**2 * 2 * (1 + _QUARTER))
 
-    def compute(coefficient: float) -> Estimate:
-        return Estimate(float(stiffened(unit_patch(_QUARTER), coefficient).step_response(tau)) / static)
+    def compute(coefficient: float) -> float:
+        return float(stiffened(unit_patch(_QUARTER), coefficient).step_response(tau)) / static
 
     source = "Pekeris' point load averaged over the disk by quadrature"
     return Case(
@@ -149,8 +151,64 @@ def _disk(tau: float, exact: float) -> Case:
 def _disk_start() -> Case:
     """The plane wave under the disk."""
 
-    def compute(coefficient: float) -> Estimate:
+    def compute(coefficient: float) -> float:
         patch = stiffened(unit_patch(_QUARTER), coefficient)
-        return Estimate(float(patch.impulse_response(0.0)) * math.sqrt(3.0) * math.pi)
+        return float(patch.impulse_response(0.0)) * math.sqrt(3.0) * math.pi
 
     return Case("half-space, disk load that stays", "u'(0+) rho c_p pi a^2/F", 1.0, 1e-8, "plane wave", compute)
+
+
+def radiating_cases() -> tuple[Case, ...]:
+    """A mass that strikes and stays on a beam; a slow one that bounces off a half-space."""
+    return (*_infinite_beam(), _slow_on_half_space())
+
+
+def _infinite_beam() -> tuple[Case, Case]:
+    """g = C t^(1/2)/Gamma(3/2): v/V = exp(z^2) erfc(z), N M C^2/V = 1/(pi^(1/2) z) - v/V, z = t^(1/2)/(M C).
+
+    The mass never leaves the beam. Here M C = 1 and z = 1.
+    """
+    name = "rigid mass on an infinite beam"
+    moderated = math.exp(1.0) * math.erfc(1.0)
+    mass = 8 / 4**0.75  # 1/C for EI = rho A = 1
+
+    def strike(rigidity: float, steps: int) -> Array:
+        beam = impact.infinite_beam(young=rigidity, density=1.0, area=1.0, second_moment=1.0)
+        problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=-1.0), impact.Body(beam))
+        return impact.solve(problem, dt=1 / steps, duration=1 + 1 / steps).force / mass
+
+    def velocity(rigidity: float, steps: int) -> float:
+        return 1.0 - float(np.sum(strike(rigidity, steps)[: steps + 1])) / steps
+
+    def force(rigidity: float, steps: int) -> float:
+        """The mean of the two steps that meet at z = 1, as the force of a step belongs to its middle."""
+        return float(np.mean(strike(rigidity, steps)[steps : steps + 2]))
+
+    pressed = 1 / math.sqrt(math.pi) - moderated
+    return (
+        Case(name, "v/V at z = 1", moderated, 1e-9, _BEAM, stepped(velocity, _STEPS, 2)),
+        Case(name, "N M C^2/V at z = 1", pressed, 1e-9, _BEAM, stepped(force, _STEPS)),
+    )
+
+
+def _slow_on_half_space() -> Case:
+    """A heavy mass M on the disk, K its static stiffness, loses R int N'^2 dt: e = 1 - (pi/2) R K (K/M)^(1/2) + ...
+
+    R = int (1/K - S) dt depends on the material only, not on the disk. The limit of ever heavier masses.
+    """
+    patch = unit_patch(_POISSON)
+    compliance = float(patch.static_compliance()[0, 0])
+
+    def loss(density: float, number: int) -> float:
+        """1 - e over its leading term, for the mass 100 number^2 rho a^3."""
+        mass = 100.0 * number**2
+        contact = math.pi * math.sqrt(mass * compliance)
+        seat = impact.Body(replace(patch, density=density))
+        problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=-1.0), seat)
+        result = impact.solve(problem, dt=contact / 16000, duration=1.2 * contact)
+        leading = math.pi / 2 * RADIATION / compliance / math.sqrt(mass * compliance)
+        return (2.0 - impact.measures.impulse(result) / mass) / leading
+
+    name = "slow mass on a disk of a half-space, nu = 0.25"
+    quantity = "velocity lost/radiated to leading order"
+    return Case(name, quantity, 1.0, 1e-6, _MILLER, stepped(loss, 4, 1))

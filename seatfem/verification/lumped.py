@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.verification.case import Case, Estimate, refined, richardson
+from seatfem.verification.case import Case, stepped
 from seatfem.verification.compliant import MASS, VELOCITY, plate_seat, rigid_seat, strike
 from seatfem.verification.rods import end_of_contact, first_impact
 
@@ -47,15 +46,8 @@ def _hunt_crossley() -> tuple[Case, Case]:
         return -float(np.min(_on_rigid(law, steps, "passive").gap))
 
     return (
-        Case(name, "restitution", e, 1e-6, _HUNT, lambda k: richardson(partial(rebound, k), _STEPS, 2)),
-        Case(
-            name,
-            "deepest (k/(m V^2))^(2/5)",
-            deepest,
-            1e-6,
-            _HUNT,
-            lambda k: richardson(partial(approach, k), _STEPS, 1),
-        ),
+        Case(name, "restitution", e, 1e-6, _HUNT, stepped(rebound, _STEPS, 2)),
+        Case(name, "deepest (k/(m V^2))^(2/5)", deepest, 1e-6, _HUNT, stepped(approach, _STEPS, 1)),
     )
 
 
@@ -82,8 +74,8 @@ def _pad() -> tuple[Case, Case]:
         return end_of_contact(run(1.0, stiffness, steps))
 
     return (
-        Case(name, "restitution", math.exp(-zeta * end), 1e-6, _PAD, lambda k: refined(partial(rebound, k), _STEPS)),
-        Case(name, "w t at the end of contact", end, 1e-6, _PAD, lambda k: refined(partial(duration, k), _STEPS)),
+        Case(name, "restitution", math.exp(-zeta * end), 1e-6, _PAD, stepped(rebound, _STEPS)),
+        Case(name, "w t at the end of contact", end, 1e-6, _PAD, stepped(duration, _STEPS)),
     )
 
 
@@ -111,7 +103,7 @@ def _falling_weight() -> tuple[Case, Case, Case]:
         return end_of_contact(drop(height, 1.0, stiffness, steps)) - fall
 
     def case(name: str, quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
-        return Case(name, quantity, exact, 1e-6, _WEIGHT, lambda k: richardson(partial(solve, k), 2 * _STEPS, 1))
+        return Case(name, quantity, exact, 1e-6, _WEIGHT, stepped(solve, 2 * _STEPS, 1))
 
     name = "weight falling on a spring, h k/(m g) = 4"
     return (
@@ -141,10 +133,8 @@ def _chain() -> tuple[Case, Case]:
         return 1.0 - float(np.sum(result.force[first_impact(result)])) * result.dt
 
     return (
-        Case(
-            name, "w t at the end of contact", end, 1e-6, _CHAIN, lambda k: richardson(partial(duration, k), _STEPS, 2)
-        ),
-        Case(name, "velocity after/V", velocity, 1e-6, _CHAIN, lambda k: richardson(partial(after, k), _STEPS, 2)),
+        Case(name, "w t at the end of contact", end, 1e-6, _CHAIN, stepped(duration, _STEPS, 2)),
+        Case(name, "velocity after/V", velocity, 1e-6, _CHAIN, stepped(after, _STEPS, 2)),
     )
 
 
@@ -157,17 +147,10 @@ def _pressed_reed() -> tuple[Case, Case]:
         problem = impact.ContactProblem(reed, impact.Body(target), preload=True)
         return float(impact.solve(problem, dt=1e-3, duration=0.1).force[-1])
 
-    name = "reed pressed on its seat by a pressure q"
+    name, spring = "reed pressed on its seat by a pressure q", impact.spring(stiffness=3.0)
     return (
-        Case(name, "N/(q L), rigid seat", 0.375, 1e-7, _PROP, lambda k: Estimate(reaction(rigid_seat(), 1.0, k))),
-        Case(
-            name,
-            "N/(q L), seat of the reed's stiffness",
-            0.1875,
-            1e-7,
-            _PROP,
-            lambda k: Estimate(reaction(impact.spring(stiffness=3.0), k, 1.0)),
-        ),
+        Case(name, "N/(q L), rigid seat", 0.375, 1e-7, _PROP, lambda k: reaction(rigid_seat(), 1.0, k)),
+        Case(name, "N/(q L), seat of the reed's stiffness", 0.1875, 1e-7, _PROP, lambda k: reaction(spring, k, 1.0)),
     )
 
 
@@ -184,11 +167,4 @@ def _slow_plate() -> Case:
         return (2.0 - impact.measures.impulse(result) / (MASS * VELOCITY)) / inelasticity
 
     exact = 0.8 * 1.25**1.6 * math.gamma(1.6) * math.gamma(0.5) / math.gamma(2.1)
-    return Case(
-        "sphere on an infinite plate",
-        "(1 - e)/lambda, lambda to 0",
-        exact,
-        1e-6,
-        _ZENER,
-        lambda k: richardson(partial(loss, k), 4, 1),
-    )
+    return Case("sphere on an infinite plate", "(1 - e)/lambda, lambda to 0", exact, 1e-6, _ZENER, stepped(loss, 4, 1))

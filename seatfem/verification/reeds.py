@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 import impact
 from seatfem.verification.beams import REED
-from seatfem.verification.case import Case, Estimate
+from seatfem.verification.case import Case
 from seatfem.verification.compliant import rigid_seat
 
 _CLOSED = "closed form"
@@ -34,8 +34,8 @@ def reed_cases() -> tuple[Case, ...]:
 
 def _clamped() -> tuple[Case, ...]:
     def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> Estimate:
-            return Estimate(float(impact.ClampedClamped(young=12.0 * k, **_UNIT).frequencies(n + 1)[n]))
+        def compute(k: float) -> float:
+            return float(impact.ClampedClamped(young=12.0 * k, **_UNIT).frequencies(n + 1)[n])
 
         source = "Thomson, Theory of Vibration with Applications, appendix D"
         return Case("clamped-clamped beam", f"(k_{n + 1} L)^2", exact, 3e-6, source, compute)
@@ -47,10 +47,10 @@ def _tip_mass() -> tuple[Case, ...]:
     """The factor is on the tip's mass for the first mode, on the rigidity for the others, which it hardly moves."""
 
     def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> Estimate:
+        def compute(k: float) -> float:
             young, mass = (1.0, k) if n == 0 else (k, 1.0)
             beam = impact.TipMassCantilever(young=12.0 * young, tip_mass=mass, **_UNIT)
-            return Estimate(float(beam.frequencies(n + 1)[n]))
+            return float(beam.frequencies(n + 1)[n])
 
         source = "Math. Probl. Eng. 2017, 1568019, table 1"
         return Case("cantilever, tip mass = beam's mass", f"(k_{n + 1} L)^2", exact, 5e-7, source, compute)
@@ -64,8 +64,8 @@ def _timoshenko() -> tuple[Case, ...]:
     )
 
     def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> Estimate:
-            return Estimate(float(replace(beam, young=beam.young * k).frequencies(n + 1)[n]) / (2 * math.pi))
+        def compute(k: float) -> float:
+            return float(replace(beam, young=beam.young * k).frequencies(n + 1)[n]) / (2 * math.pi)
 
         source = "exact determinant and Chebyshev collocation"
         return Case("Timoshenko cantilever, L/h = 10", f"f_{n + 1} [Hz]", exact, 2e-8, source, compute)
@@ -80,20 +80,20 @@ def _static() -> tuple[Case, ...]:
         reed = replace(REED, young=REED.young * young_factor)
         return _LIFT / float(impact.reed(reed).greens.static_compliance()[0, 0])
 
-    def mass(density_factor: float) -> Estimate:
-        return Estimate(replace(REED, density=REED.density * density_factor).mass)
+    def mass(density_factor: float) -> float:
+        return replace(REED, density=REED.density * density_factor).mass
 
-    def rigidity(young_factor: float) -> Estimate:
-        return Estimate(replace(REED, young=REED.young * young_factor).rigidity)
+    def rigidity(young_factor: float) -> float:
+        return replace(REED, young=REED.young * young_factor).rigidity
 
-    def stress(young_factor: float) -> Estimate:
-        return Estimate(6 * force(young_factor) * REED.length / (REED.width * REED.thickness**2))
+    def stress(young_factor: float) -> float:
+        return 6 * force(young_factor) * REED.length / (REED.width * REED.thickness**2)
 
     name = "paper's reed, static"
     return (
         Case(name, "mass [kg]", 0.0006081395, 1e-8, _CLOSED, mass),
         Case(name, "EI [N m^2]", 0.00472877083, 1e-8, _CLOSED, rigidity),
-        Case(name, "tip force for 1 mm [N]", 0.865701904, 1e-8, _CLOSED, lambda k: Estimate(force(k))),
+        Case(name, "tip force for 1 mm [N]", 0.865701904, 1e-8, _CLOSED, force),
         Case(name, "root stress for 1 mm, 3 E h d/(2 L^2) [Pa]", 141825280.0, 4e-8, _CLOSED, stress),
     )
 
@@ -103,8 +103,8 @@ def _flight(damping_ratio: float) -> tuple[Case, Case]:
     time, velocity = _FLIGHT[damping_ratio]
 
     def case(quantity: str, exact: float, measure: Callable[[float, float], float]) -> Case:
-        def compute(young_factor: float) -> Estimate:
-            return Estimate(measure(*_first_crossing(damping_ratio, young_factor)))
+        def compute(young_factor: float) -> float:
+            return measure(*_first_crossing(damping_ratio, young_factor))
 
         return Case(name, quantity, exact, 4e-7, _MODE, compute)  # seven digits printed
 

@@ -12,7 +12,7 @@ import impact
 from impact.after.stresses import rod_stress
 from impact.exact.rods import ExactRod
 from impact.greens.base import Array
-from seatfem.verification.case import Case, Estimate, refined, richardson
+from seatfem.verification.case import Case, Estimate, stepped
 
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: longitudinal impact of bars"
 _WAVES = "d'Alembert's waves"
@@ -58,11 +58,7 @@ def _on_fixed_rod(alpha: float) -> tuple[Case, ...]:
     name = f"rigid mass on a fixed rod, rod mass/mass = {alpha:g}"
 
     def case(quantity: str, exact: float, measure: Callable[[float, float, int], float], order: int | None) -> Case:
-        def compute(coefficient: float) -> Estimate:
-            solve = partial(measure, alpha, coefficient)
-            return refined(solve, _STEPS) if order is None else richardson(solve, _STEPS, order)
-
-        return Case(name, quantity, exact, 1e-6, _GOODIER, compute)
+        return Case(name, quantity, exact, 1e-6, _GOODIER, stepped(partial(measure, alpha), _STEPS, order))
 
     return (
         case("end of contact, c t/l", end, _end_on_fixed_rod, None),
@@ -102,23 +98,14 @@ def _rebound_velocity(alpha: float, area_factor: float, steps: int) -> float:
 def _without_return() -> tuple[Case, Case]:
     half = 0.5
     restitution = (1 - math.exp(-2 * half)) / half - math.exp(-2 * half)
+
+    def case(name: str, quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-9, _WAVES, stepped(solve, _STEPS, 2))
+
+    name, solve = "rigid mass on a free rod, rod mass/mass = 0.5", partial(_free_rod_restitution, half)
     return (
-        Case(
-            "rigid mass on a free rod, rod mass/mass = 0.5",
-            "restitution of the mass centres",
-            restitution,
-            1e-9,
-            _WAVES,
-            lambda k: richardson(partial(_free_rod_restitution, half, k), _STEPS, 2),
-        ),
-        Case(
-            "rigid mass M on a semi-infinite rod",
-            "N/(Z V) at Z t/M = 1",
-            math.exp(-1.0),
-            1e-9,
-            _WAVES,
-            lambda k: richardson(partial(_semi_infinite_decay, k), _STEPS, 2),
-        ),
+        case(name, "restitution of the mass centres", restitution, solve),
+        case("rigid mass M on a semi-infinite rod", "N/(Z V) at Z t/M = 1", math.exp(-1.0), _semi_infinite_decay),
     )
 
 
@@ -153,17 +140,17 @@ def _collide(striker: impact.GreensFunction, target: impact.GreensFunction, step
     return impact.solve(problem, dt=_TRANSIT / steps, duration=3 * _TRANSIT)
 
 
-def _identical_rods_duration(length_factor: float) -> Estimate:
+def _identical_rods_duration(length_factor: float) -> float:
     rod = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH * length_factor)
     start, end = impact.measures.contact_intervals(_collide(rod, rod, _STEPS))[0]
-    return Estimate(float(end - start) / _TRANSIT)
+    return float(end - start) / _TRANSIT
 
 
-def _identical_rods_restitution(length_factor: float) -> Estimate:
+def _identical_rods_restitution(length_factor: float) -> float:
     """The factor is on the length of one of them."""
     first = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH)
     second = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH * length_factor)
-    return Estimate(impact.measures.restitution(_collide(first, second, _STEPS)))
+    return impact.measures.restitution(_collide(first, second, _STEPS))
 
 
 def _two_impedances(young_factor: float) -> Estimate:

@@ -1,9 +1,10 @@
-"""Solids whose answer is known in three dimensions: sliding box, slender cantilever, thick tube under pressure."""
+"""Solids whose answer is known: bar, sliding box, slender cantilever, thick tube under pressure."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,15 @@ from scipy.optimize import brentq
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.seat_mesh import SeatMesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Array, Material, SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modes import solve_modes
-from seatfem.verification.case import Case
+from seatfem.structures.shapes.bar import Bar
+from seatfem.verification.case import Case, Estimate, converged
 from seatfem.verification.grids import box, hold, plane, section
-from seatfem.verification.levels import converged
 
 _NAFEMS = "NAFEMS, Selected Benchmarks for Natural Frequency Analysis"
 _SIDES = (1.0, 0.8, 0.6)
@@ -29,6 +33,9 @@ _BEAM = TimoshenkoCantilever(200e9, 7850.0, 0.2, 0.02, 0.02, poisson=0.0)
 # Euler-Bernoulli bending with shear leaves out warping at the clamp and terms (k h)^4; measured 1.2e-5, 1.4e-4, 3.4e-4
 _BEAM_MODEL = (1e-4, 3e-4, 7e-4)
 _TUBE = (1.0, 2.0)  # radii
+_BAR = Bar(length=40e-3, width=6e-3, height=6e-3)
+_YOUNG, _DENSITY = 200e9, 7850.0
+_COARSE, _FINE = 6e-3, 3e-3  # element sizes [m]
 
 
 def solid_cases() -> tuple[Case, ...]:
@@ -188,3 +195,28 @@ def _quarter_tube(n: int) -> Any:
     radius, angle, height = mesh.doflocs
     bent: Array = np.stack([radius * np.cos(angle), radius * np.sin(angle), height])
     return skfem.MeshHex2(bent, mesh.t, _boundaries=flat.boundaries)
+
+
+def finite_element_cases() -> tuple[Case, ...]:
+    """Bar meshed by gmsh, nu = 0: the fixed rod's frequencies (2n - 1) c/4l. The meshes are made once, when needed."""
+
+    @cache
+    def mesh(size: float) -> SeatMesh:
+        return make_mesh(_BAR, MeshSpec(size=size))
+
+    return tuple(_frequency(mesh, n) for n in (1, 2, 3))
+
+
+def _frequency(mesh: Callable[[float], SeatMesh], n: int) -> Case:
+    exact = (2 * n - 1) * math.sqrt(_YOUNG / _DENSITY) / (4 * _BAR.length)
+
+    def frequency(size: float, young: float) -> float:
+        model = assemble(mesh(size), Material(young, 0.0, _DENSITY), fixed="fixed", sliding=("sides_x", "sides_y"))
+        return float(solve_modes(model, n, check=False).frequencies_hz[n - 1])
+
+    def compute(coefficient: float) -> Estimate:
+        coarse, fine = (frequency(size, coefficient * _YOUNG) for size in (_COARSE, _FINE))
+        return Estimate(fine, abs(fine - coarse))
+
+    name = "bar, 3-D quadratic tetrahedra, nu = 0"
+    return Case(name, f"f_{n} = {2 * n - 1} c/4 l [Hz]", exact, 1e-9, "d'Alembert's waves", compute)

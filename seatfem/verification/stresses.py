@@ -21,7 +21,7 @@ from impact.after.contact_stress import (
     tip_step_moment,
     tip_step_stress,
 )
-from seatfem.verification.case import Case, Estimate
+from seatfem.verification.case import Case
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3 and 4"
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: load on a half-space"
@@ -37,7 +37,7 @@ def stress_cases() -> tuple[Case, ...]:
         0.133333333,
         4e-9,  # nine decimals printed
         _JOHNSON,
-        lambda k: Estimate(edge_tension(poisson=_POISSON * k)),
+        lambda k: edge_tension(poisson=_POISSON * k),
     )
     return (*_circle(), edge, *_line(), *_disk(), *_tip())
 
@@ -62,14 +62,17 @@ def _hertz(
     one = load(1.0)
     return (
         Case(
-            name, "largest shear/p0", stress, 1e-6, _JOHNSON,
-            lambda k: Estimate(shear.stress * load(k).pressure / one.pressure),
+            name, "largest shear/p0", stress, 1e-6, _JOHNSON, lambda k: shear.stress * load(k).pressure / one.pressure
         ),
         Case(
-            name, f"its depth/{width}", depth, 1.1e-6, _JOHNSON,
-            lambda k: Estimate(shear.depth * load(k).half_width / one.half_width),
+            name,
+            f"its depth/{width}",
+            depth,
+            1.1e-6,
+            _JOHNSON,
+            lambda k: shear.depth * load(k).half_width / one.half_width,
         ),
-    )  # fmt: skip
+    )
 
 
 def _disk() -> tuple[Case, Case]:
@@ -80,8 +83,8 @@ def _disk() -> tuple[Case, Case]:
 
     name = "uniform pressure on a disk, nu = 0.3"
     return (
-        Case(name, "largest shear on the axis/p", 0.3329097, 1e-6, _GOODIER, lambda k: Estimate(shear(k).stress)),
-        Case(name, "its depth/a", 0.637377, 1.1e-6, _GOODIER, lambda k: Estimate(shear(k).depth)),
+        Case(name, "largest shear on the axis/p", 0.3329097, 1e-6, _GOODIER, lambda k: shear(k).stress),
+        Case(name, "its depth/a", 0.637377, 1.1e-6, _GOODIER, lambda k: shear(k).depth),
     )
 
 
@@ -96,22 +99,22 @@ def _tip() -> tuple[Case, ...]:
         )  # fmt: skip
         return float(found.x)
 
-    def moment(rigidity: float) -> Estimate:
+    def moment(rigidity: float) -> float:
         """M = EI u'' over sqrt(EI rho A) of the rigidity 1."""
         largest = float(tip_step_moment(place(rigidity) / rigidity**0.25))
-        return Estimate(math.sqrt(rigidity) * largest)
+        return math.sqrt(rigidity) * largest
 
-    def stress(young: float) -> Estimate:
-        return Estimate(float(tip_step_stress(young=young, density=1.0, speed=1.0)))
+    def stress(young: float) -> float:
+        return float(tip_step_stress(young=young, density=1.0, speed=1.0))
 
-    def impedance(rigidity: float) -> Estimate:
+    def impedance(rigidity: float) -> float:
         force = tip_step_force(1.0, speed=1.0, bending_stiffness=rigidity, mass_per_length=1.0)
-        return Estimate(float(force) * math.sqrt(2 * math.pi))
+        return float(force) * math.sqrt(2 * math.pi)
 
     name = "beam's free tip given the velocity v"
     return (
         Case(name, "largest moment/(v (EI rho A)^(1/2))", 0.48759496, 1e-8, _LAPLACE, moment),
-        Case(name, "its place x/(a t)^(1/2)", 1.772454, 3e-7, _LAPLACE, lambda k: Estimate(place(k))),
+        Case(name, "its place x/(a t)^(1/2)", 1.772454, 3e-7, _LAPLACE, place),
         Case(name, "largest surface stress/(rho c_0 v)", 0.84453925, 1e-8, _LAPLACE, stress),
         Case(name, "F (2 pi a t)^(1/2)/(v (EI rho A)^(1/2))", 1.0, 1e-12, _LAPLACE, impedance),
     )

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from rich.table import Table
+from rich.text import Text
+
 from impact.progress import Progress, silent
 from seatfem.verification.beams import beam_cases
 from seatfem.verification.case import Case, Row, carry_out
-from seatfem.verification.compliant import compliant_cases
-from seatfem.verification.finite_elements import finite_element_cases
-from seatfem.verification.ground import ground_cases
-from seatfem.verification.half_space import half_space_cases
+from seatfem.verification.compliant import compliant_cases, several_cases
+from seatfem.verification.ground import ground_cases, rigid_face_cases
+from seatfem.verification.half_space import half_space_cases, radiating_cases
 from seatfem.verification.lumped import lumped_cases
 from seatfem.verification.manufactured import manufactured_cases
 from seatfem.verification.plates import plate_cases
-from seatfem.verification.radiating import radiating_cases
 from seatfem.verification.reeds import reed_cases
-from seatfem.verification.rigid_face import rigid_face_cases
 from seatfem.verification.rods import rod_cases
 from seatfem.verification.round_bars import round_bar_cases
-from seatfem.verification.several import several_cases
-from seatfem.verification.solids import solid_cases
+from seatfem.verification.solids import finite_element_cases, solid_cases
 from seatfem.verification.spheres import sphere_cases
 from seatfem.verification.stresses import stress_cases
 from seatfem.verification.waves import wave_cases
-
-__all__ = ["PROVIDERS", "Case", "Row", "markdown_table", "verification_cases", "verification_table"]
 
 # To add rows: a function that returns cases, here. Making the cases is cheap; only `Case.compute` works.
 PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
@@ -85,3 +82,13 @@ def markdown_table(rows: tuple[Row, ...]) -> str:
     ]
     lines = [head, tuple("---" for _ in head), *body]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def verification_table_view(rows: Sequence[Row]) -> Table:
+    """Case, exact value, ours, error, verdict. Errors are relative."""
+    table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
+    for row in rows:
+        verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
+        numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
+        table.add_row(row.case, row.quantity, *numbers, verdict)
+    return table

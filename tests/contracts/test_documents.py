@@ -9,7 +9,7 @@ import pytest
 from impact.runs.budget import SAFETY, STRESS_SAFETY
 from impact.runs.variations import NARROWER
 from seatfem.structures.finite_elements import MESH_SAFETY
-from seatfem.structures.levels import COARSENING
+from seatfem.structures.method import COARSENING
 from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ import impact
 from impact.bodies.reeds import reed
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.kinds.registry import kind_of
+from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.impacts import contact
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline

@@ -11,7 +11,7 @@ import pytest
 import impact
 import seatfem
 from impact.greens.base import ErrorEstimate
-from seatfem.structures.elements.rod1d import rod_model
+from tests.rod_model import rod_model
 
 LARGEST, LINES = 1500, 14
 HOLDERS = ("Array", "NDArray", "sparse", "Mesh", "Mapping", "Greens", "Body", "Modes", "tuple[Point")

@@ -11,7 +11,6 @@ import seatfem
 from impact.greens.base import ErrorEstimate
 from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import registry
@@ -21,6 +20,7 @@ from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
+from tests.rod_model import rod_model
 
 SCENE = """
 [seat]

@@ -16,14 +16,15 @@ from impact import measures
 from impact.storage.hdf5 import load_results
 from seatfem.structures.kinds import Annular, BarSeat, Cantilever, MeshFile, Plate, RigidMass, Rod
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.accuracy import prerun
+from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = sorted(path for path in (ROOT / "examples").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8"))
+PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
+SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
 SCENES = sorted((ROOT / "examples").glob("*.toml"))
 REEDS = [path for path in SCENES if isinstance(load_scene(path).reed, Cantilever)]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
@@ -33,6 +34,13 @@ THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being e
 def pace(scene: Scene) -> float:
     """Thickness over that of the reed whose arrival is known."""
     return scene.reed.thickness / THICKNESS if isinstance(scene.reed, Cantilever) else 1.0
+
+
+@pytest.fixture
+def numbers_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No pictures, and pre-runs of long steps: the error bars, which they foretell, are tested elsewhere."""
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+    monkeypatch.setattr(prerun, "MOST", 6000)
 
 
 def names(paths: list[Path]) -> list[str]:
@@ -103,10 +111,10 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     return float(found.y[-1, -1])
 
 
+@pytest.mark.usefixtures("numbers_alone")
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(path)
     summary: Any = run_scene(scene, tmp_path).summary
@@ -135,11 +143,14 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
 
 
-def test_flapper_between_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("numbers_alone")
+def test_flapper_between_stops(tmp_path: Path) -> None:
     """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
     scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml")
-    scene = scene.model_copy(update={"run": scene.run.model_copy(update={"time_step": 5e-8})})
+    run, reed = (
+        part.model_copy(update=key) for part, key in ((scene.run, {"time_step": 5e-8}), (scene.reed, {"n_modes": 40}))
+    )
+    scene = scene.model_copy(update={"run": run, "reed": reed})
     summary: Any = run_scene(scene, tmp_path / "with").summary
     alone: Any = run_scene(scene.model_copy(update={"stopper": None}), tmp_path / "without").summary
     # the same impact up to the stopper
@@ -168,9 +179,9 @@ def test_the_struck_plate_has_no_symmetry() -> None:
     assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
 
-def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("numbers_alone")
+def test_mass_on_a_meshed_seat(tmp_path: Path) -> None:
     """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
     scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml")
     assert isinstance(scene.reed, RigidMass)
     assert isinstance(scene.seat, MeshFile)
@@ -188,12 +199,12 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert meshed["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
+@pytest.mark.usefixtures("numbers_alone")
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bar in three dimensions against Saint-Venant's rod: impulse and duration, and a spring that misses both.
 
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
     """
-    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
     scene = shortened(ROOT / "examples" / "mass_on_bar.toml")
     summary: Any = run_scene(scene, tmp_path).summary

@@ -11,7 +11,6 @@ from scipy import linalg
 from impact import Body, Signorini, measures, rigid_mass
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
@@ -22,6 +21,7 @@ from seatfem.units import parse_quantity
 from tests.extremes import scenes
 from tests.extremes.blocks import box
 from tests.extremes.cell import Cell, Finding, chosen, swept, worst
+from tests.rod_model import rod_model
 
 _REDUCTIONS = ("krylov", "lanczos", "second_order")
 STEEL = {

@@ -73,8 +73,9 @@ def _penetration(law: Law, force: Array) -> Array | None:
     return None
 
 
-def shaken_energy(problem: ContactProblem, gap: Array) -> float:
-    """Sum over the steps of the law's own force [N]: times the round-off of a gap it is the energy that this costs."""
+def shaken_energy(problem: ContactProblem, force: Array, gap: Array) -> float:
+    """Sum over the steps of the law's own force [N], of a rigid contact the force itself: times the round-off of a gap
+    it is the energy that this costs."""
     total = 0.0
     for c, contact in enumerate(problem.contacts):
         pen = np.maximum(-gap[:, c], 0.0)
@@ -82,6 +83,8 @@ def shaken_energy(problem: ContactProblem, gap: Array) -> float:
             total += float(np.sum(contact.law.stiffness * pen))
         elif isinstance(contact.law, Hertz):
             total += float(np.sum(contact.law.stiffness * pen**1.5))
+        elif isinstance(contact.law, Signorini):
+            total += float(np.sum(force[:, c]))
     return total
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from impact import Body, Contact, ContactProblem, ModalGreens, Residual, Signorini, measures, rigid_mass, solve
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Port, SecondOrderModel
 from seatfem.structures.reduction.krylov import Krylov
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, swept, worst
+from tests.rod_model import rod_model
 
 
 def port_cells() -> tuple[Cell, ...]:

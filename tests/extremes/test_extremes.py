@@ -2,6 +2,8 @@
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from decimal import Decimal
 from itertools import combinations, product
@@ -12,6 +14,8 @@ import pytest
 
 from impact import Body, GreensFunctionError, ModalGreens, Residual, solve
 from impact.greens import oscillator
+from seatfem.jobs import batch
+from seatfem.jobs.processes import LineWorker
 from tests.extremes import (
     Cell,
     Finding,
@@ -187,6 +191,19 @@ def test_a_wrong_kernel_is_found() -> None:
     assert abs(scenes.clinging_force(slow, 1.0, 0.5) / exact - 1) > 1e-4
 
 
+@pytest.fixture(scope="module")
+def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]:
+    with LineWorker("tests.extremes.worker", log=tmp_path_factory.mktemp("worker") / "log.txt") as started:
+        yield started
+
+
+@pytest.fixture
+def one_worker(worker: LineWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same one for every part of a run: its start takes longer than the cells."""
+    monkeypatch.setattr(batch, "LineWorker", lambda *given, **named: nullcontext(worker))
+
+
+@pytest.mark.usefixtures("one_worker")
 def test_a_run_is_resumed_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Outcomes come from the worker once; a cut line and those of other sources are computed again."""
     cells = [c for c in CELLS if c.axis in ("damping ratio", "zero gap")][:4]
@@ -215,6 +232,7 @@ def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
     assert "no end within" in outcome.reason
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its table and map in the folder; what is in the log is not computed again, whatever the folder is called."""
     words = ["--folder", str(tmp_path / "new"), "--subset", "2", "--seed", "3"]

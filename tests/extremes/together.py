@@ -12,8 +12,8 @@ mechanics:
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -106,7 +106,8 @@ class Scene:
         return ", ".join(f"{f.name} {_text(getattr(self, f.name))}" for f in fields(self))
 
 
-def together_cells(seeds: Sequence[int] = SEEDS) -> tuple[Cell, ...]:
+@cache
+def together_cells(seeds: tuple[int, ...] = SEEDS) -> tuple[Cell, ...]:
     """One covering array per seed: in each, every pair of levels of any two axes occurs, but for the `REFUSED`."""
     counts = [len(levels) for levels in LEVELS.values()]
     axes = list(LEVELS)
@@ -132,7 +133,7 @@ def checked(scene: Scene) -> Finding:
     phase = balances.highest_frequency(problem) * dt * scene.steps
     rounding = EPS * (1e4 + 64 * scene.steps + 4 * phase)
     advice = scenes.said(result)
-    shaken = balances.shaken_energy(problem, gap) * float(scale.max()) * 64 * EPS
+    shaken = balances.shaken_energy(problem, force, gap) * float(scale.max()) * 64 * EPS
     found = {"motion": float(np.max(np.abs(gap[-len(expected) :] - expected) / (scale * rounding)))}
     if scene.rule == "passive":
         found["law"] = balances.law_deviation(problem, force, gap, float(scale.max()) * rounding)

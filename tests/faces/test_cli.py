@@ -26,6 +26,7 @@ from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import Scene
+from seatfem.verification import table
 
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
@@ -309,6 +310,7 @@ def test_verify_exit_codes(
 ) -> None:
     module = types.ModuleType("seatfem.verification.table")
     module.verification_table = lambda progress: [Row(True), Row(passed)]  # type: ignore[attr-defined]
+    module.verification_table_view = table.verification_table_view  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "seatfem.verification.table", module)
     assert run_command(["verify"]) == code
     assert verdict in capsys.readouterr().out

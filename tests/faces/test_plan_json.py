@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import DONE, run_command
-from seatfem.faces.plan_json import plan_json
+from seatfem.faces.plan_view import plan_json
 from seatfem.study.accuracy.prerun import Bench, first_look
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene

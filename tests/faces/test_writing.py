@@ -13,15 +13,17 @@ import pytest
 
 import impact
 from impact.files.atomic import OutputError, check_writable, whole_file, write_whole
-from impact.files.seal import USER_BLOCK, seal, seal_of
+from impact.files.hdf5_structure import USER_BLOCK, seal_of
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import store
-from seatfem.structures.cache import Cache, CacheWarning
+from seatfem.structures.cache import Cache, CacheWarning, key_of
 from seatfem.structures.store import Store, StoreError, content_key
-from seatfem.study.impacts.seat import seat_key, seat_of
-from seatfem.study.scene import load_scene
+from seatfem.study.impacts.contact import seat_of
+from seatfem.study.method import stated_method
+from seatfem.study.scene import Scene, load_scene
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """
@@ -41,6 +43,10 @@ SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)
 OTHER = impact.single_mode(frequency_hz=2e4, mass=0.01, damping_ratio=0.02)
 KEY = content_key({"seat": "a"})
+
+
+def seat_key(scene: Scene) -> str:
+    return key_of(scene.seat, stated_method(scene).seat)
 
 
 def scene_file(folder: Path, text: str) -> Path:
@@ -309,7 +315,7 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     scene = scene_file(tmp_path, BLOCK + BALL)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "SEATFEM_STORE": str(tmp_path / "store")}
     command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out")]
-    command += ["--quiet", "--rounds", "1"]
+    command += ["--quiet", "--no-pictures", "--rounds", "1"]
     both = [subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     told = [process.communicate(timeout=300)[1] for process in both]
     assert all(process.returncode in (DONE, FAILED) for process in both)  # whether the target is met is not the point

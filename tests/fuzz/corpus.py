@@ -23,8 +23,8 @@ from impact.storage.checkpoint import save_checkpoint
 from impact.storage.hdf5 import save_greens, save_results
 from seatfem.machine.rates import Machine
 from seatfem.structures.store import Store
-from seatfem.study.trade.journal import append
 from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.runner import append
 
 from . import scenes
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 import h5py
 import numpy as np
 
-from impact.files.seal import USER_BLOCK, seal
+from impact.files.hdf5_structure import USER_BLOCK, seal_of
 
 _VALUES: Final[tuple[Any, ...]] = (
     np.nan, np.inf, -np.inf, 0.0, -1.0, 1e308, 1e-308, -1e30, 1e30, 1e-30, 2**62, -5, "", "nan", "modal", "sampled",
@@ -19,6 +19,15 @@ _VALUES: Final[tuple[Any, ...]] = (
     '{"kind": "delay_rod", "impedance": 1e999}', '{"kind": "modal", "seat_key": [1]}', "[" * 5000, "null", "7", "[1]",
     np.zeros(0), np.zeros((3, 3)), np.arange(5000), b"\xff\xfe", True, np.complex128(1 + 1j),
 )  # fmt: skip
+
+
+def seal(path: Path) -> None:
+    """Write the checksum of a closed file with a user block into that block."""
+    with path.open("r+b") as file:
+        file.seek(USER_BLOCK)
+        block = seal_of(file.read())
+        file.seek(0)
+        file.write(block)
 
 
 def attribute_replaced(file: Any, random: Random) -> None:

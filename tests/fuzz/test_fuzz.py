@@ -16,7 +16,6 @@ import pytest
 from scipy import sparse
 
 import impact
-from impact.files.seal import seal
 from impact.march.problem import ContactError
 from impact.march.stepper import ContactStepper, prepare
 from impact.pictures.greens_plots import plot_greens
@@ -24,7 +23,7 @@ from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.machine.rates import Machine, MachineError
-from seatfem.structures.counts.before_meshing import check_before_meshing
+from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.counts.memory_need import MemoryNeedError
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -38,9 +37,10 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length, check_step
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import MOST
-from seatfem.study.trade.journal import append, read_journal
 from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.runner import append, read_journal
 from tests.extremes import run_battery
+from tests.fuzz.hdf5 import seal
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"

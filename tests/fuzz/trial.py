@@ -21,7 +21,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.bodies.time_series import read_time_series
-from impact.files.seal import seal_holds
+from impact.files.hdf5_structure import seal_holds
 from impact.measured.reading import read_impulse_response
 from impact.storage.checkpoint import restore_checkpoint
 from impact.storage.hdf5 import load_results
@@ -32,7 +32,7 @@ from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.impacts import contact
 from seatfem.study.runs import pipeline
-from seatfem.study.trade.journal import read_journal
+from seatfem.study.trade.runner import read_journal
 
 from .corpus import KEY, Specimen, fresh_march
 from .hdf5 import HDF5, mutate

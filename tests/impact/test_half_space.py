@@ -10,7 +10,7 @@ from scipy.special import j1
 
 import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
-from impact.exact.disk_response import DiskResponse
+from impact.exact.disk_response import DiskResponse, PointLoad
 from impact.exact.half_space import (
     HalfSpacePatch,
     disk_compliance,
@@ -21,7 +21,6 @@ from impact.exact.half_space import (
     square_compliance,
     without_patch,
 )
-from impact.exact.pekeris import PointLoad
 from impact.greens.sums import SumGreens, merged
 
 FILE = Path(__file__).parents[1] / "literature" / "half_space.json"

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import impact
-from impact.files.seal import USER_BLOCK, seal
+from impact.files.hdf5_structure import USER_BLOCK
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
 from seatfem.faces.cli import BAD_INPUT, run_command
+from tests.fuzz.hdf5 import seal
 
 SEAT = impact.SampledGreens(np.linspace(0.0, 1e-6, 50), 1e-6, tail="zero")
 

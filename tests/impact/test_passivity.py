@@ -123,7 +123,7 @@ def test_smallest_eigenvalue_against_a_dense_matrix(level):
 @pytest.mark.slow
 def test_two_ports_each_passive_but_not_together():
     """g_12 = 1.1 g_11 = 1.1 g_22: equal and opposite forces draw work though each port alone is passive."""
-    g = seat_samples(500)
+    g = seat_samples(150)
     values = np.einsum("ij,n->ijn", [[1.0, 1.1], [1.1, 1.0]], g)
     assert passivity(SampledGreens(g, DT), DT).passive
     pair = SampledGreens(values, DT)

@@ -129,7 +129,7 @@ def next_start(folder: Path) -> None:
 )
 def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_path: Path) -> None:
     with seatfem(tmp_path, *arguments, scene(tmp_path)) as process:
-        family = workers(process, which, busy=1.0)
+        family = workers(process, which, busy=0.5)
         process.kill()
         process.wait()
         assert alive(family) == []
@@ -142,32 +142,24 @@ def test_the_workers_of_the_battery_do_not_survive_kill_9(tmp_path: Path) -> Non
     code = "from pathlib import Path; from types import SimpleNamespace; from tests.extremes import run_battery\n"
     code += "run_battery([SimpleNamespace(name='any')], Path('log'))"
     with program(tmp_path, "-c", code) as process:
-        family = workers(process, "extremes.worker", busy=1.0)
+        family = workers(process, "extremes.worker", busy=0.5)
         process.kill()
         process.wait()
         assert alive(family) == []
 
 
 def test_nor_do_those_of_the_fuzzer(tmp_path: Path) -> None:
-    """Forked: the second process of the same command."""
-    command = [*("--cases", "2000", "--seed", "3", "--folder", str(tmp_path / "fuzz"), "--only", "rod-area")]
-    with program(tmp_path, "-c", "import sys; sys.path.insert(0, '.')") as nothing:
-        nothing.wait()
-    environment = os.environ | {"TMPDIR": str(tmp_path / "tmp"), "PYTHONPATH": str(ROOT)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tests.fuzz", *command, "--cheap"],
-        cwd=ROOT,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        text=True,
+    """Which have sessions of their own."""
+    code = "from pathlib import Path; from tests.fuzz.corpus import Specimen; from tests.fuzz.runner import run_cases\n"
+    code += (
+        "from tests.fuzz.trial import Case; case = Case(Specimen('rod-area', 'scene.toml', 'toml', 'run'), 'x', 0, 3)\n"
     )
-    try:
-        family = workers(process, "tests.fuzz", busy=0.1)
-    finally:
+    code += "run_cases([case], Path('corpus'), Path('work'), Path('log'), print)"
+    with program(tmp_path, "-c", code) as process:
+        family = workers(process, "fuzz.worker", busy=0.1)
         process.kill()
         process.wait()
-    assert alive(family) == []
+        assert alive(family) == []
 
 
 def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
@@ -185,7 +177,8 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_path: Path) -> None:
-    text = "import sys, time; from seatfem.faces import cli, scene_verbs\n"
+    text = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup, around the tests, ignores SIGHUP
+    text += "import sys, time; from seatfem.faces import cli, scene_verbs\n"
     text += "def busy(path): print('busy', flush=True); time.sleep(60)\n"
     text += "scene_verbs.load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
     with program(tmp_path, "-c", text) as process:
@@ -384,7 +377,8 @@ def test_no_module_is_taken_from_the_current_folder(tmp_path: Path, python_path:
     script.write_text(
         f"""
 import os, sys
-from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.shapes import AnnularSeat
 os.environ["PYTHONPATH"] = {python_path.format(root=ROOT)!r}
 print(make_mesh(AnnularSeat(), MeshSpec(size=2.5e-3)).mesh.nelements)

@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from seatfem.verification.radiating import RADIATION
+from seatfem.verification.half_space import RADIATION
 from seatfem.verification.table import verification_cases
 
 ENTRIES = json.loads(Path(__file__).with_name("own_cases.json").read_text())

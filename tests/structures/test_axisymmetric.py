@@ -7,7 +7,7 @@ import pytest
 import skfem
 from scipy import sparse
 
-from seatfem.pictures.revolved_grid import revolve
+from seatfem.pictures.cell_grid import revolve
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Foundation
 from seatfem.structures.materials import Material, Orthotropic

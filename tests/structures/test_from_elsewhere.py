@@ -20,7 +20,8 @@ from typing import ClassVar, Literal
 
 from seatfem.fields import Length
 from seatfem.structures.kinds.drawn import Turned
-from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.shapes import Turning
 from seatfem.structures.shapes.profile import Profile, polygon

@@ -58,7 +58,7 @@ def test_semicolons_and_comments_where_they_mean_nothing(tmp_path):
 
 
 def test_a_file_larger_than_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("seatfem.structures.shapes.step_text.LIMIT", 1 << 20)
+    monkeypatch.setattr("seatfem.structures.shapes.cad.LIMIT", 1 << 20)
     path = tmp_path / "a.step"
     with path.open("wb") as file:
         file.truncate(3 << 20)

@@ -8,7 +8,8 @@ import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.io import MeshError
-from seatfem.structures.mesh.meshing import MeshSpec, make_mesh
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, GeometryError
 
 pytestmark = pytest.mark.own_gmsh

@@ -14,8 +14,7 @@ import pytest
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
-from seatfem.structures.formats.abaqus_deck import Budget
-from seatfem.structures.formats.includes import with_included
+from seatfem.structures.formats.abaqus_deck import Budget, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff

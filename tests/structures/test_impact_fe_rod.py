@@ -5,7 +5,7 @@ from scipy.linalg import eigh
 
 import impact
 from impact import Body, ContactProblem, ModalGreens, Residual, measures
-from seatfem.structures.elements.rod1d import rod_model
+from tests.rod_model import rod_model
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, mass 6
 STEP, FILTER = 1 / 2000, 0.25

@@ -14,7 +14,8 @@ from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.counts import memory_need as needs
 from seatfem.structures.counts.memory_need import Counts, MemoryNeedError, check_memory, counts_of, memory_need
-from seatfem.structures.elements.assembly import Material, assemble
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
 from seatfem.structures.mesh.quality import MeshQuality
 from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh
 
@@ -55,7 +56,8 @@ def test_a_cube_is_compact_and_plates_and_bars_are_less():
 PROGRAM = """
 import sys
 from pathlib import Path
-from seatfem.structures.elements.assembly import Material, assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.reduction.greens import reduce_model
 from test_memory_need import block
 

@@ -3,8 +3,6 @@
 import itertools
 import math
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +13,6 @@ from seatfem.structures.mesh.io import MeshError
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 RING = 3 * math.pi / 4 * UNIT**3
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    """gmsh in a process of its own."""
-    folder = tmp_path_factory.mktemp("files")
-    script = Path(__file__).with_name("write_mesh_files.py")
-    subprocess.run([sys.executable, str(script), str(folder)], check=True, capture_output=True)
-    return folder
 
 
 def ring(files, name, **options):
@@ -46,13 +35,13 @@ CASES = [
 
 
 @pytest.fixture(scope="module")
-def reference(files):
-    return {name: ring(files, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
+def reference(written_meshes):
+    return {name: ring(written_meshes, f"{name}-2.msh4.msh") for name in ("tet-1", "tet-2", "hex-1", "hex-2")}
 
 
 @pytest.mark.parametrize(("name", "ending"), CASES)
-def test_every_format_gives_the_same_mesh(files, reference, name, ending):
-    seat, same = ring(files, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
+def test_every_format_gives_the_same_mesh(written_meshes, reference, name, ending):
+    seat, same = ring(written_meshes, f"{name}-2.{ending}"), reference[name.replace("hex20", "hex")]
     # The small fields of .bdf hold six digits.
     tolerance = 3e-6 if ending == "bdf" else 1e-12
     assert (seat.order, seat.shape) == (same.order, same.shape)
@@ -68,10 +57,10 @@ def test_every_format_gives_the_same_mesh(files, reference, name, ending):
 
 
 @pytest.mark.parametrize(("name", "order"), [("tet-1", 2), ("hex-1", 2), ("tet-2", 4), ("hex-2", 4), ("hex20-2", 4)])
-def test_curved_volume_converges(files, name, order):
+def test_curved_volume_converges(written_meshes, name, order):
     # A chord misses a circle's sector by O(h^2), the parabola through three of its points by O(h^4). From two to four
     # elements on the quarter the next term of the series is 2 % of the first, which moves the order by 0.03.
-    errors = [RING - ring(files, f"{name}-{n}.inp").quality.volume for n in (2, 4)]
+    errors = [RING - ring(written_meshes, f"{name}-{n}.inp").quality.volume for n in (2, 4)]
     assert errors[0] > errors[1] > 0.0
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
@@ -305,14 +294,14 @@ def test_bad_nastran_deck(tmp_path, text, broken, message):
         read_mesh(path, contact="PID 5", fixed="PID 4")
 
 
-def test_bricks_of_27_nodes_in_unv(files):
+def test_bricks_of_27_nodes_in_unv(written_meshes):
     with pytest.raises(MeshError, match=r"hex-2-2.unv: .* of type 115 has 27 nodes: must be 8"):
-        ring(files, "hex-2-2.unv")
+        ring(written_meshes, "hex-2-2.unv")
 
 
-def test_node_groups_of_unv(files, tmp_path):
-    whole = ring(files, "hex20-2-2.unv")
-    text = (files / "hex20-2-2.unv").read_text().rstrip().removesuffix("-1").rstrip()
+def test_node_groups_of_unv(written_meshes, tmp_path):
+    whole = ring(written_meshes, "hex20-2-2.unv")
+    text = (written_meshes / "hex20-2-2.unv").read_text().rstrip().removesuffix("-1").rstrip()
     # Every node with z = 0, as one more group of the last dataset.
     nodes = re.findall(r"^ +(\d+) .*\n.* 0\.0+D\+00$", text, re.MULTILINE)
     entities = [f"{7:10}{node:>10}{0:10}{0:10}" for node in nodes]
@@ -341,9 +330,9 @@ def test_node_groups_of_unv(files, tmp_path):
         ({"contact": "fixed"}, "contact and fixed are both 'fixed'"),
     ],
 )
-def test_bad_requests(files, options, message):
+def test_bad_requests(written_meshes, options, message):
     with pytest.raises(MeshError, match=message):
-        read_mesh(files / "hex-1-2.inp", **({"unit": UNIT} | options))
+        read_mesh(written_meshes / "hex-1-2.inp", **({"unit": UNIT} | options))
 
 
 def test_a_vtu_that_is_none(tmp_path):
@@ -355,8 +344,8 @@ def test_a_vtu_that_is_none(tmp_path):
         read_mesh(Path(__file__))
 
 
-def test_a_free_seat_and_groups_that_trade_names(files):
-    seat = ring(files, "tet-2-2.inp", contact="fixed", fixed=None)
+def test_a_free_seat_and_groups_that_trade_names(written_meshes):
+    seat = ring(written_meshes, "tet-2-2.inp", contact="fixed", fixed=None)
     assert {"contact", "contact of the file"} <= seat.mesh.boundaries.keys()
     place = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries["contact"]]]
     assert np.all(place[2] == 0.0)

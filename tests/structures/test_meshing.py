@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, content_hash, make_mesh, write_step
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.meshing import content_hash, make_mesh, write_step
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ColourFace, GeometryError, PlaneFace
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"

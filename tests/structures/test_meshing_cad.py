@@ -10,8 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.healing import LADDER, LadderError, Rung, climb
-from seatfem.structures.mesh.meshing import MeshingError, MeshSpec, make_mesh
+from seatfem.structures.mesh._gmsh_solid import LADDER, LadderError, Rung, climb
+from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
     ColourFace,

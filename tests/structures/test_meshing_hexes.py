@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.plan_grid import boundary_lines
+from seatfem.structures.mesh.plan_grid import boundary_lines, graded
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, CadPart, ConicalSeat, GeometryError, Stopper, ValvePlate
 

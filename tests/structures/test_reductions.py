@@ -12,7 +12,6 @@ import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.damping import Damping
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.method import Aims
 from seatfem.structures.model import ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction.greens import greens_function, reduce_model
@@ -22,6 +21,7 @@ from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.residual import residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
+from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0 = np.sqrt(200e9 / 7850.0)

@@ -10,7 +10,6 @@ from scipy import sparse
 
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
@@ -21,6 +20,7 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.quadratic_pencil import Coupled, poles
 from seatfem.structures.reduction.second_order_krylov import SecondOrderKrylov
 from seatfem.structures.reduction.toar import SecondOrderBasis
+from tests.rod_model import rod_model
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0, Z = np.sqrt(200e9 / 7850.0), 1e-4 * np.sqrt(200e9 * 7850.0)

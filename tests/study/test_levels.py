@@ -9,9 +9,9 @@ import pytest
 
 from seatfem.structures.kinds import BarSeat
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import LevelError
+from seatfem.structures.method import LevelError
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.seat import seat_of
+from seatfem.study.impacts.contact import seat_of
 from seatfem.study.scene import load_scene
 
 REST = """

@@ -5,14 +5,19 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.materials import Material as Solid
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
-from seatfem.study.impacts.seat import seat_key
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 Load = Callable[[str, str], Scene]
+
+
+def seat_key(scene: Scene) -> str:
+    return key_of(scene.seat, stated_method(scene).seat)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.runs import mode_pictures
+from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import write_modes
 from seatfem.study.scene import load_scene
 from seatfem.verification.grids import section
@@ -123,7 +123,7 @@ def undrawn(monkeypatch):
             (folder / name).write_text("picture")
         return tuple(folder / name for name, _ in pictures), ()
 
-    monkeypatch.setattr(mode_pictures, "draw_all", write)
+    monkeypatch.setattr(pictures, "draw_all", write)
 
 
 @pytest.mark.usefixtures("undrawn")

@@ -15,6 +15,7 @@ import pytest
 import impact
 from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
+from seatfem.faces.cli import main
 from seatfem.structures.cache import CacheWarning
 from seatfem.study.impacts.contact import striker_of, time_step
 from seatfem.study.impacts.measures import SOURCES
@@ -88,12 +89,17 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
 
 
+def without_vtk(patch: pytest.MonkeyPatch) -> None:
+    """Stand-ins for what VTK draws (see test_plots)."""
+    for name in ("plot_mesh", "plot_modes", "animate_mode"):
+        patch.setattr(pictures, name, lambda *given, path, **options: path.touch())
+
+
 @pytest.fixture(scope="module")
 def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
-    """With the curves drawn, and stand-ins for what VTK draws (see test_plots)."""
+    """With the curves drawn."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("plot_mesh", "plot_modes", "animate_mode"):
-            patch.setattr(pictures, name, lambda *given, path, **options: path.touch())
+        without_vtk(patch)
         yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out")
 
 
@@ -345,7 +351,7 @@ def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert first.summary["seat_reused"] is False
     assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
     assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
-    found = write_modes(scene, tmp_path / "modes")
+    found = write_modes(scene, tmp_path / "modes", count=4)
     table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
     frequencies: Any = found.summary["frequencies_hz"]
     assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
@@ -508,13 +514,25 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(
     ],
 )
 def test_exit_codes_of_the_program(
-    text: str, arguments: tuple[str, ...], code: int, message: str, tmp_path: Path
+    text: str,
+    arguments: tuple[str, ...],
+    code: int,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
+    """By its entry point; real processes end in the tests around this one."""
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    done = told(program(*arguments), tmp_path)
-    assert done.returncode == code, done.stderr
-    assert message in done.stdout + done.stderr
-    assert (done.stdout + done.stderr == "") == (code == 0)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["seatfem", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = "".join(capfd.readouterr())
+    assert (ended.value.code or 0) == code, said
+    assert "Traceback" not in said
+    assert message in said
+    assert (said == "") == (code == 0)
 
 
 def test_an_interrupted_program_leaves_whole_files_only(tmp_path: Path) -> None:
@@ -548,6 +566,7 @@ def test_summary_is_plain_json(annular: Ran) -> None:
     assert "e-0" in text  # numbers, not strings
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder)

@@ -20,7 +20,7 @@ from seatfem.machine.rates import Machine
 from seatfem.structures import cache
 from seatfem.structures.estimates.mesh_size import Sizes, mesh_error, sizes_for
 from seatfem.structures.kinds import Annular
-from seatfem.structures.levels import LevelError
+from seatfem.structures.method import LevelError
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.prerun import Bench, advanced, first_look
 from seatfem.study.accuracy.sensitivity import Rung, Sensitivity, no_better_than_finer

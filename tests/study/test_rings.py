@@ -35,7 +35,7 @@ from seatfem.structures.rings import (
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
-from seatfem.study.impacts.contact import run_contact, solve_contact, striker_of
+from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
@@ -226,12 +226,12 @@ def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: s
     """Rings on a spring of their own, each in proportion to its area, are one spring: force, motion and energies."""
     scene = load_scene(scene_file(tmp_path, f"law = {law}"))
     striker = striker_of(scene)
-    one = run_contact(scene, striker, impact.spring(stiffness=1e9), 2e-8)
+    one = run_contacts(scene, striker, impact.spring(stiffness=1e9), 2e-8).seat
     apart = ModalGreens(
         np.zeros(0), np.zeros(0), np.zeros((0, 4)), Residual.spring(np.diag(1e-9 / ring_shares(4))),
         ring_names("contact", 4),
     )  # fmt: skip
-    by_rings = solve_contact(scene, striker, apart, 2e-8)
+    by_rings = run_contacts(scene, striker, apart, 2e-8).rings
     alike = by_rings.force.sum(axis=1)[:, None] * ring_shares(4)
     close = 1e-4  # several compliant contacts are solved by iteration, to 1e-5
     np.testing.assert_allclose(by_rings.force, alike, atol=close * alike.max())
@@ -254,8 +254,8 @@ def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
     scene = load_scene(scene_file(tmp_path))
     striker, four = striker_of(scene), ringed(4, spread=3.0)
     one = with_fewer_rings(four, 1)
-    result = run_contact(scene, striker, one, 2e-8)
-    coarse = run_contact(scene, striker, four, 4e-8), run_contact(scene, striker, one, 4e-8)
+    result = run_contacts(scene, striker, one, 2e-8).seat
+    coarse = run_contacts(scene, striker, four, 4e-8).seat, run_contacts(scene, striker, one, 4e-8).seat
     expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
     found = error_budget(scene, stated_method(scene), Solved(one, in_rings=four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
@@ -263,7 +263,7 @@ def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
     assert "patch" in error_budget(scene, stated_method(scene), Solved(one), striker, result).unknown
     spring = Solved(impact.spring(stiffness=1e9), plane=True)
     assert set(error_budget(scene, stated_method(scene), spring, striker, result).parts["patch"].values()) == {0.0}
-    result = run_contact(scene, striker, four, 2e-8)
+    result = run_contacts(scene, striker, four, 2e-8).seat
     found = error_budget(scene, stated_method(scene), Solved(four), striker, result)
     assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
 

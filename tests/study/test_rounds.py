@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -24,7 +25,7 @@ from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import carry_out, missed
+from seatfem.study.runs.rounds import missed
 from seatfem.study.scene import load_scene
 
 SCENE = """
@@ -51,6 +52,12 @@ def plan_of(text: str, folder: Path) -> Plan:
 
 def key_of(plan: Plan) -> str:
     return cache.key_of(plan.scene.seat, plan.method.seat)
+
+
+def carry_out(*given: Any, **more: Any) -> rounds.Round:
+    """The last of the rounds."""
+    *_, last = rounds.rounds(*given, **more)
+    return last
 
 
 def with_step(plan: Plan, dt: float) -> Plan:
@@ -117,15 +124,15 @@ def test_a_finer_round_that_fails_keeps_the_one_before(
     failure: Exception, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
-    solve_contact = rounds.solve_contact
+    run_contacts = rounds.run_contacts
 
     def failing(*given):
         calls.append(given)
         if len(calls) == 2:
             raise failure
-        return solve_contact(*given)
+        return run_contacts(*given)
 
-    monkeypatch.setattr(rounds, "solve_contact", failing)
+    monkeypatch.setattr(rounds, "run_contacts", failing)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round is not possible: ")
@@ -140,16 +147,16 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
     reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
-    plan, solve_contact, written = plan_of(text, tmp_path), rounds.solve_contact, []
+    plan, run_contacts, written = plan_of(text, tmp_path), rounds.run_contacts, []
     finer = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
 
     def failing(*given):
         written.append(load_greens(tmp_path / "seat.h5").provenance["seat_key"])
         if len(written) == 2:
             raise MemoryError
-        return solve_contact(*given)
+        return run_contacts(*given)
 
-    monkeypatch.setattr(rounds, "solve_contact", failing)
+    monkeypatch.setattr(rounds, "run_contacts", failing)
     monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
     monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
@@ -263,16 +270,16 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
-    scene, out, solve_contact, calls = tmp_path / "s.toml", tmp_path / "out", rounds.solve_contact, []
+    scene, out, run_contacts, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contacts, []
     scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
 
     def stopping(*given, **more):
         calls.append(given)
         if len(calls) == 2:
             raise KeyboardInterrupt
-        return solve_contact(*given, **more)
+        return run_contacts(*given, **more)
 
-    monkeypatch.setattr(rounds, "solve_contact", stopping)
+    monkeypatch.setattr(rounds, "run_contacts", stopping)
     monkeypatch.setattr(pipeline, "plan_scene", lambda scene, **more: with_step(plan_scene(scene, **more), 2e-6))
     assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
     found = json.loads((out / "summary.json").read_text(encoding="utf-8"))

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Annular, Cad, Cantilever, RigidMass, Rod
-from seatfem.study.impacts.seat import seat_key
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.locate import key_lines
 
@@ -38,6 +39,10 @@ duration = "3 ms"
 ROD = 'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "3 mm"\n'
 
 Load = Callable[[str], Scene]
+
+
+def seat_key(scene: Scene) -> str:
+    return key_of(scene.seat, stated_method(scene).seat)
 
 
 @pytest.fixture
@@ -97,6 +102,11 @@ def test_a_scene_does_not_change(load: Load) -> None:
             "[run]",
             "[run]\nfoo = 1",
             "scene.toml:17: run.foo: unknown key; known here: duration, time_step, filter_width",
+        ),
+        (
+            "[run]",
+            '[run]\n"" = 1',
+            "scene.toml:17: run.: unknown key; known here: duration, time_step, filter_width",
         ),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' is a mass; a length is needed, e.g. '3 mm'"),
         ('"25.4 mm"', "25.4", "scene.toml:10: reed.length: 25.4 has no unit; write a string, e.g. '3 mm'"),
@@ -408,4 +418,5 @@ def test_stress_is_asked_of_what_bends(load: Load) -> None:
     start, end = SCENE.split("[reed]")[0], SCENE[SCENE.index("[run]") :]
     mass = start + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + end
     (refused,) = messages(load, mass + wanted)
-    assert "accuracy.measures: a rigid mass does not bend, it has no stress: remove it, or use a can" in refused
+    told = "accuracy.measures: a body of kind 'rigid_mass' does not bend, it has no stress: remove it, or use a can"
+    assert told in refused

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, create_model
 from pydantic.fields import FieldInfo
+from scene_page import _holds, scene_page
 
 from seatfem.fields import Table
 from seatfem.study.scene import Scene
-from seatfem.study.scene.docs import _holds, _tables, scene_page
+from seatfem.study.scene.problems import tables_in
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
 
@@ -31,7 +32,7 @@ def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple
     seen.add(table)
     for name, field in table.model_fields.items():
         yield f"{table.__name__}.{name}", field
-        for inner in _tables(field.annotation):
+        for inner in tables_in(field.annotation):
             if inner not in seen:
                 yield from fields(inner, seen)
 
@@ -44,7 +45,7 @@ def test_what_a_key_holds_is_what_it_takes(key: str) -> None:
     """Flags are flags, lists say how many of what, and the example shown is one that the key takes."""
     field = FIELDS[key]
     said = _holds(field)
-    if _tables(field.annotation) or not (shown := re.findall(r"`(.+?)`", said)):
+    if tables_in(field.annotation) or not (shown := re.findall(r"`(.+?)`", said)):
         return
     holder = create_model("Holder", __base__=Table, value=(field.annotation, field))
     for example in shown:

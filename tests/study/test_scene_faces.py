@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
+from seatfem.structures.cache import key_of
 from seatfem.structures.discretise import draw, matrices, supports_of
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.formats.mesh_files import read_mesh
@@ -16,7 +17,7 @@ from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, GeometryError, Region
-from seatfem.study.impacts.seat import seat_key
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -34,6 +35,10 @@ velocity = "-2 m/s"
 duration = "1 ms"
 """
 COARSE = MeshSpec(8e-3, order=1, curved=False)
+
+
+def seat_key(scene: Scene) -> str:
+    return key_of(scene.seat, stated_method(scene).seat)
 
 
 @pytest.fixture

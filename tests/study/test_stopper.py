@@ -13,7 +13,7 @@ import pytest
 import impact
 from impact import measures
 from impact.storage.hdf5 import load_results, save_greens
-from seatfem.faces.plan_json import plan_json
+from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of

@@ -17,7 +17,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.roles import in_words_of
-from seatfem.structures.levels import LevelError
+from seatfem.structures.method import LevelError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, stand_in_of
 from seatfem.study.impacts import contact
@@ -27,7 +27,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.refining import refine
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import carry_out
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError, load_scene
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
@@ -230,7 +230,7 @@ def test_half_the_step_is_looked_at_of_every_striker_with_waves(
         return measures(self, dt=dt, **more)
 
     scene = scene_of(tmp_path, FREE_ROD)
-    done = carry_out(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
     monkeypatch.setattr(Bench, "measures", listen)
     error_budget(scene, done.plan.method, done.seat, done.striker, done.result)
     assert steps == [1e-6, 5e-7]

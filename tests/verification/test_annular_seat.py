@@ -12,7 +12,7 @@ import pytest
 import impact
 from impact import measures
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.mesh.meshing import make_mesh
+from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Material
 from seatfem.structures.reduction.greens import greens_function
@@ -25,10 +25,14 @@ COARSE, FINE = MeshSpec(size=3e-3, contact_size=1.5e-3), MeshSpec(size=2.4e-3, c
 
 
 @cache
+def mesh_of(source: str, spec: MeshSpec) -> SeatMesh:
+    return make_mesh(AnnularSeat() if source == "parameters" else CadPart(STEP), spec)
+
+
+@cache
 def response(source: str, spec: MeshSpec, young: float = YOUNG) -> np.ndarray:
     """g of the lip after a 100 kHz Hann pulse, over three pulse widths."""
-    geometry = AnnularSeat() if source == "parameters" else CadPart(STEP)
-    model = assemble(make_mesh(geometry, spec), Material(young, 0.3, DENSITY))
+    model = assemble(mesh_of(source, spec), Material(young, 0.3, DENSITY))
     greens = greens_function(model, bandwidth=BANDWIDTH, duration=DURATION, tolerance=5e-3)
     assert isinstance(greens, impact.ModalGreens)
     return greens.filtered(np.linspace(0, DURATION, 151), 1 / BANDWIDTH)

@@ -13,20 +13,25 @@ import numpy as np
 import pytest
 
 import impact
-from impact.greens.pulse import hann_integral
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.rod1d import rod_model
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar
+from tests.rod_model import rod_model
 
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
 C0 = np.sqrt(E / RHO)
 ROUND_TRIP = 2 * LENGTH / C0
 AREA = WIDTH**2
 SIZES = (8e-3, 5.2e-3, 3.2e-3, 2.6e-3, 2e-3)
+
+
+def hann_integral(t: np.ndarray, width: float) -> np.ndarray:
+    """Integral of p from 0 to t: 0 before, 1 after the pulse."""
+    s = np.clip(t / width, 0.0, 1.0)
+    return np.asarray(s - np.sin(2 * np.pi * s) / (2 * np.pi))
 
 
 def echoes(t, width):

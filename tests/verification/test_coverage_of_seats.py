@@ -43,10 +43,16 @@ def test_the_estimate_covers_the_true_error(index: int) -> None:
 def test_all_seats_were_measured() -> None:
     numbers = range(seats.SEATS)
     assert [(row.seed, row.index) for row in ROWS] == [(seed, i) for seed in seats.FITTED for i in numbers]
-    assert [(row.seed, row.index) for row in HELD_OUT] == [(seats.HELD_OUT, i) for i in numbers]
+    unknown = {(31, 20)}  # its reference is beyond a Krylov space and all its modes
+    drawn = [(seed, i) for seed in seats.HELD_OUT for i in numbers]
+    assert [(row.seed, row.index) for row in HELD_OUT] == [pair for pair in drawn if pair not in unknown]
 
 
-@pytest.mark.parametrize("rows", [ROWS, HELD_OUT], ids=["fitted", "held out"])
+@pytest.mark.parametrize(
+    "rows",
+    [ROWS, *([row for row in HELD_OUT if row.seed == seed] for seed in seats.HELD_OUT)],
+    ids=["fitted", *(f"held out, {seed}" for seed in seats.HELD_OUT)],
+)
 def test_estimates_cover_the_true_errors_and_are_not_far_too_wide(rows: list[Any]) -> None:
     """On the fitted seats `MESH_SAFETY` and `refinement_of` were found: there this is only a guard."""
     covered, tight = seats.shares(rows)

@@ -10,15 +10,17 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
+from seatfem.machine.memory import available_memory
 from seatfem.structures.counts.bodies import Body, plan_of, section_of, solid_of
-from seatfem.structures.counts.memory_need import Counts
+from seatfem.structures.counts.memory_need import GB, Counts, MemoryNeedError, counts_from, memory_need
 from seatfem.structures.counts.part_body import body_of
-from seatfem.structures.mesh.layers import graded
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.mesh.plan_grid import graded
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
-from seatfem.structures.method import Level
+from seatfem.structures.method import Level, Method
 from seatfem.structures.shapes import Geometry, GeometryError
-from seatfem.structures.shapes.plan import Rectangle
 from seatfem.structures.shapes.profile import profile_of
+from seatfem.structures.shapes.shape import Rectangle
 
 TETRAHEDRA: Final = (2.26, 4.77)  # elements over int dV/h^3 and over int dA/h^2
 FACES: Final = 2.69  # on the surface, over int dA/h^2
@@ -28,6 +30,9 @@ QUADRILATERALS: Final = (3.5, 3.23)  # the same, h being twice the size asked fo
 TRIANGLE_SIDES, QUADRILATERAL_SIDES = 1.2, 2.9  # on the outline, over int ds/h
 HALVED: Final = 2.0  # gmsh meshes this many times coarser, then quarters
 SECTION_ENTRIES: Final = {"tet": 11.5, "hex": 16.0}  # coupled nodes for each node of a section of order 2
+MARGIN: Final = 2.0  # on predicted memory: a mesh that may fit after all is made, and counted exactly
+FILE_MARGIN: Final = 4.0  # of a part from a file, whose small features may ask for more elements
+MOST_ELEMENTS: Final = 2e7  # gmsh makes some 1e5 in a second, and needs 1 kB for each
 
 
 @dataclass(frozen=True)
@@ -71,19 +76,16 @@ def _of_tetrahedra(elements: float, surface: float, order: int) -> Sizes:
     vertices = VERTICES[0] * elements + VERTICES[1] * surface
     faces = 2 * elements + surface / 2
     edges = vertices + faces - elements
-    nodes = vertices if order == 1 else vertices + edges
-    couples = vertices + 2 * edges if order == 1 else vertices + 7 * edges + 12 * faces + 6 * elements
-    compactness = min(1.0, 12 * (elements / 6) ** (2 / 3) / surface)
-    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * couples, compactness))
+    nodes, counts = counts_from("tetrahedron", order, (vertices, edges, faces, elements), surface)
+    return Sizes(elements, nodes, surface, counts)
 
 
 def _plane(body: Body, spec: MeshSpec) -> tuple[float, float, float]:
     """Elements, vertices and sides on the outline of a plane mesh."""
+    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
     if spec.shape == "hex":
-        inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
         elements, sides = QUADRILATERALS[0] * inner + QUADRILATERALS[1] * outer, QUADRILATERAL_SIDES * outer
         return elements, elements + sides / 2 + 1, sides
-    inner, outer = body.inner.count(spec, 2), body.outer.count(spec, 1)
     elements, sides = TRIANGLES[0] * inner + TRIANGLES[1] * outer, TRIANGLE_SIDES * outer
     return elements, elements / 2 + sides / 2 + 1, sides
 
@@ -145,12 +147,27 @@ def _swept(plane: float, vertices: float, sides: float, layers: int, spec: MeshS
     elements, points = plane * layers, vertices * levels
     edges = (vertices + plane - 1) * levels + vertices * layers
     faces = plane * levels + (vertices + plane - 1) * layers
-    nodes = points if spec.order == 1 else points + edges + faces + elements
-    couples = (
-        points + 2 * edges + 4 * faces + 8 * elements
-        if spec.order == 1
-        else points + 7 * edges + 49 * faces + 343 * elements
-    )
     surface = sides * layers + (0.0 if closed else 2 * plane)
-    compactness = min(1.0, 6 * elements ** (2 / 3) / surface)
-    return Sizes(elements, nodes, surface, Counts(3 * nodes, 9 * couples, 3 * nodes, compactness))
+    nodes, counts = counts_from("hexahedron", spec.order, (points, edges, faces, elements), surface)
+    return Sizes(elements, nodes, surface, counts)
+
+
+def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
+    """Raise `MemoryNeedError` where the mesh of a level would be far too large for this computer.
+
+    ``method``: of the reduction; by default as the body's table states it.
+    """
+    how = body.stated() if method is None else method
+    sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
+    need = memory_need(sizes.counts)
+    least = need.of(how.reduction)
+    margin = FILE_MARGIN if body.files() else MARGIN
+    there = available_memory()
+    if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:
+        return
+    chosen = "" if body.mesh.size else f" (from seat.greens.bandwidth = {how.bandwidth:.3g} Hz)"
+    raise MemoryNeedError(
+        f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "
+        f"{sizes.elements:.2g} elements, which need about {least / GB:.2g} GB of memory, {there / GB:.2g} GB are "
+        "available; take larger elements, a lower seat.greens.bandwidth or a cheaper seat.model"
+    )

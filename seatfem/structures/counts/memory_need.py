@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from seatfem.machine.memory import available_memory
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import CHEAPEST_FIRST
-from seatfem.structures.method import AUTO, AnyLevel, Level
+from seatfem.structures.method import AUTO, CHEAPEST_FIRST, AnyLevel, Level
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meridian import MeridianMesh
@@ -85,13 +84,21 @@ class MemoryNeed:
 
 def counts_of(mesh: SeatMesh) -> Counts:
     """Counts of K and M on a mesh; hexahedra have a diagonal mass."""
-    of, kind = mesh.mesh, (mesh.shape, mesh.order)
+    of = mesh.mesh
     parts = (int(of.nvertices), of.edges.shape[1], of.facets.shape[1], int(of.nelements))
-    nodes, couples = (sum(a * b for a, b in zip(table[kind], parts, strict=True)) for table in (_NODES, _COUPLES))
-    cells, faces = _CUBE[mesh.shape]
-    surface = of.boundary_facets().size
+    return counts_from(mesh.shape, mesh.order, parts, of.boundary_facets().size)[1]
+
+
+def counts_from(
+    shape: str, order: int, parts: tuple[float, float, float, float], surface: float
+) -> tuple[float, Counts]:
+    """Nodes, and counts of K and M, of so many vertices, edges, faces and elements with ``surface`` faces outside."""
+    nodes, couples = (
+        sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
+    )
+    cells, faces = _CUBE[shape]
     compactness = min(1.0, faces * (parts[3] / cells) ** (2 / 3) / surface)
-    return Counts(3 * nodes, 9 * couples, 3 * nodes if mesh.shape == "hexahedron" else 3 * couples, compactness)
+    return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compactness)
 
 
 def memory_need(counts: Counts) -> MemoryNeed:

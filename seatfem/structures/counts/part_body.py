@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from seatfem.structures.counts.bodies import Body
-from seatfem.structures.counts.size_field import Samples
+from seatfem.structures.counts.bodies import Body, Samples
 from seatfem.structures.inspection.cad import Inspected, inspect_geometry
 from seatfem.structures.inspection.shape import Integers, Shape, distances
 from seatfem.structures.shapes import Geometry

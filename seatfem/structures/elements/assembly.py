@@ -25,9 +25,8 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.structures.elements.constraints import Freedom, freedom, held
 from seatfem.structures.elements.element_kernels import add_elements, nodal_mass
-from seatfem.structures.elements.patch_rings import places_across
 from seatfem.structures.elements.pattern_kernels import expand_pattern, expand_scalar
-from seatfem.structures.elements.ports import ports_on
+from seatfem.structures.elements.ports import places_across, ports_on
 from seatfem.structures.elements.shape_functions import (
     Discretization,
     discretize,
@@ -40,8 +39,6 @@ from seatfem.structures.elements.surfaces import Surface, facets_of, surface
 from seatfem.structures.elements.whole_model import whole_model
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
-
-__all__ = ["DofMap", "Material", "ModelError", "Orthotropic", "Port", "SecondOrderModel", "assemble"]
 
 Mass = Literal["consistent", "nodal"]
 Dilatation = Literal["auto", "full", "projected"]

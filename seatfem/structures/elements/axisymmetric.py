@@ -14,8 +14,7 @@ from scipy import sparse
 from impact.progress import Progress, silent
 from seatfem.structures.elements.assembly import check_ports, names, solids_by_region
 from seatfem.structures.elements.constraints import Constraint, freedom
-from seatfem.structures.elements.patch_rings import ONE_RADIUS
-from seatfem.structures.elements.ports import ports_on
+from seatfem.structures.elements.ports import ONE_RADIUS, ports_on
 from seatfem.structures.elements.revolved_elements import (
     Section,
     angle_integral,
@@ -25,12 +24,11 @@ from seatfem.structures.elements.revolved_elements import (
     ring_surface,
     stiffness_blocks,
 )
-from seatfem.structures.elements.revolved_materials import check_revolved
 from seatfem.structures.elements.supports import Support, spread_supports
 from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.elements.whole_model import Matrices, whole_model
 from seatfem.structures.errors import ModelError
-from seatfem.structures.materials import Solid
+from seatfem.structures.materials import Solid, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
 
 Mass = Literal["consistent", "nodal"]
@@ -182,3 +180,18 @@ def _places(patch: Surface) -> Array:
     """As `places_across`: a patch is divided by r; a cylinder, which has but one, along z."""
     radii = patch.places[..., 0]
     return patch.places[..., 1] if np.ptp(radii) <= ONE_RADIUS * radii.max() else radii
+
+
+def check_revolved(solid: Solid) -> None:
+    """Raise `ModelError` unless its stiffness stays the same when it is turned by an eighth or a quarter about z."""
+    given = stiffness_tensor(solid.elasticity)
+    for angle in (math.pi / 4, math.pi / 2):
+        c, s = math.cos(angle), math.sin(angle)
+        q = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turned = np.einsum("ai,bj,ijkl,ck,dl->abcd", q, q, given, q, q, optimize=True)
+        if (off := np.abs(turned - given).max() / np.abs(given).max()) > 1e-6:
+            raise ModelError(
+                f"material {solid.name!r}: its stiffness changes by {off:.1%} when it is turned by "
+                f"{math.degrees(angle):g} degrees about z; an axisymmetric model needs E_1 = E_2, nu_13 = nu_23, "
+                "G_13 = G_23 and G_12 = E_1/(2 (1 + nu_12)) with axis 3 along z: model the body in three dimensions"
+            )

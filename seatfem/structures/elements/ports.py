@@ -1,17 +1,28 @@
-"""The ports of a struck patch, in every model alike: what pushes it, where it is observed, its area and impedance."""
+"""The ports of a struck patch, in every model alike: what pushes it, where it is observed, its area and impedance.
+
+Its rings are ordered by where its points lie between its ends. A disk, or a ring with an inner and an outer edge, is
+divided by the distance from its axis, a cylinder along it; every other patch by the distance from its rim, however many
+faces it has.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.errors import ModelError
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, Port
 from seatfem.structures.rings import divided, ring_names
+
+ONE_RADIUS = 1e-3  # of the largest radius: what differs less in radius is a circle, or a cylinder
+_POLYGON = 0.2  # of the area: what the straight sides of coarse elements cut off a circle
+_NEAREST = 8  # sides of the rim whose distance is looked at, those with the nearest middles
 
 
 def ports_on(
@@ -70,3 +81,81 @@ def _port(patch: Surface, weights: Array, waves: Array, n_nodes: int) -> Port:
     np.add.at(vector, patch.cells, parts)
     area = float(weights.sum())
     return Port(vector.ravel() / area, area, float((waves * weights).sum()))
+
+
+def places_across(mesh: Any, patch: Surface, cuts: NDArray[np.int64], copies: int) -> Array:
+    """(f, Q) place of every quadrature point of ``patch`` between the ends of the patch [m].
+
+    Args:
+        mesh: scikit-fem mesh.
+        patch: integrated over.
+        cuts: facets of planes of symmetry through the z axis, along which the patch goes on.
+        copies: how many such sectors make the whole.
+    """
+    points = patch.places.reshape(-1, 3)
+    ends = np.asarray(mesh.p).T[_rim(mesh, patch.facets, cuts)]
+    middle, axis = _axis(patch, copies)
+    around = copies * float(np.abs(np.einsum("fqa,a,fq->", patch.normals, axis, patch.weights)))
+    if around <= ONE_RADIUS * copies * patch.area:
+        return (patch.places - middle) @ axis
+    if len(ends) == 0 or _is_round(_radius(ends.reshape(-1, 3), middle, axis), around):
+        return _radius(points, middle, axis).reshape(patch.weights.shape)
+    return _distance(points, ends).reshape(patch.weights.shape)
+
+
+def _rim(mesh: Any, facets: NDArray[np.int64], cuts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(s, 2) vertices of the sides that belong to one facet only, planes of symmetry left out."""
+    unique, count = np.unique(np.sort(_sides(mesh, facets), axis=0), axis=1, return_counts=True)
+    rim = unique[:, count == 1].T
+    if len(cuts):
+        rim = rim[~np.isin(rim, np.unique(np.asarray(mesh.facets)[:, cuts])).all(axis=1)]
+    return np.asarray(rim, dtype=np.int64)
+
+
+def _sides(mesh: Any, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(2, s) vertices of all sides of the facets, one after the other."""
+    reference = mesh.elem.refdom
+    elements = np.asarray(mesh.f2t)[0, facets]
+    which = np.argmax(np.asarray(mesh.t2f)[:, elements] == facets, axis=0)
+    found = []
+    for k, vertices in enumerate(reference.facets):
+        corners = np.asarray(mesh.t)[:, elements[which == k]]
+        found += [corners[side] for side in reference.edges if set(side) <= set(vertices)]
+    return np.concatenate(found, axis=1)
+
+
+def _axis(patch: Surface, copies: int) -> tuple[Array, Array]:
+    """A point of the patch's axis and its direction: centroid and mean normal; z for one of several equal sectors."""
+    if copies > 1:
+        return np.zeros(3), np.array([0.0, 0.0, 1.0])
+    centre = np.einsum("fq,fqa->a", patch.weights, patch.places) / patch.area
+    normal = np.einsum("fq,fqa->a", patch.weights, patch.normals)
+    length = float(np.linalg.norm(normal))
+    return centre, normal / length if length > 1e-6 * patch.area else np.array([0.0, 0.0, 1.0])
+
+
+def _radius(points: Array, middle: Array, axis: Array) -> Array:
+    off = points - middle
+    return np.asarray(np.linalg.norm(off - np.outer(off @ axis, axis), axis=1))
+
+
+def _is_round(radii: Array, area: float) -> bool:
+    """Whether these radii of the rim are one, or two, with the patch's area (seen along its axis) between them."""
+    largest = float(radii.max())
+    outer = radii >= (radii.min() + largest) / 2
+    circles = [radii[part] for part in (outer, ~outer) if part.any()]
+    if any(np.ptp(circle) > ONE_RADIUS * largest for circle in circles):
+        return False
+    between = np.pi * (largest**2 - (circles[1].max() ** 2 if len(circles) > 1 else 0.0))
+    return bool(abs(area - between) <= _POLYGON * between)
+
+
+def _distance(points: Array, ends: Array) -> Array:
+    """(n,) distance of points (n, 3) from the nearest of the sides (s, 2, 3)."""
+    start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+    count = min(_NEAREST, len(ends))
+    near = np.reshape(cKDTree(ends.mean(axis=1)).query(points, k=count)[1], (len(points), count))
+    off = points[:, None] - start[near]
+    share = np.einsum("nka,nka->nk", off, along[near]) / np.maximum(np.sum(along[near] ** 2, axis=2), 1e-300)
+    gap = off - np.clip(share, 0.0, 1.0)[..., None] * along[near]
+    return np.asarray(np.sqrt(np.min(np.sum(gap**2, axis=2), axis=1)))

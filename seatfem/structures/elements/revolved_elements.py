@@ -21,6 +21,7 @@ from scipy import sparse
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
+from seatfem.structures.elements.shape_functions import element_of
 from seatfem.structures.elements.surfaces import Surface, facets_of
 from seatfem.structures.model import Array, ModelError
 
@@ -35,12 +36,8 @@ _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 def section_element(mesh: Any, order: int | None) -> Any:
     """scikit-fem's element of an ``order`` (default: that of the mesh) on a mesh of triangles or quadrilaterals."""
-    reference = mesh.elem.refdom.__name__
     wanted = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
-    if (reference, wanted) not in _ELEMENTS:
-        known = ", ".join(f"{kind} order {p}" for kind, p in _ELEMENTS)
-        raise ModelError(f"no element for {reference} of order {wanted} in a meridian section; there are {known}")
-    return _ELEMENTS[reference, wanted]()
+    return element_of(mesh, wanted, _ELEMENTS, " in a meridian section")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ scikit-fem gives the shape functions, their gradients at reference points, the q
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -88,13 +89,9 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
     Raises:
         ModelError: no such element, flat or folded elements, parts that share no node.
     """
-    kind = mesh.elem.refdom.__name__
-    curved = mesh.dofs.element_dofs.shape[0] != mesh.t.shape[0]
+    kind, curved = mesh.elem.refdom.__name__, mesh.dofs.element_dofs.shape[0] != mesh.t.shape[0]
     wanted = (2 if curved else 1) if order is None else order
-    if (kind, wanted) not in _ELEMENTS:
-        known = ", ".join(f"{name} order {p}" for name, p in _ELEMENTS)
-        raise ModelError(f"no element for {kind} of order {wanted}; there are {known}")
-    element, geometry = _ELEMENTS[kind, wanted](), mesh.elem()
+    element, geometry = element_of(mesh, wanted, _ELEMENTS), mesh.elem()
     corners, places = mesh.dofs.element_dofs, np.ascontiguousarray(mesh.doflocs.T)
     straight = kind == "RefTet" and (not curved or _has_straight_sides(geometry, places[corners.T]))
     if straight and curved:
@@ -104,6 +101,15 @@ def discretize(mesh: Any, order: int | None) -> Discretization:
     _check_shape(made)
     _check_connected(made)
     return made
+
+
+def element_of(mesh: Any, order: int, known: Mapping[tuple[str, int], Any], where: str = "") -> Any:
+    """scikit-fem's element of an ``order`` on a mesh, of those ``known`` by cell and order; `ModelError` of others."""
+    kind = mesh.elem.refdom.__name__
+    if (kind, order) not in known:
+        there = ", ".join(f"{name} order {p}" for name, p in known)
+        raise ModelError(f"no element for {kind} of order {order}{where}; there are {there}")
+    return known[kind, order]()
 
 
 def _rows(table: Any) -> NDArray[np.int32]:

@@ -13,8 +13,7 @@ from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
 from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import COARSENING
-from seatfem.structures.method import Method
+from seatfem.structures.method import COARSENING, Method
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
 
@@ -37,24 +36,31 @@ ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatf
 
 
 @dataclass(frozen=True)
-class SeatModel:
-    """A seat's finite elements in numbers.
+class Numbers:
+    """A body's finite elements, as far as its kind tells them.
 
     Attributes:
         sizes: of the mesh.
-        vectors: Krylov vectors, of one harmonic.
-        runs: harmonics, 1 elsewhere.
+        modes: in the band, by Weyl's law.
+        runs: harmonics, reduced one by one; 1 where there are none.
         section: whether it is a half section.
         hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
     """
 
     sizes: Sizes
-    vectors: float
+    modes: float
     runs: float = 1.0
     section: bool = False
     hexahedra: bool = False
     drawn: bool = True
+
+
+@dataclass(frozen=True)
+class SeatModel(Numbers):
+    """The same with what a reduction makes of it. ``vectors``: Krylov vectors, of one harmonic."""
+
+    vectors: float = 0.0
 
     def stricter(self, ratio: float) -> SeatModel:
         """With the tolerance of the reduction times ``ratio``."""
@@ -64,27 +70,6 @@ class SeatModel:
     def poles(self) -> float:
         """Poles of its Green's function."""
         return 0.85 * self.vectors * self.runs
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """A body's finite elements, as far as its kind tells them.
-
-    Attributes:
-        sizes: of the mesh.
-        modes: in the band, by Weyl's law.
-        harmonics: reduced one by one; 1 where there are none.
-        section: whether it is a half section.
-        hexahedra: whether elements are hexahedra or quadrilaterals.
-        drawn: whether gmsh makes the mesh.
-    """
-
-    sizes: Sizes
-    modes: float
-    harmonics: float = 1.0
-    section: bool = False
-    hexahedra: bool = False
-    drawn: bool = True
 
 
 def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
@@ -98,7 +83,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
     vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
     vectors = min(vectors, found.sizes.counts.dof)
-    return SeatModel(found.sizes, vectors, found.harmonics, found.section, found.hexahedra, found.drawn)
+    return SeatModel(**vars(found), vectors=vectors)
 
 
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:

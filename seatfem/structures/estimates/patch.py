@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from impact.exact.half_space import disk_compliance
 from seatfem.structures.inspection.shape import Shape
 from seatfem.structures.materials import Material
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.parts import Support
 
 OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim
 _BENDING_LOAD: Final = 1 / (16 * math.pi)  # centre of a clamped round plate under a central force: w = F R^2/(16 pi D)
@@ -65,22 +68,6 @@ class Patch:
         return 2 / math.pi * (1.5 - math.log(4)) * self.width / (plane * self.area)
 
 
-class Support(Protocol):
-    """What an estimate asks of a support."""
-
-    @property
-    def on(self) -> str:
-        """Name of the face."""
-
-    @property
-    def stiffness(self) -> float:
-        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
-
-    @property
-    def holds(self) -> bool:
-        """Whether it resists a displacement."""
-
-
 def bulky(solid: Material, area: float, width: float, depth: float) -> Patch:
     """A half-space under a disk of the same area; a column of the patch's width at most, for what is thinner."""
     radius = math.sqrt(area / math.pi)
@@ -132,3 +119,22 @@ def of_shape(shape: Shape, supports: Sequence[Support], solid: Material) -> Patc
 
 def _there(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
     return {on: each for on, each in springs.items() if on in groups}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A straight column: area [m^2] of the struck face, height [m] down to the clamp, narrowest width [m] of the face.
+
+    Its stiffness E A/h is the usual guess at a seat's.
+    """
+
+    area: float
+    height: float
+    width: float
+    young: float
+    density: float
+
+    @property
+    def stiffness(self) -> float:
+        """E A/h [N/m]."""
+        return self.young * self.area / self.height

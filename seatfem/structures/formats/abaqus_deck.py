@@ -1,4 +1,4 @@
-"""Keyword blocks and sets of an Abaqus input file."""
+"""Keyword blocks and sets of an Abaqus input file, and the files that it includes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impact.files.input_files import MB, read_bytes
+from impact.files.input_files import MB, read_bytes, read_text
 from seatfem.structures.mesh.cell_kinds import Integers
 from seatfem.structures.mesh.io import MeshError
 
@@ -19,6 +19,7 @@ DEPTH = 8  # of files that include files
 MOST_FILES = 200
 MOST_BYTES = 512 * MB  # of all files of a deck together
 MOST_MEMBERS = 20_000_000  # of all sets of a deck together
+_ABAQUS = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass
@@ -195,3 +196,21 @@ class Sets:
             self.used(max(0.0, (each.stop - each.start) / each.step), block)
         parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)
         return np.concatenate([np.empty(0, dtype=np.int64), *parts])
+
+
+def with_included(path: Path) -> tuple[Path, ...]:
+    """``path`` and, of an Abaqus input file, every file that it brings in by *INCLUDE, those within those too.
+
+    Files that are not there are left out. Nastran's INCLUDE is refused by `read_nastran`.
+    """
+    found: dict[Path, None] = {}  # in order
+    waiting = [path]
+    while waiting and len(found) <= MOST_FILES:  # a deck of more is refused when it is read
+        file = waiting.pop().resolve()
+        if file in found or not file.is_file():
+            continue
+        found[file] = None
+        if path.suffix.lower() == ".inp":
+            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
+            waiting += [file.parent / name.strip() for name in _ABAQUS.findall(text)[:MOST_FILES]]
+    return tuple(found)

@@ -9,10 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from seatfem.structures.elements.element_orders import ABAQUS, ABAQUS_HEX_FACES, ABAQUS_TET_FACES
 from seatfem.structures.formats.abaqus_deck import Block, Sets, read_blocks
-from seatfem.structures.formats.deck import Assembled, Deck, Elements, assembled
-from seatfem.structures.formats.file_mesh import FileMesh, face_width, free_face_mask, stacked
+from seatfem.structures.formats.file_mesh import (
+    ABAQUS,
+    ABAQUS_HEX_FACES,
+    ABAQUS_TET_FACES,
+    Assembled,
+    Deck,
+    Elements,
+    FileMesh,
+    assembled,
+    face_width,
+    free_face_mask,
+    stacked,
+)
 from seatfem.structures.mesh.cell_kinds import Floats, Integers
 from seatfem.structures.mesh.io import MeshError
 

@@ -1,9 +1,13 @@
-"""What a mesh file holds, before its groups are turned into surfaces."""
+"""What a mesh file holds, before its groups are turned into surfaces; decks of other programs, under their own numbers.
+
+Abaqus, Nastran and VTK agree on the vertices of an element; they differ in the nodes on edges and faces.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +15,43 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from seatfem.structures.mesh.cell_kinds import Floats, Integers, serendipity_to_27
+from seatfem.structures.mesh.cell_kinds import (
+    HEX_EDGES,
+    HEX_FACES,
+    TET_EDGES,
+    CellKind,
+    Floats,
+    Integers,
+    serendipity_to_27,
+)
 from seatfem.structures.mesh.io import MeshArrays, MeshError, facets_within
+
+Groups = tuple[tuple[int, ...], ...]
+TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+BOTTOM: Groups = ((0, 1), (1, 2), (2, 3), (3, 0))
+TOP: Groups = ((4, 5), (5, 6), (6, 7), (7, 4))
+UPRIGHT: Groups = ((0, 4), (1, 5), (2, 6), (3, 7))
+CENTRE: Groups = (tuple(range(8)),)
+ABAQUS_HEX_FACES: Groups = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+ABAQUS_TET_FACES: Groups = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
+VTK_HEX_FACES: Groups = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
+# Nodes after the vertices, each by the vertices it lies between.
+GMSH: Mapping[int, Groups] = MappingProxyType(
+    {4: (), 8: (), 10: TET_EDGES, 20: HEX_EDGES, 27: HEX_EDGES + HEX_FACES + CENTRE}
+)
+ABAQUS: Mapping[int, Groups] = MappingProxyType(
+    {
+        4: (),
+        8: (),
+        10: TET_RING,
+        20: BOTTOM + TOP + UPRIGHT,
+        27: BOTTOM + TOP + UPRIGHT + CENTRE + ABAQUS_HEX_FACES,
+    }
+)
+NASTRAN: Mapping[int, Groups] = MappingProxyType({4: (), 8: (), 10: TET_RING, 20: BOTTOM + UPRIGHT + TOP})
+VTK: Mapping[int, Groups] = MappingProxyType(
+    {4: (), 8: (), 10: TET_RING, 20: BOTTOM + TOP + UPRIGHT, 27: BOTTOM + TOP + UPRIGHT + VTK_HEX_FACES + CENTRE}
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,3 +139,107 @@ def stacked(parts: Sequence[Integers], width: int) -> Integers:
 def face_width(cells: Integers) -> int:
     """Vertices of a face of such elements."""
     return 3 if cells.shape[1] in (4, 10) else 4
+
+
+def to_gmsh(cells: Integers, order: Mapping[int, Groups]) -> Integers:
+    """Columns of ``cells`` (m, k) from another program's order into gmsh's."""
+    nodes = cells.shape[1]
+    corners = 4 if nodes in (4, 10) else 8
+    there = {frozenset(group): corners + k for k, group in enumerate(order[nodes])}
+    columns = [*range(corners), *(there[frozenset(group)] for group in GMSH[nodes])]
+    return np.ascontiguousarray(cells[:, columns])
+
+
+def to_vtk(rows: Integers, kind: CellKind) -> Integers:
+    """Cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
+    by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
+    by_gmsh[:, kind.columns] = rows.T
+    cells = np.empty_like(by_gmsh)
+    cells[:, to_gmsh(np.arange(rows.shape[0])[None], VTK)[0]] = by_gmsh
+    return cells
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Elements of one type, which the file calls so: rows of number and nodes (m, 1 + k); whether they can be used."""
+
+    type: str
+    table: Integers
+    usable: bool = True
+
+    @property
+    def ids(self) -> Integers:
+        return self.table[:, 0]
+
+    @property
+    def nodes(self) -> Integers:
+        return self.table[:, 1:]
+
+
+@dataclass(frozen=True, eq=False)
+class Deck:
+    """A mesh in the file's own numbers.
+
+    ``solids``: their nodes in the order ``order`` of `element_orders`; ``skins``: triangles and quadrilaterals, their
+    vertices alone; ``element_sets``, ``node_sets``: name -> numbers. ``what``: the file's word for a node.
+    """
+
+    source: str
+    order: Mapping[int, Groups]
+    node_ids: Integers
+    points: Floats
+    solids: Sequence[Elements]
+    skins: Sequence[Elements]
+    element_sets: Mapping[str, Integers]
+    node_sets: Mapping[str, Integers]
+    what: str = "node"
+
+    def rows(self, wanted: Integers) -> Integers:
+        """Rows of ``points`` of node numbers; `MeshError` for numbers that are not there."""
+        if len(self.node_ids) == 0:
+            raise MeshError(f"{self.source}: no {self.what}s")
+        order = np.argsort(self.node_ids, kind="stable")
+        at = np.minimum(np.searchsorted(self.node_ids, wanted, sorter=order), len(self.node_ids) - 1)
+        rows = order[at]
+        missing = np.unique(wanted[self.node_ids[rows] != wanted])
+        if len(missing):
+            raise MeshError(
+                f"{self.source}: {self.what} {missing[0]} is used and not defined ({len(missing)} such {self.what}s)"
+            )
+        return np.asarray(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Assembled:
+    """``mesh``; the numbers of its cells; numbers and faces (rows of its points) of the skins that fit its cells."""
+
+    mesh: FileMesh
+    ids: Integers
+    skin_ids: Integers
+    skin: Integers
+
+
+def assembled(deck: Deck) -> Assembled:
+    """The deck by rows: a set's solids are a volume, its skins a surface, its nodes a node set.
+
+    Raises `MeshError`: solids that are not of one kind, nodes that are used and not defined.
+    """
+    counts: dict[str, tuple[int, Integers | None]] = {}
+    for each in deck.solids:
+        count = counts.get(each.type, (0, None))[0] + len(each.table)
+        counts[each.type] = (count, each.nodes if each.usable else None)
+    one_kind(counts, deck.source)
+    cells = to_gmsh(deck.rows(np.concatenate([each.nodes for each in deck.solids])), deck.order)
+    ids, width = np.concatenate([each.ids for each in deck.solids]), face_width(cells)
+    skins = stacked([each.table for each in deck.skins if each.nodes.shape[1] == width], 1 + width)
+    skin_ids, skin = skins[:, 0], deck.rows(skins[:, 1:])
+    volumes = {name: np.flatnonzero(np.isin(ids, members)) for name, members in deck.element_sets.items()}
+    surfaces = {name: skin[np.isin(skin_ids, members)] for name, members in deck.element_sets.items()}
+    mesh = FileMesh(
+        deck.points,
+        cells,
+        {name: faces for name, faces in surfaces.items() if len(faces)},
+        {name: rows for name, rows in volumes.items() if len(rows)},
+        {name: deck.rows(numbers) for name, numbers in deck.node_sets.items()},
+    )
+    return Assembled(mesh, ids, skin_ids, skin)

@@ -15,7 +15,7 @@ import numpy as np
 from skfem.assembly import Dofs
 
 from impact.files.atomic import write_whole
-from seatfem.structures.elements.element_orders import VTK, to_gmsh
+from seatfem.structures.formats.file_mesh import to_vtk
 from seatfem.structures.formats.mesh_files import read_file
 from seatfem.structures.formats.meshio_files import FORMATS
 from seatfem.structures.mesh.cell_kinds import CELL_KINDS, Floats, Integers
@@ -122,12 +122,7 @@ def _nodes(seat: SeatMesh) -> tuple[Floats, Integers]:
         points, rows = mesh.p.T, mesh.t
     else:
         points, rows = mesh.doflocs.T, Dofs(mesh, kind.element).element_dofs
-    by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
-    by_gmsh[:, kind.columns] = rows.T
-    order = to_gmsh(np.arange(rows.shape[0])[None], VTK)[0]
-    cells = np.empty_like(by_gmsh)
-    cells[:, order] = by_gmsh
-    return np.asarray(points, dtype=float), cells
+    return np.asarray(points, dtype=float), to_vtk(rows, kind)
 
 
 def _mesh(meshio: Any, form: str, points: Floats, cells: Integers, seat: SeatMesh) -> tuple[tuple[str, ...], Any]:

@@ -17,8 +17,7 @@ from impact.files.hdf5_structure import check_structure
 from impact.files.input_files import MB, check_file, read_text
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
-from seatfem.structures.elements.element_orders import VTK, to_gmsh
-from seatfem.structures.formats.file_mesh import FileMesh, face_width, one_kind, stacked
+from seatfem.structures.formats.file_mesh import VTK, FileMesh, face_width, one_kind, stacked, to_gmsh
 from seatfem.structures.mesh.cell_kinds import Integers
 from seatfem.structures.mesh.io import MeshError
 

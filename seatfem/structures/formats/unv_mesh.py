@@ -11,9 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from impact.files.input_files import MB, read_text
-from seatfem.structures.elements.element_orders import ABAQUS
-from seatfem.structures.formats.deck import Deck, Elements, assembled
-from seatfem.structures.formats.file_mesh import FileMesh
+from seatfem.structures.formats.file_mesh import ABAQUS, Deck, Elements, FileMesh, assembled
 from seatfem.structures.mesh.io import MeshError
 
 # By the format's element type: columns of the vertices, then of the nodes on edges in Abaqus' order. Parabolic elements

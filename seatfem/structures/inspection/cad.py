@@ -9,12 +9,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.shape import Integers, Shape
-from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
+from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.checks import GeometryError
 from seatfem.structures.shapes.faces import Colour, Vector
 
 
@@ -132,6 +132,3 @@ def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundF
     keys = ("numbers", "kind", "area", "centre", "perimeter", "normal", "axis", "radii", "colour", "name", "solids")
     mine = tuple(name for name, tags in groups.items() if face["tag"] in tags)
     return FoundFace(**{key: plain(key) for key in keys}, groups=mine)  # type: ignore[arg-type]
-
-
-__all__ = ["FoundFace", "Inspected", "MeshingError", "inspect_geometry"]

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
-from seatfem.structures.inspection.mesh_faces import faces_of
-from seatfem.structures.inspection.mesh_file import regions_of, shape_of
+from seatfem.structures.inspection.mesh_file import faces_of, regions_of, shape_of
 from seatfem.structures.inspection.shape import Integers, Shape
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.mesh.seat_mesh import SeatMesh

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from seatfem.fields import Gap, Length, default
+from seatfem.fields import Gap, Length, default, of_same_names
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.shapes import AnnularSeat
 
@@ -23,14 +23,7 @@ class Annular(Turned):
     thickness: Length = default("8 mm", "thickness of the plate")
 
     def geometry(self) -> AnnularSeat:
-        return AnnularSeat(
-            bore_radius=self.bore_radius,
-            lip_width=self.lip_width,
-            lip_height=self.lip_height,
-            lip_edge_radius=self.lip_edge_radius,
-            outer_radius=self.outer_radius,
-            thickness=self.thickness,
-        )
+        return of_same_names(AnnularSeat, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         width = self.lip_width - (2 * self.lip_edge_radius if self.lip_height else 0.0)

@@ -12,12 +12,11 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.progress import Progress
-from seatfem.fields import KeyProblem, Length
+from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, column_end
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import NAMES, QUARTERS, Applicability
-from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method
 from seatfem.structures.shapes import Bar
 from seatfem.structures.solved import Solved
 
@@ -38,7 +37,7 @@ class BarSeat(Drawn):
             raise KeyProblem("model", "a rod in closed form has no modes to be set in motion; use model = 'sector'")
 
     def geometry(self) -> Bar:
-        return Bar(length=self.length, width=self.width, height=self.height)
+        return of_same_names(Bar, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.width * self.height, min(self.width, self.height), self.length
@@ -53,8 +52,9 @@ class BarSeat(Drawn):
 
     def _rod(self, band: float) -> Applicability:
         if not self.isotropic or self.supports or self.rayleigh is not None:
-            reason = "the closed form knows an isotropic rod with one clamped end and modal damping"
-            return Applicability("rod", False, math.inf, reason)
+            return Applicability.refused(
+                "rod", "the closed form knows an isotropic rod with one clamped end and modal damping"
+            )
         delay, end = self.love_error(band), self.form_error
         reason = f"lateral inertia delays waves at the band edge by {delay:.1g}, the clamped end changes g by {end:.1g}"
         return Applicability("rod", True, delay + end, f"{reason}: a rod leaves both out")

@@ -78,10 +78,6 @@ class Beam(Structure):
         """The beam in closed form."""
 
     @property
-    def motion(self) -> str:
-        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
-
-    @property
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "pressure", "point_force", "gravity")
 

@@ -6,9 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from seatfem.fields import Length
+from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import QUARTERS
+from seatfem.structures.method import QUARTERS
 from seatfem.structures.shapes import Block
 
 
@@ -24,13 +24,7 @@ class BlockSeat(Drawn):
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
     def geometry(self) -> Block:
-        return Block(
-            width=self.width,
-            depth=self.depth,
-            thickness=self.thickness,
-            patch_width=self.patch_width,
-            patch_depth=self.patch_depth,
-        )
+        return of_same_names(Block, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         sides = (self.patch_width, self.patch_depth)

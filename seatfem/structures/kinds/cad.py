@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final, Literal
 from pydantic import Field
 
 from seatfem.fields import ExistingFile, default
-from seatfem.structures.estimates.column import Column
-from seatfem.structures.estimates.patch import Patch, of_shape
+from seatfem.structures.estimates.patch import Column, Patch, of_shape
+from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.kinds.opened import naming
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, FaceSelector, Region
 from seatfem.structures.kinds.structure import Finding

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import impact
 from impact.bodies.body import Body
 from impact.greens.base import Array
+from seatfem.fields import of_same_names
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.striking import At
 
@@ -17,14 +18,12 @@ if TYPE_CHECKING:
 class Cantilever(Beam):
     """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
+    has_stress: ClassVar[bool] = True
+
     kind: Literal["cantilever"]
 
     def beam(self) -> impact.Cantilever:
-        return impact.Cantilever(self.material.young, self.material.density, self.length, self.width, self.thickness)
-
-    @property
-    def has_stress(self) -> bool:
-        return True
+        return of_same_names(impact.Cantilever, self, self.material)
 
     def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
         from impact.after.stresses import reed_stress  # compiled code, of runs only

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from impact.beams.clamped import ClampedClamped as ClampedClampedBeam
+from seatfem.fields import of_same_names
 from seatfem.structures.kinds.beam import Beam
 
 
@@ -14,5 +15,4 @@ class ClampedClamped(Beam):
     kind: Literal["clamped_clamped"]
 
     def beam(self) -> ClampedClampedBeam:
-        material = self.material
-        return ClampedClampedBeam(material.young, material.density, self.length, self.width, self.thickness)
+        return of_same_names(ClampedClampedBeam, self, self.material)

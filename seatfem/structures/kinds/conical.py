@@ -8,8 +8,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from seatfem.fields import Angle, Length, default
-from seatfem.structures.estimates.column import Column
+from seatfem.fields import Angle, Length, default, of_same_names
+from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.shapes import ConicalSeat
 
@@ -28,14 +28,7 @@ class Conical(Turned):
     thickness: Length = default("8 mm", "thickness of the ring")
 
     def geometry(self) -> ConicalSeat:
-        return ConicalSeat(
-            bore_radius=self.bore_radius,
-            half_angle=self.half_angle,
-            face_width=self.face_width,
-            contact_width=self.contact_width,
-            outer_radius=self.outer_radius,
-            thickness=self.thickness,
-        )
+        return of_same_names(ConicalSeat, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         start, end = self.geometry().band

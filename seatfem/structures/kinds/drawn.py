@@ -5,22 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from impact.progress import Progress
 from seatfem.fields import Angle, KeyProblem, default
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.column import Column
-from seatfem.structures.estimates.patch import Patch, bulky
+from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import DISCRETE, PER_WAVELENGTH, QUARTERS, Applicability, choose_level
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.method import (
+    DISCRETE,
+    PER_WAVELENGTH,
+    QUARTERS,
+    AnyLevel,
+    Applicability,
+    Level,
+    Method,
+    choose_level,
+)
 from seatfem.structures.shapes import Geometry, Turning
 from seatfem.structures.solved import Solved
 
@@ -32,6 +39,8 @@ if TYPE_CHECKING:
 
 class Drawn(Elastic):
     """What all bodies have that gmsh meshes."""
+
+    is_drawn: ClassVar[bool] = True
 
     mesh: Mesh = default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
@@ -50,10 +59,6 @@ class Drawn(Elastic):
     def _geometry_can_be_built(self) -> Self:
         in_scene_words(self.geometry)
         return self
-
-    @property
-    def is_drawn(self) -> bool:
-        return True
 
     @property
     def sectors(self) -> int:
@@ -100,19 +105,19 @@ class Drawn(Elastic):
         return next(name for name in DISCRETE if name in applying)
 
     def _rod(self, band: float) -> Applicability:
-        return Applicability("rod", False, math.inf, "only a straight bar struck on its whole end is a rod")
+        return Applicability.refused("rod", "only a straight bar struck on its whole end is a rod")
 
     def _axisymmetric(self) -> Applicability:
-        return Applicability("axisymmetric", False, math.inf, "the geometry is no solid of revolution")
+        return Applicability.refused("axisymmetric", "the geometry is no solid of revolution")
 
     def _harmonics(self) -> Applicability:
-        return Applicability("harmonics", False, math.inf, "the geometry is no solid of revolution")
+        return Applicability.refused("harmonics", "the geometry is no solid of revolution")
 
     def _sector(self) -> Applicability:
         if self.sectors < 2:
-            return Applicability("sector", False, math.inf, "body and load cannot be cut into equal sectors")
+            return Applicability.refused("sector", "body and load cannot be cut into equal sectors")
         if not self.isotropic:
-            return Applicability("sector", False, math.inf, "an orthotropic material turns from sector to sector")
+            return Applicability.refused("sector", "an orthotropic material turns from sector to sector")
         reason = f"one of {self.sectors} sectors between planes of symmetry stands for the whole"
         return Applicability("sector", True, 0.0, reason)
 
@@ -170,6 +175,8 @@ class Drawn(Elastic):
 class Turned(Drawn):
     """What all solids of revolution have."""
 
+    revolved: ClassVar[bool] = True
+
     arc: Angle | None = Field(None, description="angular width of the part of the ring that is struck; absent: all")
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
@@ -181,10 +188,6 @@ class Turned(Drawn):
         if self.arc is not None and not 0.0 < self.arc < 2 * math.pi:
             raise KeyProblem("arc", f"{math.degrees(self.arc):g} deg is not between 0 and 360 deg")
         return self
-
-    @property
-    def revolved(self) -> bool:
-        return True
 
     @property
     def sectors(self) -> int:
@@ -206,32 +209,32 @@ class Turned(Drawn):
 
     def _axisymmetric(self) -> Applicability:
         if obstacle := self._in_meridians():
-            return Applicability("axisymmetric", False, math.inf, obstacle)
+            return Applicability.refused("axisymmetric", obstacle)
         if self.arc is not None:
-            reason = "only an arc of the ring is struck: the load is not the axis's"
-            return Applicability("axisymmetric", False, math.inf, reason)
+            return Applicability.refused(
+                "axisymmetric", "only an arc of the ring is struck: the load is not the axis's"
+            )
         reason = "body, supports and load are symmetric about the axis: nothing is left out"
         return Applicability("axisymmetric", True, 0.0, reason)
 
     def _harmonics(self) -> Applicability:
         if obstacle := self._in_meridians():
-            return Applicability("harmonics", False, math.inf, obstacle)
+            return Applicability.refused("harmonics", obstacle)
         if self.arc is None:
-            reason = "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
-            return Applicability("harmonics", False, math.inf, reason)
+            return Applicability.refused(
+                "harmonics", "the whole ring is struck: harmonic 0 alone, the axisymmetric model, is enough"
+            )
         reason = "a body of revolution, loaded off its axis: Fourier harmonics in the angle"
         return Applicability("harmonics", True, 0.0, reason)
 
     def _sector(self) -> Applicability:
         if self.arc is not None:
-            reason = "only an arc of the ring is struck: the sectors differ"
-            return Applicability("sector", False, math.inf, reason)
+            return Applicability.refused("sector", "only an arc of the ring is struck: the sectors differ")
         return super()._sector()
 
     def _solid(self) -> Applicability:
         if self.arc is not None:
-            reason = "the drawn contact face is the whole ring, not an arc of it"
-            return Applicability("3d", False, math.inf, reason)
+            return Applicability.refused("3d", "the drawn contact face is the whole ring, not an arc of it")
         return super()._solid()
 
     def _in_meridians(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -11,12 +11,11 @@ from impact.greens.base import GreensFunction
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
+from seatfem.structures.inspection.opened import listed
 from seatfem.structures.kinds.materials import AnyMaterial
-from seatfem.structures.kinds.opened import listed
-from seatfem.structures.kinds.parts import Rayleigh
+from seatfem.structures.kinds.parts import AnySupport, Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.kinds.supports import AnySupport
 from seatfem.structures.method import AnyLevel
 
 if TYPE_CHECKING:
@@ -25,6 +24,10 @@ if TYPE_CHECKING:
 
 class Elastic(Reduced):
     """What all bodies made of finite elements have."""
+
+    needs_gmsh: ClassVar[bool] = True
+    is_meshed: ClassVar[bool] = True
+    has_rings: ClassVar[bool] = True
 
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
@@ -36,14 +39,6 @@ class Elastic(Reduced):
         if self.rayleigh is not None and self.damping_ratio > 0.0:
             raise KeyProblem("rayleigh", "damping_ratio is given too; keep one of the two")
         return self
-
-    @property
-    def is_meshed(self) -> bool:
-        return True
-
-    @property
-    def needs_gmsh(self) -> bool:
-        return True
 
     @property
     def clamped(self) -> bool:

@@ -15,10 +15,9 @@ from impact.progress import Progress
 from seatfem.fields import ExistingFile, Tolerance, default
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.modes import Direction
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.opened import opened
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -12,8 +12,8 @@ from impact.progress import Progress
 from seatfem.fields import ExistingFile
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
+from seatfem.structures.inspection.opened import opened
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.opened import opened
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.rings import with_fewer_rings
@@ -23,12 +23,10 @@ from seatfem.structures.solved import Solved
 class GreensFile(Moving):
     """A Green's function computed or measured before."""
 
+    has_rings: ClassVar[bool] = True
+
     kind: Literal["greens"]
     file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
-
-    @property
-    def has_rings(self) -> bool:
-        return True
 
     def problems(self) -> Iterator[Finding]:
         yield from opened(self._read, {"file": self.file})

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from seatfem.fields import Density, KeyProblem, LossFactor, PoissonRatio, Pressure, Table
+from seatfem.fields import Density, KeyProblem, LossFactor, PoissonRatio, Pressure, Table, of_same_names
 from seatfem.structures import materials
 from seatfem.structures.named_materials import NAMED_MATERIALS, named_material
 
@@ -110,15 +110,8 @@ class OrthotropicMaterial(Table):
         """The material as finite elements take it."""
         rows = np.asarray(self.axes, dtype=float)
         unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-        return materials.Orthotropic(
-            young=self.young,
-            poisson=self.poisson,
-            shear=self.shear,
-            density=self.density,
-            axes=tuple(tuple(float(x) for x in row) for row in unit),
-            name="seat.material",
-            loss_factor=self.loss_factor,
-        )
+        axes = tuple(tuple(float(x) for x in row) for row in unit)
+        return of_same_names(materials.Orthotropic, self, axes=axes, name="seat.material")
 
     @property
     def mean(self) -> materials.Material:

@@ -14,11 +14,9 @@ from impact.progress import Progress
 from seatfem.fields import ExistingFile
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
-from seatfem.structures.inspection.opened import FileState, state_of
-from seatfem.structures.kinds.opened import opened
+from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import Applicability
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
@@ -49,9 +47,6 @@ class Matrices(Reduced):
     @property
     def couples(self) -> bool:
         return self.damping is not None
-
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         return unknown("matrices do not tell how large the struck face is", face)

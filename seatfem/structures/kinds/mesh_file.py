@@ -13,12 +13,10 @@ from impact.progress import Progress, silent
 from seatfem.fields import ExistingFile, Gap
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.patch import Patch, of_shape
-from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.inspection.opened import FileState, naming, state_of
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.kinds.opened import naming
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.levels import Applicability
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
@@ -52,12 +50,9 @@ class MeshFile(Elastic):
     def given_mesh(self) -> str:
         return self.file.name
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        return (Applicability("3d", True, 0.0, "as the file has it"),)
-
     def read(self, progress: Progress = silent) -> SeatMesh:
         """The mesh in the file; it is read once, as long as the file and all it includes stay."""
-        from seatfem.structures.formats.includes import with_included
+        from seatfem.structures.formats.abaqus_deck import with_included
 
         states = tuple(state_of(part) for part in with_included(self.file))
         progress("meshing", 0.0)

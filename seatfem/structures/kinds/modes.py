@@ -14,9 +14,8 @@ from impact.progress import Progress
 from seatfem.fields import ExistingFile
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.estimates.surrogate import Face, Surrogate
-from seatfem.structures.inspection.opened import FileState, state_of
+from seatfem.structures.inspection.opened import FileState, opened, state_of
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.kinds.opened import opened
 from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved

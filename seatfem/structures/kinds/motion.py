@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -25,56 +25,43 @@ def _as_value(given: object) -> object:
 class _Course(Table):
     """Constant, or in time from a CSV file."""
 
+    quantity: ClassVar[Literal["pressure", "force"]]
+
     file: ExistingFile | None = Field(None, description="CSV file, its header as in `time [ms],pressure [bar]`")
+
+    value: float | None = None
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
-        if (self.constant is None) == (self.file is None):
+        if (self.value is None) == (self.file is None):
             raise KeyProblem("value", "give exactly one of value and file")
         return self
 
     @property
-    def constant(self) -> float | None:
-        """The value where it is constant."""
-        raise NotImplementedError
-
-    def _course(self, quantity: Any) -> Callable[[Array], Array]:
+    def course(self) -> Callable[[Array], Array]:
+        """Of times (n,) [s], in SI."""
         if self.file is None:
-            value = self.constant
+            value = self.value
             return lambda t: np.full(np.shape(t), value)
         from impact.bodies.time_series import read_time_series  # of scenes with records only
 
-        return read_time_series(self.file, quantity, outside="hold")
+        return read_time_series(self.file, self.quantity, outside="hold")
 
 
 class PressureCourse(_Course):
     """A pressure, constant or in time; positive away from the seat."""
 
+    quantity: ClassVar[Literal["pressure", "force"]] = "pressure"
+
     value: SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
-
-    @property
-    def constant(self) -> float | None:
-        return self.value
-
-    @property
-    def course(self) -> Callable[[Array], Array]:
-        """p(t) [Pa], times (n,) [s]."""
-        return self._course("pressure")
 
 
 class ForceCourse(_Course):
     """A force, constant or in time; positive away from the seat."""
 
+    quantity: ClassVar[Literal["pressure", "force"]] = "force"
+
     value: Force | None = Field(None, description="where it is constant; negative towards the seat")
-
-    @property
-    def constant(self) -> float | None:
-        return self.value
-
-    @property
-    def course(self) -> Callable[[Array], Array]:
-        """F(t) [N], times (n,) [s]."""
-        return self._course("force")
 
 
 class PointForce(ForceCourse):
@@ -91,6 +78,8 @@ AnyPointForce = Annotated[PointForce, BeforeValidator(_as_value)]
 class Moving(Structure):
     """What all bodies have that may strike with a motion of their contact alone."""
 
+    is_solved: ClassVar[bool] = True
+
     velocity: Approach | None = Field(
         None, description='as a striker that is free to move: at the start; towards the seat negative, as in "-2 m/s"'
     )
@@ -98,10 +87,6 @@ class Moving(Structure):
         None, description="as a striker that is held: released from a static deflection of its contact"
     )
     force: AnyForce | None = Field(None, description="as a striker: on its contact; a constant one may be text")
-
-    @property
-    def motion(self) -> str:
-        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
 
     @property
     def moved_by(self) -> tuple[str, ...]:
@@ -113,10 +98,6 @@ class Moving(Structure):
 
     def start_at(self, at: float | None) -> float:
         return self.deflection or 0.0
-
-    @property
-    def is_solved(self) -> bool:
-        return True
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
         found = self.surrogate(duration, face)

@@ -1,14 +1,30 @@
-"""Tables that several kinds of structures have: damping, mesh, reduction."""
+"""Tables that several kinds of structures have: damping, supports, mesh, reduction."""
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from seatfem.fields import Delay, Frequency, KeyProblem, Length, Rate, Table, Tolerance, default
+from seatfem.fields import (
+    AreaDamping,
+    Bedding,
+    Delay,
+    Frequency,
+    KeyProblem,
+    Length,
+    Position,
+    Rate,
+    Table,
+    Tolerance,
+    default,
+)
 from seatfem.structures.method import AUTO
+
+METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
+"""Metres per length unit of a CAD or mesh file."""
+LengthUnit = Literal["m", "mm", "um", "inch"]
 
 
 class Rayleigh(Table):
@@ -65,6 +81,91 @@ class GreensSettings(Table):
     )
 
 
-METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
-"""Metres per length unit of a CAD or mesh file."""
-LengthUnit = Literal["m", "mm", "um", "inch"]
+class Support(Table):
+    """What all supports have; one without springs and dashpots holds."""
+
+    kind: str
+    on: str = Field(description="name of the face")
+
+    damps: ClassVar[bool] = False
+    """Whether it has dashpots, which couple the modes."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether it resists a displacement, not only a velocity."""
+        return True
+
+    @property
+    def stiffness(self) -> float:
+        """Per area, normal to the face [N/m^3]; 0 of what is no spring."""
+        return 0.0
+
+
+class FoundationSupport(Support):
+    """Springs per area between a face and the ground."""
+
+    kind: Literal["foundation"]
+    normal: Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: Bedding = default("0 N/m^3", "stiffness per area, along the face")
+
+    @property
+    def holds(self) -> bool:
+        return self.normal > 0 or self.tangential > 0
+
+    @property
+    def stiffness(self) -> float:
+        return self.normal
+
+
+class BoltedSupport(Support):
+    """A bolted face: the contact stiffness of the joint, per area."""
+
+    kind: Literal["bolted"]
+    normal: Bedding = Field(description="stiffness per area, normal to the face")
+    tangential: Bedding | None = Field(None, description="stiffness per area along the face; 0.82 of normal if absent")
+
+    @property
+    def stiffness(self) -> float:
+        return self.normal
+
+
+class AbsorbingSupport(Support):
+    """The seat goes on beyond a face: waves leave through it and do not come back."""
+
+    kind: Literal["absorbing"]
+    centre: tuple[Position, Position, Position] | None = Field(
+        None,
+        examples=[["0 mm", "0 mm", "8 mm"]],
+        description="where the waves come from; with it the face holds the seat against slow motion too",
+    )
+
+    damps: ClassVar[bool] = True
+
+    @property
+    def holds(self) -> bool:
+        return self.centre is not None
+
+
+class DashpotSupport(Support):
+    """Dashpots per area between a face and the ground."""
+
+    kind: Literal["dashpot"]
+    normal: AreaDamping = Field(description="damping per area, normal to the face")
+    tangential: AreaDamping = default("0 N*s/m^3", "damping per area, along the face")
+
+    damps: ClassVar[bool] = True
+
+    @property
+    def holds(self) -> bool:
+        return False
+
+
+class SlidingSupport(Support):
+    """A plane face that cannot leave its plane: a guide, or a plane of symmetry."""
+
+    kind: Literal["sliding"]
+
+
+AnySupport = Annotated[
+    FoundationSupport | BoltedSupport | AbsorbingSupport | DashpotSupport | SlidingSupport, Field(discriminator="kind")
+]

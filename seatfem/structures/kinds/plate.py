@@ -7,10 +7,10 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import KeyProblem, Length
+from seatfem.fields import KeyProblem, Length, of_same_names
 from seatfem.structures.estimates.patch import Patch, on_plate
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.levels import QUARTERS
+from seatfem.structures.method import QUARTERS
 from seatfem.structures.shapes import ValvePlate
 
 
@@ -47,16 +47,7 @@ class Plate(Drawn):
         return QUARTERS if self.layout == "row" else 2 * self.ports
 
     def geometry(self) -> ValvePlate:
-        return ValvePlate(
-            ports=self.ports,
-            port_radius=self.port_radius,
-            pitch=self.pitch,
-            margin=self.margin,
-            thickness=self.thickness,
-            land_width=self.land_width,
-            clamp_width=self.clamp_width,
-            layout=self.layout,
-        )
+        return of_same_names(ValvePlate, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         reach = self.port_radius + self.land_width

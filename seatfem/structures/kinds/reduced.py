@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import ClassVar
 
 from pydantic import Field
 
 from seatfem.fields import DampingRatio, default
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.parts import GreensSettings
-from seatfem.structures.method import AUTO, Method
+from seatfem.structures.method import AUTO, Applicability, Method
 from seatfem.structures.reduction.memory import memory as forgotten_after
 
 
 class Reduced(Moving):
     """What all bodies have that are known by their matrices."""
 
+    is_reduced: ClassVar[bool] = True
+
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: GreensSettings = default({}, "how the Green's function is computed")
 
     @property
-    def is_reduced(self) -> bool:
-        return True
-
-    @property
     def loss(self) -> float:
         return self.damping_ratio
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         given = self.greens

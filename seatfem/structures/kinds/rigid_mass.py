@@ -22,10 +22,6 @@ class RigidMass(Structure):
     velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')
 
     @property
-    def motion(self) -> str:
-        return "velocity"
-
-    @property
     def moved_by(self) -> tuple[str, ...]:
         return ("velocity",)
 

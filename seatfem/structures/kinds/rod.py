@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 import impact
 from impact.greens.base import GreensFunction
 from seatfem.fields import Area, DampingRatio, Density, KeyProblem, Length, Pressure
-from seatfem.structures.estimates.column import Column
+from seatfem.structures.estimates.patch import Column
 from seatfem.structures.kinds.motion import Moving
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; kind = 'bar' with model = 'sector' has them"
@@ -18,6 +18,9 @@ NO_MODES: Final = "a rod in closed form has no modes to be set in motion; kind =
 
 class Rod(Moving):
     """The straight elastic rod in one dimension, clamped or free at its far end, in closed form."""
+
+    plane: ClassVar[bool] = True
+    is_solved: ClassVar[bool] = False
 
     kind: Literal["rod"]
     young: Pressure = Field(description="Young's modulus")
@@ -53,14 +56,6 @@ class Rod(Moving):
             if getattr(self, key) is not None:
                 free = "a free rod in closed form has no modes to be set in motion; use velocity"
                 raise KeyProblem(key, NO_MODES if self.far_end == "fixed" else free)
-
-    @property
-    def is_solved(self) -> bool:
-        return False
-
-    @property
-    def plane(self) -> bool:
-        return True
 
     @property
     def loss(self) -> float:

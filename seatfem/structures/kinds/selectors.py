@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Annotated, Final, Literal, Self, TypeVar
+from typing import Annotated, ClassVar, Final, Literal, Self, TypeVar
 
 from annotated_types import Ge, Le
 from pydantic import BeforeValidator, Field, model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default
+from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, of_same_names
 from seatfem.structures.shapes import (
     CONTACT_COLOUR,
     FIXED_COLOUR,
@@ -49,9 +48,12 @@ def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
 class FaceChoice(Table):
     """What all selectors have in common."""
 
+    face: ClassVar[type[Selector]]
+    """The geometry's selector, of the same keys."""
+
     def selectors(self) -> tuple[Selector, ...]:
         """The geometry's selectors, whose union is meant. Raises `GeometryError` for one that can select nothing."""
-        raise NotImplementedError
+        return (of_same_names(self.face, self),)
 
     @model_validator(mode="after")
     def _can_select(self) -> Self:
@@ -72,6 +74,8 @@ class ByColour(FaceChoice):
 class ByPlane(FaceChoice):
     """The flat face with a given outward normal n in the plane n.x = offset."""
 
+    face: ClassVar[type[Selector]] = PlaneFace
+
     kind: Literal["plane"]
     normal: _Direction = Field(description="outward normal of the face", examples=[_UP])
     offset: Position = Field(description="distance of the plane from the origin, along the normal")
@@ -80,13 +84,11 @@ class ByPlane(FaceChoice):
     axis_point: _Place = default(_ORIGIN, "a point on that axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
-    def selectors(self) -> tuple[Selector, ...]:
-        outer = _or_infinite(self.radius_max)
-        return (PlaneFace(self.normal, self.offset, self.radius_min, outer, self.axis_point, self.several),)
-
 
 class ByCylinder(FaceChoice):
     """The cylindrical face of a radius; without axis and axis_point about any line, rather about the z axis."""
+
+    face: ClassVar[type[Selector]] = CylinderFace
 
     kind: Literal["cylinder"]
     radius: Length = Field(description="of the cylinder")
@@ -94,12 +96,11 @@ class ByCylinder(FaceChoice):
     axis_point: _Place | None = default(None, "a point on the axis", _PLACE)
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
-    def selectors(self) -> tuple[Selector, ...]:
-        return (CylinderFace(self.radius, self.axis, self.axis_point, self.several),)
-
 
 class ByCone(FaceChoice):
     """The conical face of a half angle about an axis."""
+
+    face: ClassVar[type[Selector]] = ConeFace
 
     kind: Literal["cone"]
     half_angle: Angle = Field(description="between the cone's generators and the axis")
@@ -109,29 +110,23 @@ class ByCone(FaceChoice):
     radius_max: Length | None = Field(None, description="keep faces at most this far from the axis")
     several: bool = Field(False, strict=True, description="take faces that do not touch each other")
 
-    def selectors(self) -> tuple[Selector, ...]:
-        outer = _or_infinite(self.radius_max)
-        return (ConeFace(self.half_angle, self.axis, self.axis_point, self.radius_min, outer, self.several),)
-
 
 class ByPoint(FaceChoice):
     """The one face that a point lies on."""
 
+    face: ClassVar[type[Selector]] = PointFace
+
     kind: Literal["point"]
     point: _Place = Field(description="a point inside the face, not on its edge", examples=[_PLACE])
-
-    def selectors(self) -> tuple[Selector, ...]:
-        return (PointFace(self.point),)
 
 
 class ByName(FaceChoice):
     """The faces that the CAD file gives a name."""
 
+    face: ClassVar[type[Selector]] = NamedFace
+
     kind: Literal["name"]
     name: str = Field(description="of the faces")
-
-    def selectors(self) -> tuple[Selector, ...]:
-        return (NamedFace(self.name),)
 
 
 class ByNumber(FaceChoice):
@@ -222,7 +217,3 @@ class Region(Table):
     def named(self, name: str) -> SolidRegion:
         colour = None if self.colour is None else (*self.colour, 255)
         return SolidRegion(name, self.order, colour, self.solid)
-
-
-def _or_infinite(radius: float | None) -> float:
-    return math.inf if radius is None else radius

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -15,12 +15,10 @@ from seatfem.structures.kinds.structure import Structure
 class Spring(Structure):
     """A massless spring: the model of the seat that has no waves."""
 
+    plane: ClassVar[bool] = True
+
     kind: Literal["spring"]
     stiffness: Stiffness = Field(description="force per displacement of the contact")
-
-    @property
-    def plane(self) -> bool:
-        return True
 
     @property
     def model_words(self) -> str:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from seatfem.fields import Length
+from seatfem.fields import Length, of_same_names
 from seatfem.structures.kinds.drawn import Turned
 from seatfem.structures.shapes import Stopper
 
@@ -21,12 +21,7 @@ class StopperSeat(Turned):
     dome_radius: Length | None = Field(None, description="radius of the spherical top; a flat one if absent")
 
     def geometry(self) -> Stopper:
-        return Stopper(
-            radius=self.radius,
-            thickness=self.thickness,
-            contact_radius=self.contact_radius,
-            dome_radius=self.dome_radius,
-        )
+        return of_same_names(Stopper, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.contact_radius, self.thickness

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from impact.advice import Advice
 from impact.bodies.body import Body
@@ -22,10 +22,10 @@ class Striking(Table):
 
     kind: str
 
-    @property
-    def is_solved(self) -> bool:
-        """Whether its Green's function must be computed or read before it strikes."""
-        return False
+    is_solved: ClassVar[bool] = False
+    """Whether its Green's function must be computed or read before it strikes."""
+    has_stress: ClassVar[bool] = False
+    """Whether its bending stress is known."""
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
         """What stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.
@@ -47,7 +47,7 @@ class Striking(Table):
     @property
     def motion(self) -> str:
         """The key that states how it starts or what drives it; "" of a body at rest."""
-        return ""
+        return next((key for key in self.moved_by if getattr(self, key) is not None), "")
 
     @property
     def moved_by(self) -> tuple[str, ...]:
@@ -57,11 +57,6 @@ class Striking(Table):
     @property
     def is_loaded(self) -> bool:
         """Whether known forces drive it."""
-        return False
-
-    @property
-    def has_stress(self) -> bool:
-        """Whether its bending stress is known."""
         return False
 
     @property

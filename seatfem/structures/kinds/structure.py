@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, ClassVar
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
+from seatfem.fields import kind_of, kinds_below
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.estimates.column import Column
-from seatfem.structures.estimates.patch import Patch
+from seatfem.structures.estimates.patch import Column, Patch
 from seatfem.structures.estimates.surrogate import Face, Surrogate, unknown
 from seatfem.structures.kinds.striking import At, Striking
-from seatfem.structures.levels import Applicability
-from seatfem.structures.method import AnyLevel, Level, Method
+from seatfem.structures.method import AnyLevel, Applicability, Level, Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
@@ -38,6 +37,21 @@ class Structure(Striking):
 
     not_of_greens: ClassVar[tuple[str, ...]] = ("mesh", "greens", "model", "n_modes", "velocity", "deflection", "force")
     """Keys that say how a body is computed, which its method knows, and how it moves."""
+
+    needs_gmsh: ClassVar[bool] = False
+    """Whether gmsh must run to compute it."""
+    revolved: ClassVar[bool] = False
+    """Whether it is a solid of revolution, which pictures cut open."""
+    is_reduced: ClassVar[bool] = False
+    """Whether its Green's function is a reduction of matrices, for a band and a tolerance."""
+    is_meshed: ClassVar[bool] = False
+    """Whether it has finite elements, whose cost is known beforehand."""
+    is_drawn: ClassVar[bool] = False
+    """Whether its mesh is made from a drawing, as fine as it is asked for."""
+    plane: ClassVar[bool] = False
+    """Whether its patch moves as a plane, whatever presses it."""
+    has_rings: ClassVar[bool] = False
+    """Whether its struck patch may be divided into rings."""
 
     # What it is
 
@@ -66,47 +80,12 @@ class Structure(Striking):
         """Why it is certain to move away when it is struck; "" where something may hold it."""
         return ""
 
-    @property
-    def needs_gmsh(self) -> bool:
-        """Whether gmsh must run to compute it."""
-        return False
-
-    @property
-    def revolved(self) -> bool:
-        """Whether it is a solid of revolution, which pictures cut open."""
-        return False
-
     # How it is modelled
-
-    @property
-    def is_reduced(self) -> bool:
-        """Whether its Green's function is a reduction of matrices, for a band and a tolerance."""
-        return False
-
-    @property
-    def is_meshed(self) -> bool:
-        """Whether it has finite elements, whose cost is known beforehand."""
-        return False
-
-    @property
-    def is_drawn(self) -> bool:
-        """Whether its mesh is made from a drawing, as fine as it is asked for."""
-        return False
 
     @property
     def given_mesh(self) -> str:
         """Name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is none."""
         return ""
-
-    @property
-    def plane(self) -> bool:
-        """Whether its patch moves as a plane, whatever presses it."""
-        return False
-
-    @property
-    def has_rings(self) -> bool:
-        """Whether its struck patch may be divided into rings."""
-        return self.is_meshed
 
     @property
     def beam_modes(self) -> int | None:
@@ -222,3 +201,8 @@ class Structure(Striking):
         known = self.closed_form() if greens is None else greens
         assert known is not None
         return Body(known)
+
+
+def kinds_of() -> tuple[type[Structure], ...]:
+    """Every kind that there is, by name: subclasses whose ``kind`` is stated."""
+    return tuple(sorted(kinds_below(Structure), key=kind_of))

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from impact.beams.timoshenko import TimoshenkoCantilever
+from seatfem.fields import of_same_names
 from seatfem.structures.kinds.beam import Beam
 
 
@@ -17,10 +18,7 @@ class Timoshenko(Beam):
     shear_factor: float = Field(5 / 6, gt=0, le=1, description="shear area over area; 5/6 for a rectangle")
 
     def beam(self) -> TimoshenkoCantilever:
-        m = self.material
-        return TimoshenkoCantilever(
-            m.young, m.density, self.length, self.width, self.thickness, m.poisson, self.shear_factor
-        )
+        return of_same_names(TimoshenkoCantilever, self, self.material)
 
     def too_thick(self) -> str:
         return ""

@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from impact.beams.tip_mass import TipMassCantilever
-from seatfem.fields import Mass
+from seatfem.fields import Mass, of_same_names
 from seatfem.structures.kinds.beam import Beam
 
 
@@ -18,7 +18,4 @@ class TipMass(Beam):
     tip_mass: Mass = Field(description="mass at the tip")
 
     def beam(self) -> TipMassCantilever:
-        material = self.material
-        return TipMassCantilever(
-            material.young, material.density, self.length, self.width, self.thickness, self.tip_mass
-        )
+        return of_same_names(TipMassCantilever, self, self.material)

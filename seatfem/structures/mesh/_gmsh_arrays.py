@@ -26,10 +26,10 @@ def arrays(gmsh: Any, scale: float) -> dict[str, Any]:
     """
     mesh = gmsh.model.mesh
     tags, coordinates, _ = mesh.getNodes()
-    index = _inverse(tags)
+    index = rows_of(tags)
     solid = _solid_type(mesh)
     elements, nodes = mesh.getElementsByType(solid)
-    row = _inverse(elements)
+    row = rows_of(elements)
     out = {"points": scale * coordinates.reshape(-1, 3), "cells": index[nodes].reshape(len(elements), -1)}
     groups: dict[str, list[Integers]] = {}
     for dimension, tag in gmsh.model.getPhysicalGroups():
@@ -73,7 +73,7 @@ def _faces(mesh: Any, shape: str, entities: list[int]) -> Integers:
     return np.concatenate(parts).astype(np.int64)
 
 
-def _inverse(tags: Any) -> Integers:
+def rows_of(tags: Any) -> Integers:
     """Row of each tag, -1 for tags that are not there."""
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from seatfem.structures.mesh._gmsh_arrays import rows_of
 from seatfem.structures.mesh._gmsh_cad import import_part, read_solids, recall, regions_of
 from seatfem.structures.mesh._gmsh_messages import stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
@@ -156,8 +157,7 @@ def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) ->
         except Exception:  # such a file is meshed after healing, or not at all: its run tells
             break
     tags, points, _ = gmsh.model.mesh.getNodes()
-    row = np.full(int(tags.max(initial=0)) + 1, -1)
-    row[tags.astype(int)] = np.arange(len(tags))
+    row = rows_of(tags)
     triangles, faces = [np.empty((0, 3), int)], [np.empty(0, int)]
     for _, tag in gmsh.model.getEntities(2):
         nodes = gmsh.model.mesh.getElementsByType(TRIANGLE, tag)[1]

@@ -1,4 +1,4 @@
-"""The geometry in gmsh's model, kept for the next job's elements; used in the gmsh process only."""
+"""The geometry in gmsh's model, kept for the next job's elements, and their sizes; used in the gmsh process only."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
+from seatfem.structures.mesh.spec import MeshSpec
+
 Tags = TypeVar("Tags")
 
 GEOMETRY: Final = ("task", "geometry", "sectors")  # what of a job decides the geometry
 UNKNOWN: Final = "unknown"
+SAMPLES_PER_CURVE = 200
+ELEMENTS_PER_ARC = 2
+GROWTH_FROM_ARC = 1.0  # of the size per unit distance
 
 
 @dataclass
@@ -43,3 +48,39 @@ class KeptModel:
         self.tags = build()
         self.key = key
         return self.tags  # type: ignore[no-any-return]
+
+
+def set_sizes(
+    gmsh: Any, spec: MeshSpec, surfaces: list[int], curves: list[int], scale: float, arcs: list[int] | None = None
+) -> None:
+    """Background size: constant near the contact patch, then growing linearly to the bulk's.
+
+    ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves beside
+    which the size is a fraction of their length at most.
+    """
+    near, far = scale * spec.patch_size, scale * spec.size
+    fields = [_growing(gmsh, surfaces, curves, near, far, spec.grading, start=near)]
+    for arc in arcs or []:
+        if (size := gmsh.model.occ.getMass(1, arc) / ELEMENTS_PER_ARC) < far:
+            fields.append(_growing(gmsh, [], [arc], size, far, GROWTH_FROM_ARC, start=0.0))
+    least = gmsh.model.mesh.field.add("Min")
+    gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
+    gmsh.model.mesh.field.setAsBackgroundMesh(least)
+
+
+def _growing(
+    gmsh: Any, surfaces: list[int], curves: list[int], near: float, far: float, growth: float, *, start: float
+) -> int:
+    """The size ``near`` up to the distance ``start``, then growing to ``far``."""
+    field = gmsh.model.mesh.field
+    distance = field.add("Distance")
+    field.setNumbers(distance, "SurfacesList", surfaces)
+    field.setNumbers(distance, "CurvesList", curves)
+    field.setNumber(distance, "Sampling", SAMPLES_PER_CURVE)
+    threshold = field.add("Threshold")
+    field.setNumber(threshold, "InField", distance)
+    field.setNumber(threshold, "SizeMin", near)
+    field.setNumber(threshold, "SizeMax", far)
+    field.setNumber(threshold, "DistMin", start)
+    field.setNumber(threshold, "DistMax", max(near + (far - near) / growth, start + 1e-3 * near))
+    return int(threshold)

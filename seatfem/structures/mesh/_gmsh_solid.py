@@ -1,7 +1,10 @@
-"""Solids of tetrahedra: built, named, sized and meshed in gmsh's model; used in the gmsh process only."""
+"""Solids of tetrahedra: built, healed, sized and meshed in gmsh's model; used in the gmsh process only."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,18 +12,64 @@ import numpy as np
 from seatfem.structures.mesh._gmsh_arrays import arrays
 from seatfem.structures.mesh._gmsh_cad import Imported, check_faces, import_part, recall
 from seatfem.structures.mesh._gmsh_messages import stage
-from seatfem.structures.mesh._gmsh_model import KeptModel
-from seatfem.structures.mesh._gmsh_sizes import set_sizes
-from seatfem.structures.mesh.healing import LADDER, Rung, climb
+from seatfem.structures.mesh._gmsh_model import KeptModel, set_sizes
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, decode
 from seatfem.structures.shapes.inspect import area_of, patch_tags, volume_of
 from seatfem.structures.shapes.sectors import cut, patches_in
 
+MESH_ADAPT, FRONTAL = 1, 4
 TETRAHEDRON = {1: 4, 2: 11}  # gmsh element types by order
 LEAST_OF_PATCH = 0.25  # the smallest element that curvature may ask for, over the patch's
 EQUAL_SECTORS = 1e-6  # relative, of volumes
 POOR_JACOBIAN = 0.05
+
+
+@dataclass(frozen=True)
+class Rung:
+    """``heal``: sew and repair the shapes first; ``curvature``: least elements per full turn; ``options``: gmsh's."""
+
+    name: str
+    heal: bool = False
+    curvature: int = 0
+    options: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+
+LADDER = (
+    Rung("as it is"),
+    Rung("shapes healed", heal=True),
+    Rung("shapes healed, finer where it curves", heal=True, curvature=16),
+    Rung(
+        "shapes healed, other meshing algorithms",
+        heal=True,
+        curvature=16,
+        options=MappingProxyType({"Mesh.Algorithm": MESH_ADAPT, "Mesh.Algorithm3D": FRONTAL}),
+    ),
+)
+
+
+class LadderError(RuntimeError):
+    """Every rung failed; the message tells what failed on each, and where."""
+
+
+def climb(what: str, rungs: Sequence[Rung], attempt: Callable[[Rung], None], where: Callable[[], str]) -> list[str]:
+    """Try the rungs in turn until one holds; returns notes on those that failed and on the one that held.
+
+    ``what``: is meshed; ``where``: the place of the last failure. A `GeometryError` is no failure to mesh and ends the
+    climb. Raises `LadderError` after the last rung.
+    """
+    failed: list[str] = []
+    for rung in rungs:
+        try:
+            attempt(rung)
+        except GeometryError:
+            raise
+        except Exception as error:
+            place = where()
+            failed.append(f"{rung.name}: {error}" + (f" ({place})" if place else ""))
+        else:
+            return [*(f"not meshed {text}" for text in failed), f"meshed with {rung.name}"] if failed else []
+    raise LadderError(f"{what}: cannot be meshed; " + "; ".join(failed))
 
 
 def build(

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from seatfem.jobs.worker import lines_from_parent
+from seatfem.machine.libraries import GMSH_LIBRARIES, apt_command
 from seatfem.structures.mesh._gmsh_arrays import arrays
 from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_inspect import inspect
@@ -29,13 +30,11 @@ from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
 from seatfem.structures.shapes.inspect import area_of, patch_tags
-from seatfem.structures.shapes.plan import EVERYWHERE
 from seatfem.structures.shapes.sectors import cut
+from seatfem.structures.shapes.shape import EVERYWHERE
 from seatfem.structures.shapes.step_colours import paint
 
-APT_LINE = (
-    "apt-get install --no-install-recommends libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
-)
+APT_LINE = apt_command(tuple(GMSH_LIBRARIES.values()))
 MILLIMETRE = 1e-3  # in which STEP files are written
 OPTIONS = {
     "General.Terminal": 0,

@@ -60,7 +60,7 @@ class CellKind:
         return out
 
 
-def _nodes(vertices: tuple[tuple[int, int, int], ...], *groups: tuple[tuple[int, ...], ...]) -> Floats:
+def nodes_of(vertices: tuple[tuple[int, int, int], ...], *groups: tuple[tuple[int, ...], ...]) -> Floats:
     """The vertices, then the mean of each listed group of them."""
     corner = np.array(vertices, dtype=float)
     return np.vstack([corner, *(corner[list(members)].mean(axis=0) for group in groups for members in group)])
@@ -72,11 +72,11 @@ _ALL = (tuple(range(8)),)
 # By number of nodes.
 CELL_KINDS: Mapping[int, CellKind] = MappingProxyType(
     {
-        4: CellKind(_TET, 1, 4, _nodes(TET_VERTICES), TET_FACES, ElementTetP1(), MeshTet, 0),
-        10: CellKind(_TET, 2, 4, _nodes(TET_VERTICES, TET_EDGES), TET_FACES, ElementTetP2(), MeshTet2, 3),
-        8: CellKind(_HEX, 1, 8, _nodes(HEX_VERTICES), HEX_FACES, ElementHex1(), MeshHex, 2),
+        4: CellKind(_TET, 1, 4, nodes_of(TET_VERTICES), TET_FACES, ElementTetP1(), MeshTet, 0),
+        10: CellKind(_TET, 2, 4, nodes_of(TET_VERTICES, TET_EDGES), TET_FACES, ElementTetP2(), MeshTet2, 3),
+        8: CellKind(_HEX, 1, 8, nodes_of(HEX_VERTICES), HEX_FACES, ElementHex1(), MeshHex, 2),
         27: CellKind(
-            _HEX, 2, 8, _nodes(HEX_VERTICES, HEX_EDGES, HEX_FACES, _ALL), HEX_FACES, ElementHex2(), MeshHex2, 5
+            _HEX, 2, 8, nodes_of(HEX_VERTICES, HEX_EDGES, HEX_FACES, _ALL), HEX_FACES, ElementHex2(), MeshHex2, 5
         ),
     }
 )

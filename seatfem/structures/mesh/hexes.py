@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import Gmsh, run_gmsh
-from seatfem.structures.mesh.io import MeshArrays
-from seatfem.structures.mesh.layers import graded
-from seatfem.structures.mesh.plan_grid import cut_lines, rectangle_plan
+from seatfem.structures.mesh.io import MeshArrays, groups
+from seatfem.structures.mesh.plan_grid import cut_lines, graded, rectangle_plan
 from seatfem.structures.mesh.spec import LEAST_LAYERS, MeshSpec
 from seatfem.structures.mesh.swept import extrude, revolve
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,5 +92,5 @@ def _plane(
         return rectangle_plan(rectangle, spec, sectors), "", cad
     job = {"task": "plan", "geometry": encode(geometry), "spec": asdict(spec), "sectors": sectors}
     plane = gmsh(job, progress)
-    cad = {key.removeprefix("cad:"): float(value) for key, value in plane.items() if key.startswith("cad:")}
+    cad = {name: float(value) for name, value in groups(plane, "cad").items()}
     return plane, str(plane["gmsh_version"]), cad

@@ -76,8 +76,8 @@ def from_gmsh(found: Mapping[str, NDArray[Any]], source: str) -> MeshArrays:
     return MeshArrays(points, cells, groups(found, "surface"), groups(found, "volume"), source)
 
 
-def groups(found: Mapping[str, NDArray[Any]], kind: str) -> dict[str, Integers]:
-    """Name -> members of the groups of a kind: "surface", "volume", "nodes"."""
+def groups(found: Mapping[str, NDArray[Any]], kind: str) -> dict[str, NDArray[Any]]:
+    """Name -> array of those of a kind: "surface", "volume", "nodes", "line", "area", "cad"."""
     return {key.removeprefix(f"{kind}:"): rows for key, rows in found.items() if key.startswith(f"{kind}:")}
 
 

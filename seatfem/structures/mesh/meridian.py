@@ -17,6 +17,7 @@ from skfem.quadrature import get_quadrature
 from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
+from seatfem.structures.mesh.io import groups
 from seatfem.structures.mesh.seat_mesh import MeshProvenance
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Profile, encode, fingerprint
@@ -103,11 +104,7 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
         places = np.empty((2, dofs.N))
         for row, column in zip(dofs.element_dofs, range(cells.shape[1]), strict=True):
             places[:, row] = points[cells[:, column]].T
-    boundaries = {
-        name.removeprefix("line:"): _facets(flat, number[ends])
-        for name, ends in section.items()
-        if name.startswith("line:")
-    }
+    boundaries = {name: _facets(flat, number[ends]) for name, ends in groups(section, "line").items()}
     return kind(places, t, boundaries)
 
 

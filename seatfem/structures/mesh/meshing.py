@@ -12,9 +12,9 @@ from typing import Any
 
 from impact.files.atomic import whole_file
 from impact.progress import Progress, silent
-from seatfem.structures.mesh.gmsh_process import STAGE, Arrays, Gmsh, MeshingError, run_gmsh
+from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.hexes import make_hexes
-from seatfem.structures.mesh.io import MeshError, from_gmsh
+from seatfem.structures.mesh.io import MeshError, from_gmsh, groups
 from seatfem.structures.mesh.seat_mesh import MeshProvenance, SeatMesh, seat_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
@@ -28,17 +28,6 @@ from seatfem.structures.shapes import (
 )
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.sectors import check_sectors
-
-__all__ = [
-    "MeshError",
-    "MeshProvenance",
-    "MeshSpec",
-    "MeshingError",
-    "SeatMesh",
-    "content_hash",
-    "make_mesh",
-    "write_step",
-]
 
 VOLUME_TOLERANCE = 0.02  # relative; a circle of four curved elements is 1.3 % off
 
@@ -81,7 +70,7 @@ def make_mesh(
         with _replacing(msh) as temporary:
             found = gmsh(job | {"msh": temporary}, progress)
         arrays, version = from_gmsh(found, source), str(found["gmsh_version"])
-        cad = {name: float(value) for name, value in _group(found, "cad").items()}
+        cad = {name: float(value) for name, value in groups(found, "cad").items()}
         cad_volume = cad.pop("volume")
         notes = tuple(str(note) for note in found["notes"])
     provenance = MeshProvenance(
@@ -138,8 +127,3 @@ def _replacing(path: Path | None) -> Iterator[str | None]:
         return
     with whole_file(path) as temporary:
         yield str(temporary.resolve())
-
-
-def _group(found: Arrays, kind: str) -> Arrays:
-    prefix = f"{kind}:"
-    return {name.removeprefix(prefix): array for name, array in found.items() if name.startswith(prefix)}

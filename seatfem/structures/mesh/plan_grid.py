@@ -1,4 +1,4 @@
-"""Plans of rectangular solids as grids of quadrilaterals, in the form that gmsh's plans have."""
+"""Plans of rectangular solids as grids of quadrilaterals, in the form that gmsh's plans have, and layers that grow."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.mesh.layers import graded
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes.plan import Rectangle
+from seatfem.structures.shapes.shape import Rectangle
 
 Floats = NDArray[np.float64]
 
@@ -75,3 +74,13 @@ def _grid(x: Floats, y: Floats, order: int) -> dict[str, NDArray[Any]]:
     if order == 2:
         steps += [1, 2 + len(x), 1 + up, len(x), 1 + len(x)]
     return {"points": points, "cells": first[:, None] + np.array(steps)}
+
+
+def graded(length: float, fine: float, coarse: float, grading: float) -> Floats:
+    """Places from 0 to ``length``: spacing ``fine`` at 0, growing by ``grading`` per unit distance up to ``coarse``."""
+    places = [0.0]
+    while places[-1] < length * (1 - 1e-9):
+        places.append(places[-1] + min(coarse, fine + grading * max(0.0, places[-1] - fine)))
+    if len(places) > 2 and length - places[-2] < (places[-1] - length):
+        places.pop()
+    return np.asarray(places) * (length / places[-1])

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.mesh.io import MeshArrays
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
+from seatfem.structures.mesh.io import MeshArrays, groups
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -81,7 +81,7 @@ def revolve(section: Plane, layers: int, sectors: int, curved: bool, source: str
     points = np.stack([x, y, np.broadcast_to(z, x.shape)])
     if not curved and levels.order == 2:
         points[:, 1::2] = (points[:, ::2] + np.roll(points, -2, axis=1)[:, ::2])[:, : points[:, 1::2].shape[1]] / 2
-    surfaces = {name: levels.walls(ends) for name, ends in _named(section, "line:").items() if name != "axis"}
+    surfaces = {name: levels.walls(ends) for name, ends in groups(section, "line").items() if name != "axis"}
     if sectors > 1:
         surfaces |= {"symmetry_0": levels.floor(quadrilaterals), "symmetry_1": levels.ceiling(quadrilaterals)}
     return MeshArrays(points.reshape(3, -1).T.copy(), levels.cells(quadrilaterals), surfaces, {}, source)
@@ -103,9 +103,9 @@ def extrude(
     height = np.full(len(flat["points"]), plan.height) if top is None else top(flat["points"])
     x, y = (np.tile(column, len(fractions)) for column in flat["points"].T)
     points = np.column_stack([x, y, np.outer(fractions, height).ravel()])
-    surfaces = {name: levels.walls(ends) for name, ends in _named(flat, "line:").items()}
-    for groups, face in ((plan.top, levels.ceiling), (plan.bottom, levels.floor)):
-        for name, areas in groups.items():
+    surfaces = {name: levels.walls(ends) for name, ends in groups(flat, "line").items()}
+    for named, face in ((plan.top, levels.ceiling), (plan.bottom, levels.floor)):
+        for name, areas in named.items():
             rows = _rows(flat, areas, len(quadrilaterals))
             if len(rows):
                 surfaces[name] = face(quadrilaterals[rows])
@@ -117,10 +117,6 @@ def _rows(flat: Plane, areas: tuple[str, ...], cells: int) -> Integers:
         return np.arange(cells)
     parts = [flat[f"area:{name}"] for name in areas if f"area:{name}" in flat]
     return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *parts]))
-
-
-def _named(flat: Plane, prefix: str) -> dict[str, Integers]:
-    return {key.removeprefix(prefix): value for key, value in flat.items() if key.startswith(prefix)}
 
 
 def _order(quadrilaterals: Integers) -> int:

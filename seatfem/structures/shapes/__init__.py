@@ -11,69 +11,36 @@ from pathlib import Path
 from typing import Any
 
 from seatfem.machine.code import is_ours, sources_from_elsewhere
-from seatfem.structures.shapes.annular import AnnularSeat
-from seatfem.structures.shapes.bar import Bar
-from seatfem.structures.shapes.block import Block
-from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.shapes.checks import GeometryError
-from seatfem.structures.shapes.conical import ConicalSeat
-from seatfem.structures.shapes.faces import Face
+from seatfem.structures.errors import GeometryError as GeometryError
+from seatfem.structures.shapes.annular import AnnularSeat as AnnularSeat
+from seatfem.structures.shapes.bar import Bar as Bar
+from seatfem.structures.shapes.block import Block as Block
+from seatfem.structures.shapes.cad import CadPart as CadPart
+from seatfem.structures.shapes.cad import Group as Group
+from seatfem.structures.shapes.cad import Region as Region
+from seatfem.structures.shapes.conical import ConicalSeat as ConicalSeat
+from seatfem.structures.shapes.faces import Face as Face
 from seatfem.structures.shapes.homes import at_home, home_of
-from seatfem.structures.shapes.profile import Edge, Profile
-from seatfem.structures.shapes.revolved import Turning
-from seatfem.structures.shapes.selectors import (
-    CONTACT_COLOUR,
-    FIXED_COLOUR,
-    SELECTORS,
-    ColourFace,
-    ConeFace,
-    CylinderFace,
-    HalfPlaneFace,
-    NamedFace,
-    NumberedFace,
-    PlaneFace,
-    PointFace,
-    Selector,
-    select,
-)
-from seatfem.structures.shapes.shape import Shape, families
-from seatfem.structures.shapes.stopper import Stopper
-from seatfem.structures.shapes.valve_plate import ValvePlate
-
-__all__ = [
-    "CONTACT_COLOUR",
-    "FIXED_COLOUR",
-    "AnnularSeat",
-    "Bar",
-    "Block",
-    "CadPart",
-    "ColourFace",
-    "ConeFace",
-    "ConicalSeat",
-    "CylinderFace",
-    "Edge",
-    "Face",
-    "Geometry",
-    "GeometryError",
-    "Group",
-    "HalfPlaneFace",
-    "NamedFace",
-    "NumberedFace",
-    "PlaneFace",
-    "PointFace",
-    "Profile",
-    "Region",
-    "Selector",
-    "Shape",
-    "Stopper",
-    "Turning",
-    "ValvePlate",
-    "decode",
-    "encode",
-    "families",
-    "fingerprint",
-    "select",
-]
+from seatfem.structures.shapes.profile import Edge as Edge
+from seatfem.structures.shapes.profile import Profile as Profile
+from seatfem.structures.shapes.revolved import Turning as Turning
+from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
+from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
+from seatfem.structures.shapes.selectors import SELECTORS
+from seatfem.structures.shapes.selectors import ColourFace as ColourFace
+from seatfem.structures.shapes.selectors import ConeFace as ConeFace
+from seatfem.structures.shapes.selectors import CylinderFace as CylinderFace
+from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
+from seatfem.structures.shapes.selectors import NamedFace as NamedFace
+from seatfem.structures.shapes.selectors import NumberedFace as NumberedFace
+from seatfem.structures.shapes.selectors import PlaneFace as PlaneFace
+from seatfem.structures.shapes.selectors import PointFace as PointFace
+from seatfem.structures.shapes.selectors import Selector as Selector
+from seatfem.structures.shapes.selectors import select as select
+from seatfem.structures.shapes.shape import Shape as Shape
+from seatfem.structures.shapes.shape import families as families
+from seatfem.structures.shapes.stopper import Stopper as Stopper
+from seatfem.structures.shapes.valve_plate import ValvePlate as ValvePlate
 
 Geometry = Shape
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes.shape import require_above, require_below, require_positive
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,7 @@ class AnnularSeat(Turning):
             require_positive(self, "lip_edge_radius")
             require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
             require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
-        lip_radius = self.bore_radius + self.lip_width
-        if self.outer_radius <= lip_radius:
-            raise GeometryError(
-                f"AnnularSeat.outer_radius = {self.outer_radius:g} m: "
-                f"must be > {lip_radius:g} m (bore_radius + lip_width)"
-            )
+        require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
 
     @property
     def patches(self) -> Patches:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seatfem.structures.shapes.checks import check_quarters, require_positive
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan, Rectangle
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import Shape
+from seatfem.structures.shapes.shape import EVERYWHERE, Plan, Rectangle, Shape, check_quarters, require_positive
 
 
 @dataclass(frozen=True)

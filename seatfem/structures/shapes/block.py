@@ -6,10 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seatfem.structures.shapes.checks import check_quarters, require_below, require_positive
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan, Rectangle
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import Shape
+from seatfem.structures.shapes.shape import (
+    EVERYWHERE,
+    Plan,
+    Rectangle,
+    Shape,
+    check_quarters,
+    require_below,
+    require_positive,
+)
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
-from seatfem.structures.shapes.checks import GeometryError
+from impact.files.input_files import MB, read_text
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR, FIXED_COLOUR, ColourFace, Patches, Selector
 from seatfem.structures.shapes.shape import Shape
-from seatfem.structures.shapes.step_text import cad_text, entities
 
 STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)
@@ -34,6 +35,14 @@ Selection = Selector | tuple[Selector, ...]
 
 RED_FACES = ColourFace(CONTACT_COLOUR)
 BLUE_FACES = ColourFace(FIXED_COLOUR)
+LIMIT: Final = 512 * MB
+_COMMENT: Final = r"/\*(?:[^*]++|\*(?!/))*+\*/"
+_STATEMENT: Final = re.compile(
+    rf"(?:\s++|{_COMMENT})*+"
+    r"(?:(#\d++)\s*+=\s*+([A-Z][A-Z_0-9]*+)?+\s*+\()?+"
+    rf"((?:[^';/]++|'[^']*+'|{_COMMENT}|/)*+);"
+)
+"""Number, keyword and the rest of a statement; possessive, so that no text makes it slow."""
 
 
 @dataclass(frozen=True)
@@ -212,3 +221,17 @@ def stated_unit(path: Path) -> float:
     if scale is None:
         raise GeometryError(f"{path}: states no length unit that is known")
     return scale
+
+
+def cad_text(path: Path) -> str:
+    """The text of a STEP or BREP file; raises `GeometryError` for what is no regular file, or too large."""
+    return read_text(path, LIMIT, GeometryError, "latin-1")
+
+
+def entities(text: str) -> Iterator[tuple[str, str, str]]:
+    """Number, keyword ("" of several at once) and what follows the first bracket, of every entity instance."""
+    at = 0
+    while statement := _STATEMENT.match(text, at):
+        at = statement.end()
+        if statement[1]:
+            yield statement[1], statement[2] or "", statement[3]

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.profile import Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import ConeFace, Patches, PlaneFace
+from seatfem.structures.shapes.shape import require_above, require_below, require_positive
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,8 @@ class ConicalSeat(Turning):
         if self.contact_width is not None:
             require_positive(self, "contact_width")
             require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
-        depth = self.face_width * math.cos(self.half_angle)
-        if not depth < self.thickness:
-            raise GeometryError(
-                f"ConicalSeat.thickness = {self.thickness:g} m: must be > {depth:g} m (the cone's depth)"
-            )
-        if not self._along(self.face_width)[0] < self.outer_radius:
-            raise GeometryError(
-                f"ConicalSeat.outer_radius = {self.outer_radius:g} m: must be > {self._along(self.face_width)[0]:g} m "
-                f"(cone's top)"
-            )
+        require_above(self, "thickness", self.face_width * math.cos(self.half_angle), "the cone's depth")
+        require_above(self, "outer_radius", self._along(self.face_width)[0], "cone's top")
 
     @property
     def band(self) -> tuple[float, float]:

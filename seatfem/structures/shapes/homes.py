@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 
 _ELSEWHERE: Final = "seatfem_shapes_of_"
 

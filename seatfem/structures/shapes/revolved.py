@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import Any
 
 from seatfem.structures.rings import ring_borders
-from seatfem.structures.shapes.profile import Edge, Point, Profile
+from seatfem.structures.shapes.profile import Point, Profile
 from seatfem.structures.shapes.shape import Shape
 
 
@@ -54,6 +54,3 @@ def _surface(profile: Profile, occ: Any, place: Any) -> tuple[int, list[int]]:
             curves.append(int(occ.addCircleArc(a, centres[-1], b)))
     occ.remove([(0, tag) for tag in centres])
     return int(occ.addPlaneSurface([occ.addCurveLoop(curves)])), curves
-
-
-__all__ = ["Edge", "Profile", "Turning", "section"]

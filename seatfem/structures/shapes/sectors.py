@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.selectors import HalfPlaneFace, Patches
 from seatfem.structures.shapes.shape import Shape
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour, Face, Vector, connected, listing
 
 LENGTH_TOLERANCE = 1e-6  # metres; what CAD exchange files keep
@@ -38,8 +38,7 @@ class PlaneFace:
     several: bool = False
 
     def __post_init__(self) -> None:
-        if not np.linalg.norm(self.normal) > 0.0:
-            raise GeometryError(f"PlaneFace.normal = {self.normal}: must not be zero")
+        _check_direction("PlaneFace.normal", self.normal)
 
     def matches(self, face: Face) -> bool:
         if face.normal is None:
@@ -71,7 +70,7 @@ class CylinderFace:
     several: bool = False
 
     def __post_init__(self) -> None:
-        _check_axis("CylinderFace", UP if self.axis is None else self.axis)
+        _check_direction("CylinderFace.axis", UP if self.axis is None else self.axis)
         if not (math.isfinite(self.radius) and self.radius > 0.0):
             raise GeometryError(f"CylinderFace.radius = {self.radius:g} m: must be a finite length > 0")
 
@@ -115,7 +114,7 @@ class ConeFace:
     several: bool = False
 
     def __post_init__(self) -> None:
-        _check_axis("ConeFace", self.axis)
+        _check_direction("ConeFace.axis", self.axis)
         if not 0.0 < self.half_angle < math.pi / 2:
             raise GeometryError(f"ConeFace.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
 
@@ -286,6 +285,6 @@ def _coaxial(face: Face, direction: Vector, point: Vector) -> bool:
     return bool(parallel and np.linalg.norm(arm - (arm @ n) * n) < LENGTH_TOLERANCE)
 
 
-def _check_axis(kind: str, axis: Vector) -> None:
-    if not np.linalg.norm(axis) > 0.0:
-        raise GeometryError(f"{kind}.axis = {axis}: must not be zero")
+def _check_direction(field: str, given: Vector) -> None:
+    if not np.linalg.norm(given) > 0.0:
+        raise GeometryError(f"{field} = {given}: must not be zero")

@@ -1,22 +1,84 @@
-"""What every geometry answers: its faces, its recipe, and how it may be cut, swept and sampled."""
+"""What every geometry answers: faces, recipe, how it may be cut, swept and sampled; checks of its fields."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from seatfem.structures.shapes.plan import Plan, Rectangle
-from seatfem.structures.shapes.profile import Profile
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes.profile import Point, Profile
 from seatfem.structures.shapes.selectors import Patches
 
-Array = NDArray[np.float64]
+EVERYWHERE = ""
+"""The area that is the whole plan."""
 PlanSamples = tuple[Array, Array, Array, Array, Callable[[Array], Array]]
 """Points (n, 2) of a plan, the area around each, points of its outline, the length around each, and the distance of any
 points from the struck area, negative inside [m, m^2]."""
+COARSEST = 24  # squares along the longer side of the rectangle that is searched
+OUTLINE = 60  # samples of a straight edge, and of a circle
+HALVINGS = 10
+FINEST = 1 / 150  # of the longer side: distances below it are not told apart
+PER_DISTANCE = 0.8  # side of a square over its distance from the patch
+Distance = Callable[[Array], Array]
+
+
+def require_positive(spec: object, *fields: str) -> None:
+    """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
+    for field in fields:
+        value = getattr(spec, field)
+        if not (math.isfinite(value) and value > 0.0):
+            raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be a finite length > 0")
+
+
+def require_below(spec: object, field: str, limit: float, meaning: str, *, inclusive: bool = False) -> None:
+    """Raise `GeometryError` unless ``spec.field`` is below ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, field)
+    if not (value < limit or (inclusive and value == limit)):
+        sign = "<=" if inclusive else "<"
+        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be {sign} {limit:g} m ({meaning})")
+
+
+def require_above(spec: object, field: str, limit: float, meaning: str) -> None:
+    """Raise `GeometryError` unless ``spec.field`` is above ``limit`` (metres), which ``meaning`` explains."""
+    value = getattr(spec, field)
+    if not value > limit:
+        raise GeometryError(f"{type(spec).__name__}.{field} = {value:g} m: must be > {limit:g} m ({meaning})")
+
+
+def check_quarters(shape: object, sectors: int) -> None:
+    """Raise `GeometryError` of a rectangular solid that is cut into other sectors than halves and quarters."""
+    if sectors not in (2, 4):
+        name = type(shape).__name__
+        raise GeometryError(f"sector = {sectors}: a {name} has 2 or 4 equal sectors between planes of symmetry")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """``height``: of the solid above z = 0 (metres). ``top``, ``bottom``: group -> names of areas of the plan."""
+
+    height: float
+    top: Mapping[str, tuple[str, ...]]
+    bottom: Mapping[str, tuple[str, ...]]
+
+    @property
+    def areas(self) -> tuple[str, ...]:
+        """Names of all areas but the whole."""
+        groups = (*self.top.values(), *self.bottom.values())
+        return tuple(dict.fromkeys(area for names in groups for area in names if area != EVERYWHERE))
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A plan centred on the origin: half its sides along x and y, and those of the patch; ``None``: all is struck."""
+
+    sides: tuple[float, float]
+    patch: tuple[float, float] | None = None
 
 
 class Shape(ABC):
@@ -94,3 +156,40 @@ def families(base: type[Shape] = Shape) -> Iterator[type[Shape]]:
         if "family" in vars(each):
             yield each
         yield from families(each)
+
+
+def squares(low: Point, high: Point, distance: Distance) -> tuple[Array, Array]:
+    """Centres (n, 2) and areas (n,) of rectangles that tile a rectangle, smaller where |``distance``| is."""
+    extent = np.subtract(high, low)
+    finest = FINEST * float(extent.max())
+    counts = np.maximum(1, np.ceil(COARSEST * extent / extent.max() - 1e-9)).astype(int)
+    steps = extent / counts
+    axes = [low[k] + steps[k] * (np.arange(counts[k]) + 0.5) for k in range(2)]
+    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    found, areas = [], []
+    for level in range(HALVINGS + 1):
+        coarse = steps.max() > PER_DISTANCE * np.maximum(np.abs(distance(centres)), finest)
+        coarse &= level < HALVINGS
+        found.append(centres[~coarse])
+        areas.append(np.full(len(found[-1]), steps.prod()))
+        steps = steps / 2
+        corners = steps / 2 * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
+        centres = (centres[coarse][:, None, :] + corners).reshape(-1, 2)
+    return np.concatenate(found), np.concatenate(areas)
+
+
+def circle_points(centres: Array, radius: float) -> tuple[Array, Array]:
+    """Points (n, 2) on circles about some centres, and the length around each."""
+    angles = 2 * math.pi * np.arange(OUTLINE) / OUTLINE
+    ring = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    points = (centres[:, None, :] + ring).reshape(-1, 2)
+    return points, np.full(len(points), 2 * math.pi * radius / OUTLINE)
+
+
+def side_points(half: Point) -> tuple[Array, Array]:
+    """Points (n, 2) on the sides of a rectangle about the origin, and the length around each."""
+    corners = np.array([(-half[0], -half[1]), (half[0], -half[1]), half, (-half[0], half[1])])
+    along = np.roll(corners, -1, axis=0) - corners
+    t = (np.arange(OUTLINE) + 0.5) / OUTLINE
+    points = (corners[:, None, :] + t[:, None] * along[:, None, :]).reshape(-1, 2)
+    return points, np.repeat(np.linalg.norm(along, axis=1) / OUTLINE, OUTLINE)

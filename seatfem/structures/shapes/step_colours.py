@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from seatfem.structures.shapes.checks import GeometryError
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Colour
 
 

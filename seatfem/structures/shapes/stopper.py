@@ -9,14 +9,22 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.faces import Vector
-from seatfem.structures.shapes.plan import EVERYWHERE, Plan
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
 from seatfem.structures.shapes.revolved import Turning
-from seatfem.structures.shapes.samples import circle_points, squares
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace
-from seatfem.structures.shapes.shape import Array, PlanSamples
+from seatfem.structures.shapes.shape import (
+    EVERYWHERE,
+    Plan,
+    PlanSamples,
+    circle_points,
+    require_above,
+    require_below,
+    require_positive,
+    squares,
+)
 
 INSIDE = 1e-2  # radians from the plane y = 0
 
@@ -47,9 +55,7 @@ class Stopper(Turning):
             raise GeometryError(
                 f"Stopper.dome_radius = {self.dome_radius:g} m: must be > {self.radius:g} m, the radius"
             )
-        if not self.top(self.radius) > 0.0:
-            drop = self.thickness - self.top(self.radius)
-            raise GeometryError(f"Stopper.thickness = {self.thickness:g} m: must be > {drop:g} m (the dome's height)")
+        require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 
     def top(self, r: float) -> float:
         """Height of the upper side at the radius r."""

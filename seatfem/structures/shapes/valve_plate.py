@@ -8,11 +8,20 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from seatfem.structures.shapes.checks import GeometryError, require_below, require_positive
-from seatfem.structures.shapes.plan import Plan
-from seatfem.structures.shapes.samples import circle_points, side_points, squares
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.selectors import Patches, PlaneFace, PointFace, Selector
-from seatfem.structures.shapes.shape import Array, PlanSamples, Shape
+from seatfem.structures.shapes.shape import (
+    Plan,
+    PlanSamples,
+    Shape,
+    circle_points,
+    require_above,
+    require_below,
+    require_positive,
+    side_points,
+    squares,
+)
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
@@ -46,8 +55,8 @@ class ValvePlate(Shape):
         if self.layout not in ("circle", "row"):
             raise GeometryError(f"ValvePlate.layout = {self.layout!r}: must be 'circle' or 'row'")
         apart = 2 * (self.port_radius + self.land_width)
-        if self.ports > 1 and not self.pitch > apart:
-            raise GeometryError(f"ValvePlate.pitch = {self.pitch:g} m: must be > {apart:g} m (two ports with lands)")
+        if self.ports > 1:
+            require_above(self, "pitch", apart, "two ports with lands")
         require_below(self, "land_width", self.margin, "the margin")
         require_below(self, "clamp_width", self.margin, "the margin")
 

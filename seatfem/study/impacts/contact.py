@@ -1,4 +1,4 @@
-"""The contact of a scene: who strikes, how finely time is stepped, and one run of it."""
+"""The contact of a scene: its bodies, computed or found, how finely time is stepped, and one run of it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import impact
-from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
@@ -14,13 +13,16 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
 from seatfem.machine.memory import available_memory
+from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
+from seatfem.structures.method import Method
 from seatfem.structures.rings import ring_shares, rings_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import any_needs_stress
 
@@ -33,6 +35,21 @@ STEP_BYTES = 530  # of the histories that a run holds at once, for each step, an
 
 class RunError(ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
+
+
+def seat_of(
+    scene: Scene,
+    cache: Cache | None = None,
+    *,
+    method: Method | None = None,
+    watch: Stopwatch | None = None,
+    progress: Progress = silent,
+    mesh_error: bool = True,
+) -> Solved:
+    """The seat for the scene's own duration, by a method, by default the one that its file states; else as `build`."""
+    how = stated_method(scene).seat if method is None else method
+    duration = scene.run.duration
+    return build(scene.seat, how, duration, cache, watch=watch, progress=progress, mesh_error=mesh_error)
 
 
 def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> impact.Body:
@@ -103,19 +120,6 @@ def stress_of(
     return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
 
 
-def run_contact(
-    scene: Scene,
-    striker: impact.Body,
-    seat: GreensFunction,
-    dt: float,
-    progress: Progress = silent,
-    *,
-    engine: Engine = "auto",
-) -> ImpactResult:
-    """One run: contact between striker and seat by the scene's law; of rings, their sum. The stopper is there, too."""
-    return run_contacts(scene, striker, seat, dt, progress, engine=engine).seat
-
-
 def run_contacts(
     scene: Scene,
     striker: impact.Body,
@@ -125,22 +129,10 @@ def run_contacts(
     *,
     engine: Engine = "auto",
 ) -> Touches:
-    """The same, with what happens at the stopper."""
-    return taken_apart(scene, solve_contact(scene, striker, seat, dt, progress, engine=engine))
-
-
-def solve_contact(
-    scene: Scene,
-    striker: impact.Body,
-    seat: GreensFunction,
-    dt: float,
-    progress: Progress = silent,
-    *,
-    engine: Engine = "auto",
-) -> ImpactResult:
-    """The same, contact by contact: the rings of the seat, then the stopper."""
+    """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
     problem = problem_of(scene, striker, impact.Body(seat))
-    return impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+    result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
+    return taken_apart(scene, result)
 
 
 def problem_of(

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 import impact
 from impact import measures
-from impact.after.result import ImpactResult, as_one
+from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.motion import port_displacement
 from seatfem.structures.rings import ring_shares
 from seatfem.study.scene import Scene
-
-FIELDS = ("force", "gap", "striker_displacement", "target_displacement")
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ def taken_apart(scene: Scene, result: ImpactResult) -> Touches:
     stopper = measures.of_contact(result, last)
     if last == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper)
-    rings = replace(result, **{name: getattr(result, name)[:, :last] for name in FIELDS})
+    rings = of_contacts(result, slice(last))
     return Touches(as_one(rings, ring_shares(last)), rings, stopper)
 
 

@@ -1,4 +1,4 @@
-"""Where the theory or the data behind a scene end: large deflections, filters beyond a measured band."""
+"""Where the theory or the data behind a scene end: large deflections, filters beyond a measured band, stoppers."""
 
 from __future__ import annotations
 
@@ -27,6 +27,16 @@ def validity_advice(
             )
         )
     return tuple(found)
+
+
+def stopper_notes(scene: Scene) -> tuple[str, ...]:
+    """That the errors of a stopper that is computed or read are not known."""
+    if scene.stopper is None or not scene.stopper.body.is_solved:
+        return ()
+    return (
+        f"the stopper (kind {scene.stopper.body.kind!r}) is taken as its keys state it: what its mesh, reduction or "
+        "data are off by is in no error bar, and what it takes in no prediction; refine its keys and compare",
+    )
 
 
 def _measured_band(seat: GreensFunction) -> float | None:

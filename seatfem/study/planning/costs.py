@@ -30,11 +30,11 @@ OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error")
 PROGRAM: Final = 190e6  # bytes of the program while it makes the seat
 CURVES: Final = 320e6  # the same when it has drawn curves
 ELEMENTS: Final = 80e6  # more, with the libraries of finite elements
-VIEWS: Final = 250e6  # more, when it has drawn bodies
 PLAN: Final = 0.15  # time of a plan over that of the program's start
 SHEETS: Final = 4  # pictures of curves
 FRAMES: Final = 19  # pictures of modes and of their motion
 MESH_VIEWS: Final = 3
+APART: Final = 0.5  # start of the process that draws bodies, over that of the program
 SLICES: Final = 64  # of a revolved section in pictures; half of them are drawn
 BUDGET_RUNS: Final = 5.0  # of an elastic seat, with a step twice as long
 CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and reduction
@@ -69,9 +69,9 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
     parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
-    has_views = seat is not None and seat.runs == 1.0 and not static
-    parts["pictures"] = SHEETS * rates.sheet + (_views(seat, rates) if seat is not None and has_views else 0.0)
-    memory = max(_memory(seat, has_views, contact.memory), _memory(reed[0] if reed else None, False, contact.memory))
+    views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
+    parts["pictures"] = SHEETS * rates.sheet + views
+    memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
     return Cost(sum(parts.values()), memory, parts)
 
 
@@ -208,17 +208,18 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
     }
 
 
-def _views(seat: SeatModel, rates: Machine) -> float:
-    """Pictures of mesh and modes [s]."""
-    faces = seat.sizes.surface * (2 if seat.hexahedra else 1)
+def _views(seat: SeatModel, rates: Machine, *, modes: bool) -> float:
+    """Pictures of the mesh and, of a seat with waves, of its modes [s]: in a process of their own."""
+    faces, frames = seat.sizes.surface * (2 if seat.hexahedra else 1), FRAMES if modes else 0
     if seat.section:
         faces = 2 * seat.sizes.surface * SLICES + 2 * seat.sizes.elements
-        return rates.sheet + FRAMES * (rates.view + faces * rates.face)
-    return (FRAMES + MESH_VIEWS) * (rates.view + faces * rates.face)
+        return rates.sheet + (APART * rates.start if modes else 0.0) + frames * (rates.view + faces * rates.face)
+    return APART * rates.start + (frames + MESH_VIEWS) * (rates.view + faces * rates.face)
 
 
-def _memory(seat: SeatModel | None, has_views: bool, histories: float) -> float:
+def _memory(seat: SeatModel | None, histories: float) -> float:
+    """Of the program alone: bodies in space are drawn by a process of its own."""
     if seat is None:
         return CURVES + histories
     peak, stays = seat_memory(seat)
-    return max(PROGRAM + peak, CURVES + ELEMENTS + (VIEWS if has_views else 0.0) + stays + histories)
+    return max(PROGRAM + peak, CURVES + ELEMENTS + stays + histories)

@@ -15,8 +15,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS
 from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
-from seatfem.study.impacts.stopper import stopper_notes
-from seatfem.study.impacts.validity import validity_advice
+from seatfem.study.impacts.validity import stopper_notes, validity_advice
 from seatfem.study.method import BAND, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision

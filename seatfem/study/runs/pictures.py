@@ -1,28 +1,30 @@
-"""Which pictures belong to a run, and what to say where one cannot be made."""
+"""Which pictures belong to a run, and to the modes of a seat; and what to say where one cannot be made."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
 from impact.after.result import ImpactResult
+from impact.files.atomic import whole_file
 from impact.pictures.drawing import gap_of
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Picture, drawn_apart
-from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
-from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes
-from seatfem.pictures.revolved_grid import revolve
+from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.pictures.section_plot import plot_section
 from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
+from seatfem.structures.natural_modes import Mode, NaturalModes
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
 from seatfem.study.method import RunMethod
@@ -84,22 +86,17 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     pictures: list[Picture] = [("mesh.png", mesh_picture(seat.mesh))]
     if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return pictures
-    count = min(SHOWN_MODES, len(seat.modes.frequencies_hz))
-    frequencies, cut = _frequencies(seat, count), scene.seat.revolved
+    frequencies, cut = [float(f) for f in seat.modes.frequencies_hz[:SHOWN_MODES]], scene.seat.revolved
     try:
-        grid, shapes = _shapes(seat, count)
+        grid, shapes = _shapes(seat, len(frequencies))
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, ("modes.png", partial(_raise, problem))]
-    title = "Modes of the seat" if _whole(seat) else "Modes of the seat that this load excites"
+    # all there are: counted, and of the whole body instead of a section or sector
+    whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
+    title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
     pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
     return pictures
-
-
-def _whole(seat: Solved) -> bool:
-    """Whether the modes are all there are: counted, and of the whole body instead of a section or sector."""
-    assert seat.modes is not None
-    return seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
@@ -124,11 +121,6 @@ def _shapes(seat: Solved, count: int) -> tuple[CellGrid, list[Array]]:
     return body.grid, [body.shape(amplitudes, 0) for amplitudes in found]
 
 
-def _frequencies(seat: Solved, count: int) -> list[float]:
-    assert seat.modes is not None
-    return [float(f) for f in seat.modes.frequencies_hz[:count]]
-
-
 def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw them, curves here, bodies in another process at the same time; (files written, gaps in words)."""
     files, gaps = [], []
@@ -145,3 +137,79 @@ def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple
 
 def _by_name(draw: Callable[..., None]) -> Callable[[Path], None]:
     return lambda path: draw(path=path)
+
+
+SHOWN = 12
+
+
+def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """modes.csv, and where the unknowns have places mesh.png, modes.png, mode_1.gif, modes.vtu; (files, gaps)."""
+    table = folder / "modes.csv"
+    write_table(found, table)
+    if found.mesh is None or not found.modes:
+        return (table,), ()
+    cut = found.modes[0].diameters is not None
+    numbered = [(k, mode) for k, mode in enumerate(found.modes, start=1) if mode.frequency_hz > 0]
+    elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:SHOWN]
+
+    @cache  # for both, and made only once the first is drawn
+    def shown() -> tuple[CellGrid, list[Array]]:
+        return in_space([mode for _, mode in elastic])
+
+    def draw(path: Path) -> None:
+        title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
+        frequencies = [mode.frequency_hz for _, mode in elastic]
+        plot_modes(*shown(), frequencies, path, title=title, cut=cut, names=[_name(k, mode) for k, mode in elastic])
+
+    def animate(path: Path) -> None:
+        grid, shapes = shown()
+        animate_mode(grid, shapes[0], elastic[0][1].frequency_hz, path, cut=cut)
+
+    def paraview(path: Path) -> None:
+        write_vtu(*in_space([mode for _, mode in numbered]), [mode.frequency_hz for _, mode in numbered], path)
+
+    pictures: list[Picture] = [("mesh.png", mesh_picture(found.mesh))]
+    if elastic:
+        pictures += [("modes.png", draw), ("mode_1.gif", animate), ("modes.vtu", paraview)]
+    files, gaps = draw_all(pictures, folder, progress)
+    return (table, *files), gaps
+
+
+def in_space(modes: list[Mode]) -> tuple[CellGrid, list[Array]]:
+    """The body and the displacements of modes, whatever they were computed on."""
+    model = modes[0].model
+    assert model is not None
+    if modes[0].diameters is None:
+        return CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
+    body = revolve(model)
+    shapes = []
+    for mode in modes:
+        turned = math.pi / (2 * mode.diameters) if mode.repeats and mode.diameters else 0.0
+        shapes.append(body.shape(_amplitudes(mode), mode.diameters or 0, angle=turned))
+    return body.grid, shapes
+
+
+def write_table(found: NaturalModes, path: Path) -> None:
+    """One line a mode; an empty field where a number means nothing."""
+    lines = ["mode,frequency_hz,residual,nodal_diameters,family,port_share"]
+    for k, mode in enumerate(found.modes, start=1):
+        diameters = "" if mode.diameters is None else str(mode.diameters)
+        share = "" if mode.share is None else f"{mode.share:.6g}"
+        lines.append(f"{k},{mode.frequency_hz:.9g},{mode.residual:.2e},{diameters},{mode.family},{share}")
+    with whole_file(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _amplitudes(mode: Mode) -> Array:
+    assert mode.model is not None
+    assert mode.shape is not None
+    return mode.model.expand(mode.shape)
+
+
+def _name(number: int, mode: Mode) -> str:
+    """What stands before the frequency."""
+    if mode.diameters is None:
+        return f"{number}"
+    if mode.family == "torsion":
+        return f"{number}, torsion"
+    return f"{number}-{number + 1}, n = {mode.diameters}" if mode.diameters else f"{number}, n = 0"

@@ -21,15 +21,12 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import face_compliance, with_fewer_rings
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, stress_of
+from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.seat import seat_of
-from seatfem.study.impacts.stopper import stopper_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.mode_pictures import draw_modes
-from seatfem.study.runs.pictures import draw_run
-from seatfem.study.runs.remarks import remarks
+from seatfem.study.runs.pictures import draw_modes, draw_run
+from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -37,6 +34,7 @@ from seatfem.study.runs.summary import (
     plan_keys,
     reed_keys,
     regime_keys,
+    stopper_keys,
     summarise,
     timing_keys,
     write_json,

@@ -19,7 +19,8 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import (
     check_length,
-    solve_contact,
+    run_contacts,
+    seat_of,
     solved_striker,
     stopper_of,
     stress_of,
@@ -27,8 +28,6 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.measures import STRIKER, Source
-from seatfem.study.impacts.seat import seat_of
-from seatfem.study.impacts.touches import taken_apart
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
@@ -36,7 +35,7 @@ from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
 from seatfem.study.scene.measures import any_needs_stress
 
-__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "carry_out", "missed", "rounds"]
+__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -44,21 +43,6 @@ FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueErr
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
 BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
-
-
-def carry_out(
-    plan: Plan,
-    folder: Path,
-    watch: Stopwatch,
-    progress: Progress,
-    *,
-    limits: Limits = ANY,
-    tell: Tell = untold,
-) -> Round:
-    """The last of `rounds`."""
-    for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell):
-        last = done
-    return last
 
 
 def rounds(
@@ -191,7 +175,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     dt = method.time_step or time_step(scene, *bodies)
     check_length(scene, dt)
     with watch("contact"):
-        touches = taken_apart(scene, solve_contact(scene, striker, seat.greens, dt, progress))
+        touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met = touches.seat, touches.stopper_force
     wanted = any_needs_stress(scene.accuracy.measures)
     with watch("reed stress"):

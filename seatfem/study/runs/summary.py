@@ -60,6 +60,20 @@ def summarise(
     }
 
 
+def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, object]:
+    """The keys of its contact; none where there is no stopper. ``stopper_peak_force_N`` is raw, of a single step."""
+    if result is None:
+        return {}
+    groups = measures.contact_groups(result)
+    return {
+        "stopper_peak_force_N": measures.peak_force(result),
+        "stopper_filtered_peak_force_N": measures.filtered_peak_force(result, filter_width),
+        "stopper_impulse_Ns": measures.impulse(result),
+        "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
+        "stopper_contact_count": len(groups),
+    }
+
+
 def _restitution(result: ImpactResult) -> float | None:
     """``None`` where it is not defined: no contact, one that is not over, no approach."""
     try:

@@ -168,7 +168,7 @@ class Scene(Table):
     @model_validator(mode="after")
     def _stress_of_what_bends(self) -> Self:
         if any_needs_stress(self.accuracy.measures) and not self.reed.has_stress:
-            name = self.reed.kind.replace("_", " ")
-            bends = "has no stress that is known" if self.reed.reach else "does not bend, it has no stress"
-            raise KeyProblem("accuracy.measures", f"a {name} {bends}: remove it, or use a cantilever")
+            bends = "has no bending stress that is known" if self.reed.reach else "does not bend, it has no stress"
+            words = f"a body of kind {self.reed.kind!r} {bends}: remove it, or use a cantilever"
+            raise KeyProblem("accuracy.measures", words)
         return self

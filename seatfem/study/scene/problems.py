@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import types
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, Final, Union, get_args, get_origin
+from typing import Any, Final, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -96,7 +95,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
     written = _written(data, path)
     match details["type"]:
         case "extra_forbidden":
-            return "unknown key" + _known(str(path[-1]), list(place.known))
+            close = _did_you_mean(str(path[-1]), list(place.known))
+            return "unknown key" + (close or f"; known here: {', '.join(place.known)}")
         case "missing":
             return "required key is missing" + _purpose(place.table, path[-1])
         case "union_tag_not_found":
@@ -125,10 +125,6 @@ def _not_one_of(written: object, expected: str) -> str:
 def _did_you_mean(written: str, known: list[str]) -> str:
     close = get_close_matches(written, known, n=1)
     return f"; did you mean {close[0]!r}?" if close else ""
-
-
-def _known(written: str, known: list[str]) -> str:
-    return _did_you_mean(written, known) or f"; known here: {', '.join(known)}"
 
 
 def _purpose(table: type[BaseModel] | None, key: object) -> str:
@@ -165,26 +161,27 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
         if len(tables) == 1:
             table = tables[0]
         inlined = getattr(table, "inlined", "")
-        if table is not None and part == inlined:
+        if table is not None and inlined and part == inlined:
             beside = tuple(key for key in table.model_fields if key != inlined)
-            tables = _tables(table.model_fields[inlined].annotation)
+            tables = tables_in(table.model_fields[inlined].annotation)
             depth = len(path) + 1
             continue
         field = table.model_fields.get(str(part)) if table else None
-        tables = _tables(field.annotation) if field else ()
-        named = field is not None and _by_name(field.annotation)
+        tables = tables_in(field.annotation) if field else ()
+        named = field is not None and get_origin(field.annotation) is dict
         path = (*path, part)
     return path, table, beside if len(path) == depth else ()
 
 
-def _by_name(annotation: object) -> bool:
-    """Whether the user chooses the keys of this table."""
-    return get_origin(annotation) is dict
+def tables_in(annotation: object) -> tuple[type[BaseModel], ...]:
+    """The tables that a key of this type may hold."""
+    return tuple(kind for kind in leaves(annotation) if isinstance(kind, type) and issubclass(kind, BaseModel))
 
 
-def _tables(annotation: object) -> tuple[type[BaseModel], ...]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return (annotation,)
-    if get_origin(annotation) in (Union, types.UnionType, Annotated, dict, tuple, list):
-        return tuple(table for part in get_args(annotation) for table in _tables(part))
-    return ()
+def leaves(annotation: object) -> Iterator[Any]:
+    """The plain types behind unions and annotations."""
+    if get_origin(annotation) is Literal or not get_args(annotation):
+        yield annotation
+        return
+    for part in get_args(annotation):
+        yield from leaves(part)

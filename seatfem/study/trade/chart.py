@@ -15,24 +15,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-COLOURS: Final = {
-    "spring": GREY,
-    "rod": ORANGE,
-    "axisymmetric": BLUE,
-    "harmonics": BLUE,
-    "sector": GREEN,
-    "3d": PURPLE,
-    "as given": SKY,
-}
 FAMILIES: Final = {
-    "spring": "spring",
-    "rod": "rod",
-    "axisymmetric": "axisymmetric",
-    "harmonics": "Fourier harmonics",
-    "sector": "sector",
-    "3d": "3-D",
-    "as given": "seat as given",
+    "spring": (GREY, "spring"),
+    "rod": (ORANGE, "rod"),
+    "axisymmetric": (BLUE, "axisymmetric"),
+    "harmonics": (BLUE, "Fourier harmonics"),
+    "sector": (GREEN, "sector"),
+    "3d": (PURPLE, "3-D"),
+    "as given": (SKY, "seat as given"),
 }
+"""Colour and name of each."""
 MARKERS: Final = {
     "diagonal": ("o", "mesh and band"),
     "by hand": ("s", "guess by hand, no error bar"),
@@ -85,7 +77,7 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
         if point.varied in MARKERS:
             cost, error = trade.cost(point.name), 100 * trade.trusted_error(point.name, measure)
             marker = MARKERS[point.varied][0]
-            guess, colour = point.varied == BY_HAND, COLOURS[point.family]
+            guess, colour = point.varied == BY_HAND, FAMILIES[point.family][0]
             axes.plot(
                 cost, error, marker, color="none" if guess else colour, markersize=5, alpha=0.85,
                 markeredgecolor=colour if guess else "white", markeredgewidth=1.0 if guess else 0.4, zorder=3,
@@ -106,11 +98,12 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
         "the reference's own uncertainty", (0.02, low), (0, 3), xycoords=("axes fraction", "data"),
         textcoords="offset points", ha="left", va="bottom", fontsize=7, color="#555555",
     )  # fmt: skip
-    for name, marker, size in _marked(trade):
-        axes.plot(
-            trade.cost(name), 100 * trade.trusted_error(name, measure), marker, markersize=size, zorder=5,
-            markerfacecolor="#F0E442", markeredgecolor="black", markeredgewidth=0.9,
-        )  # fmt: skip
+    for name, marker, size in _MARKS:
+        if name in trade.outcomes and trade.outcomes[name].state == "done":
+            axes.plot(
+                trade.cost(name), 100 * trade.trusted_error(name, measure), marker, markersize=size, zorder=5,
+                markerfacecolor="#F0E442", markeredgecolor="black", markeredgewidth=0.9,
+            )  # fmt: skip
 
 
 def _limits(trade: Trade, measure: str) -> tuple[float, float]:
@@ -130,10 +123,6 @@ def _front(axes: Axes, trade: Trade, measure: str) -> None:
     )
 
 
-def _marked(trade: Trade) -> list[tuple[str, str, float]]:
-    return [m for m in _MARKS if m[0] in trade.outcomes and trade.outcomes[m[0]].state == "done"]
-
-
 def _ticks(axis: Axis, decades: float) -> None:
     """Plain numbers, 1, 2 and 5 of each decade where there are few, and none on the minor ticks."""
     from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
@@ -151,10 +140,10 @@ def _legend(trade: Trade) -> Sequence[Any]:
         return Line2D([], [], color=colour, marker=marker, linestyle="", markersize=size, label=label)
 
     shown = trade.done()
-    families = [f for f in COLOURS if any(p.family == f and p.varied in MARKERS for p in shown)]
-    varied = [v for v in MARKERS if any(p.varied == v for p in shown)]
-    handles = [handle(FAMILIES[f], "o", COLOURS[f], 7.0) for f in families]
-    handles += [handle(MARKERS[v][1], MARKERS[v][0], "#333333") for v in varied]
+    families = {p.family for p in shown if p.varied in MARKERS}
+    varied = {p.varied for p in shown}
+    handles = [handle(name, "o", colour, 7.0) for f, (colour, name) in FAMILIES.items() if f in families]
+    handles += [handle(name, marker, "#333333") for v, (marker, name) in MARKERS.items() if v in varied]
     handles.append(Line2D([], [], color="black", linewidth=1.0, label="Pareto front"))
     for name, marker, size in _MARKS:
         if name in trade.outcomes:

@@ -15,13 +15,11 @@ from typing import Final
 
 from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.levels import PER_WAVELENGTH
-from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
 from seatfem.study.method import BAND, is_given, stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.trade.point import Point
-from seatfem.study.trade.settings import Settings, written
+from seatfem.study.trade.point import Point, Settings, written
 
 BY_HAND: Final = "by hand"  # what is varied where there are no finite elements
 RATIO: Final = 1.6  # between neighbouring rungs
@@ -44,22 +42,32 @@ class Centre:
     ``level``: the cheapest that leaves nothing out; ``None`` for seats that are not drawn.
     """
 
-    level: AnyLevel | None
-    size: float | None
-    contact_size: float | None
-    bandwidth: float | None
-    tolerance: float | None
-    n_modes: int | None
+    level: AnyLevel | None = None
+    size: float | None = None
+    contact_size: float | None = None
+    bandwidth: float | None = None
+    tolerance: float | None = None
+    n_modes: int | None = None
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether its meshes are three-dimensional."""
+        return self.level in SOLID
+
+    @property
+    def family(self) -> str:
+        """Its level; of a seat that is not drawn "as given"."""
+        return str(self.level or "as given")
 
     def settings(self, fineness: float = 0.0, *, band: bool = True) -> Settings:
         """As stated keys, mesh (and ``band``) finer by `RATIO` to the power ``fineness``."""
         factor = RATIO**fineness
         values: dict[str, object] = {
             "seat.model": self.level,
-            "seat.mesh.size": _over(self.size, factor),
-            "seat.mesh.contact_size": _over(self.contact_size, factor),
+            "seat.mesh.size": self.size and self.size / factor,
+            "seat.mesh.contact_size": self.contact_size and self.contact_size / factor,
             "seat.mesh.order": 2 if self.size else None,
-            "seat.greens.bandwidth": _over(self.bandwidth, 1 / factor if band else 1.0),
+            "seat.greens.bandwidth": self.bandwidth and self.bandwidth / (1 / factor if band else 1.0),
             "seat.greens.tolerance": self.tolerance,
             "reed.n_modes": self.n_modes,
         }
@@ -71,14 +79,13 @@ def centre_of(scene: Scene) -> Centre:
     seat, n_modes = scene.seat, scene.reed.beam_modes
     stated = stated_method(scene).seat
     if not seat.is_reduced:
-        return Centre(None, None, None, None, None, n_modes)
+        return Centre(n_modes=n_modes)
     given = stated.bandwidth if is_given(scene, BAND) else None
     bandwidth = given or BAND_PER_FILTER / scene.run.filter_width
     if not seat.is_drawn:
-        return Centre(None, None, None, bandwidth, stated.tolerance, n_modes)
+        return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
-    tolerance, (size, contact) = stated.tolerance, _sizes(seat, stated, level, bandwidth)
-    return Centre(level, size, contact, bandwidth, tolerance, n_modes)
+    return Centre(level, *_sizes(seat, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes)
 
 
 def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
@@ -108,7 +115,8 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
     seat = scene.seat
     if (column := seat.column()) is None:
         return
-    yield _spring_point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", column.stiffness)
+    spring = {"kind": "spring", "stiffness": f"{column.stiffness!r} N/m"}
+    yield Point("spring, column E A/h" if seat.is_drawn else "spring, E A/L", "spring", BY_HAND, {"seat": spring})
     if seat.closed_form() is not None:  # its column is what the rod is
         return
     rod = {
@@ -120,10 +128,6 @@ def _by_hand(scene: Scene) -> Iterator[Point]:
         "damping_ratio": seat.loss,
     }
     yield Point("rod, column", "rod", BY_HAND, {"seat": rod})
-
-
-def _spring_point(name: str, stiffness: float) -> Point:
-    return Point(name, "spring", BY_HAND, {"seat": {"kind": "spring", "stiffness": f"{stiffness!r} N/m"}})
 
 
 def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
@@ -141,22 +145,17 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
     yield from _chain(centre, -depth, 0)
 
 
-def solid_level(centre: Centre) -> bool:
-    """Whether the centre's meshes are three-dimensional."""
-    return centre.level in SOLID
-
-
 def finer_rung(scene: Scene, fineness: int) -> Point:
     """The diagonal beyond the centre, for as far as it can be afforded."""
     centre = centre_of(scene)
-    return replace(_rung(centre, str(centre.level), fineness), after=_name(str(centre.level), fineness - 1))
+    return replace(_rung(centre, centre.family, fineness), after=_name(centre.family, fineness - 1))
 
 
 def _chain(centre: Centre, first: int, last: int) -> Iterator[Point]:
     """Rungs of one level; none is tried beyond one that did not end."""
     before = ""
     for k in range(first, last + 1):
-        rung = replace(_rung(centre, str(centre.level), k), after=before)
+        rung = replace(_rung(centre, centre.family, k), after=before)
         before = rung.name
         yield rung
 
@@ -172,8 +171,7 @@ def _name(family: str, fineness: int) -> str:
 
 def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
     """Each choice varied alone; the rest is the centre's."""
-    family = str(centre.level or "as given")
-    base = centre.settings()
+    family, base = centre.family, centre.settings()
 
     def vary(name: str, varied: str, key: str, value: object) -> Point:
         return Point(name, family, varied, {**base, key: written(key, value)})
@@ -188,24 +186,24 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
             yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
         for tolerance in TOLERANCES:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
-        yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre, family))
+        yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre))
     if scene.reed.beam_modes is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
     yield from _in_time(scene, base, family)
 
 
-def _reductions(scene: Scene, centre: Centre, family: str) -> Iterator[Point]:
+def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
     """Every reduction that may serve; on hexahedra, of diagonal mass, those that need them and the usual one."""
     if centre.level == "harmonics":
         return
     seat, (usual, *_), hexes = scene.seat, reducers(), {"seat.mesh.shape": "hex"}
     as_matrix = seat.loss == 0 and seat.loss_at(1.0) > 0
     for name, each in reducers().items():
-        point = Point(f"reduction {name}", family, "reduction", {"seat.greens.method": name})
+        point = Point(f"reduction {name}", centre.family, "reduction", {"seat.greens.method": name})
         if not each.diagonal_mass and (each.modal_damping or as_matrix):
             yield point
-        if solid_level(centre) and (each.diagonal_mass or name == usual):
+        if centre.is_solid and (each.diagonal_mass or name == usual):
             yield replace(point, name=f"hexahedra, {point.name}", settings={**hexes, **point.settings})
 
 
@@ -239,8 +237,4 @@ def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> 
     settings["run.time_step"] = None
     steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
     name = "reference, one notch back" if coarser else "reference"
-    return Point(f"{name} ({fineness:g})", str(centre.level or "as given"), "reference", settings, least_steps=steps)
-
-
-def _over(value: float | None, factor: float) -> float | None:
-    return None if value is None else value / factor
+    return Point(f"{name} ({fineness:g})", centre.family, "reference", settings, least_steps=steps)

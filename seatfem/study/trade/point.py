@@ -1,38 +1,92 @@
 """One point of the trade: a scene at one fidelity, carried out and measured in a process of its own.
 
-`python -m seatfem.study.trade.point JOB.json ANSWER.json`
+`python -m seatfem.study.trade.point` answers each job, a line of JSON, with its outcome.
 """
 
 from __future__ import annotations
 
+import copy
 import json
 import math
-import sys
 import time
+import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from impact.files.atomic import whole_file
+from pydantic import ValidationError
+
 from impact.march.engines import Engine
-from seatfem.jobs.worker import end_with_parent
+from seatfem.jobs.limits import limit_process
+from seatfem.jobs.worker import answer_lines
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.study.impacts.contact import (
     check_length,
     check_step,
     run_contacts,
+    seat_of,
     stopper_of,
     stress_of,
     striker_of,
     time_step,
 )
 from seatfem.study.impacts.measures import measured
-from seatfem.study.impacts.seat import seat_of
-from seatfem.study.method import stated_method
-from seatfem.study.scene import Scene
-from seatfem.study.trade.settings import Settings, scene_with
+from seatfem.study.method import FIELDS, RunMethod, has_key, stated_method
+from seatfem.study.scene import Scene, SceneError
+from seatfem.study.scene.problems import explain
+
+Settings = Mapping[str, object]
+"""Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
+
+UNITS: Final = {
+    "seat.mesh.size": "m",
+    "seat.mesh.contact_size": "m",
+    "seat.greens.bandwidth": "Hz",
+    "run.time_step": "s",
+}
+ALL_OPEN: Final[Settings] = dict.fromkeys(FIELDS)
+
+
+def scene_with(path: Path, settings: Settings) -> Scene:
+    """The scene of a file with ``settings`` stated: a planner obeys them, and chooses what is taken out.
+
+    Raises:
+        SceneError: a value that does not belong in a scene.
+    """
+    data = tomllib.loads(path.read_text(encoding="utf-8"))
+    for key, value in settings.items():
+        _state(data, key.split("."), value)
+    try:
+        return Scene.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise SceneError(explain(error, Scene, data, path, {})) from None
+
+
+def written(key: str, value: object) -> object:
+    """An SI value of a key as a scene file has it: ``"0.001 m"``."""
+    return f"{value!r} {UNITS[key]}" if key in UNITS else value
+
+
+def stated_choices(scene: Scene, method: RunMethod) -> Settings:
+    """Everything that decides the fidelity of a planned scene, as settings."""
+    values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
+    return {key: written(key, value) for key, value in values.items() if value is not None}
+
+
+def _state(table: dict[str, Any], path: list[str], value: object) -> None:
+    """Set, or with ``None`` remove, one key of nested tables."""
+    *tables, name = path
+    for part in tables:
+        if part not in table and value is None:
+            return
+        table = table.setdefault(part, {})
+    if value is None:
+        table.pop(name, None)
+    else:
+        table[name] = copy.deepcopy(value)
+
 
 REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
 
@@ -139,25 +193,12 @@ def _processor_time() -> float:
     return sum(u.ru_utime + u.ru_stime for u in used)
 
 
-def _limit_processor_time(seconds: float) -> None:
-    """Where the system can: it ends this process (SIGXCPU) after so many seconds, rounded up."""
-    try:
-        import resource  # absent on Windows
-    except ImportError:
-        return
-    most = math.ceil(seconds)
-    resource.setrlimit(resource.RLIMIT_CPU, (most, most + 5))
-
-
-def main(job_file: Path, answer_file: Path) -> None:
-    """Read a job, carry it out, write the answer."""
-    end_with_parent()
-    job: dict[str, Any] = json.loads(job_file.read_text(encoding="utf-8"))
-    _limit_processor_time(float(job["limit"]))
-    outcome = carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - float(job["begun"]))
-    with whole_file(answer_file) as temporary:
-        temporary.write_text(json.dumps(asdict(outcome)), encoding="utf-8")
+def _reply(line: str) -> str:
+    """The outcome of one job, within its processor time."""
+    job: dict[str, Any] = json.loads(line)
+    limit_process(seconds=math.ceil(job["limit"]))
+    return json.dumps(asdict(carry_out(Path(job["scene"]), Point(**job["point"]), time.time() - job["begun"])))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    answer_lines(_reply)

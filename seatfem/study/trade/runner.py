@@ -1,22 +1,24 @@
-"""Carries out points, each in a process of its own: on one thread, with an empty store, within a time limit."""
+"""Carries out points, each in a process of its own: on one thread, with an empty store, within a time limit.
+
+Outcomes are on file at once, one JSON line each: a ladder that was stopped goes on where it was.
+"""
 
 from __future__ import annotations
 
 import json
 import signal
-import subprocess
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 from typing import Final
 
 from impact.progress import Progress, silent
+from seatfem.jobs import journal as lines
+from seatfem.jobs.batch import answers
 from seatfem.jobs.folders import private_folder
-from seatfem.jobs.processes import end_worker, start_worker
-from seatfem.machine.cache_folder import VARIABLE
-from seatfem.machine.code import code_version
-from seatfem.study.trade.journal import append, key_of, read_journal
+from seatfem.machine.code import VARIABLE, code_version
 from seatfem.study.trade.point import Outcome, Point
 
 TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
@@ -41,7 +43,7 @@ def run_points(
     version, on_file = code_version(), read_journal(journal)
     found = dict(known or {})
     for number, point in enumerate(points, start=1):
-        key = key_of(scene, point, version)
+        key = _key(scene, point, version)
         outcome = on_file.get(key)
         if outcome is None or _may_end_now(outcome, time_limit):
             outcome = _obstacle(point, found, time_limit) or run_point(scene, point, time_limit)
@@ -49,6 +51,22 @@ def run_points(
         found[point.name] = outcome
         progress("fidelity ladder", number / len(points))
     return found
+
+
+def _key(scene: Path, point: Point, version: str) -> str:
+    """What an outcome depends on: the text of the scene, what the point changes in it, and the code."""
+    parts = [version, scene.read_text(encoding="utf-8"), asdict(point)]
+    return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
+
+
+def read_journal(path: Path) -> dict[str, Outcome]:
+    """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    return lines.outcomes(path, "key", lambda point, outcome: Outcome(**outcome))
+
+
+def append(path: Path, key: str, point: Point, outcome: Outcome) -> None:
+    """One more line, on file at once."""
+    lines.append(path, {"key": key, "point": point.name, "outcome": asdict(outcome)})
 
 
 def _may_end_now(outcome: Outcome, time_limit: float) -> bool:
@@ -68,34 +86,18 @@ def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> 
 
 def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
     """One point, in a process of its own."""
+    patience = PATIENCE * time_limit
+    task = {"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": time_limit}
     with private_folder("trade") as folder:
-        job, answer, log = folder / "job.json", folder / "answer.json", folder / "log.txt"
-        task = {"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": time_limit}
-        job.write_text(json.dumps(task), encoding="utf-8")
-        process = start_worker(
-            "seatfem.study.trade.point",
-            str(job),
-            str(answer),
-            log=log,
-            environment=_environment(folder),
-            own_session=True,  # so that its mesher ends with it
-        )
-        try:
-            process.wait(PATIENCE * time_limit)
-        except subprocess.TimeoutExpired:
-            return Outcome("stopped", f"no end within {PATIENCE * time_limit:g} s", processor=time_limit)
-        finally:
-            end_worker(process)
-        if process.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
-            return Outcome("stopped", f"no end within {time_limit:g} processor seconds", processor=time_limit)
-        if not answer.exists():
-            lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            return Outcome(
-                "failed", f"the process died (exit code {process.returncode}): {(lines or ['no message'])[-1]}"
-            )
-        return Outcome(**json.loads(answer.read_text(encoding="utf-8")))
-
-
-def _environment(folder: Path) -> dict[str, str]:
-    """One thread, so that processor time is work; nothing computed before is at hand; what it leaves goes with it."""
-    return dict.fromkeys(_THREADS, "1") | {VARIABLE: str(folder / "store"), "TMPDIR": str(folder)}
+        # one thread, so that processor time is work; nothing computed before is at hand; what it leaves goes with it
+        environment = dict.fromkeys(_THREADS, "1") | {VARIABLE: str(folder / "store"), "TMPDIR": str(folder)}
+        module, jobs = "seatfem.study.trade.point", [json.dumps(task)]
+        [answer] = answers(jobs, module, limit=patience, own_session=True, environment=environment)
+    if isinstance(answer, str):
+        return Outcome(**json.loads(answer))
+    if answer.hung:
+        return Outcome("stopped", f"no end within {patience:g} s", processor=time_limit)
+    if answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
+        return Outcome("stopped", f"no end within {time_limit:g} processor seconds", processor=time_limit)
+    told = answer.log.strip().splitlines() or ["no message"]
+    return Outcome("failed", f"the process died (exit code {answer.code}): {told[-1]}")

@@ -78,7 +78,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
 def in_words(trade: Trade) -> str:
     """The front, the planner's place, and what did not end."""
     ended = len(trade.done())
-    floors = ", ".join(f"{_words(m)} {trade.floor[m]:.1e}" for m in trade.measures)
+    floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)
     lines = [f"{ended} of {len(trade.points)} points ended; the reference itself is uncertain by: {floors}"]
     lines.append("Pareto front, processor time and worst relative error:")
     lines += [f"  {trade.cost(n):9.3g} s  {trade.trusted_error(n):8.1e}  {n}" for n in trade.front()]
@@ -98,7 +98,3 @@ def _place(trade: Trade, name: str) -> str:
         f"{name}: {outcome.processor:.3g} s, error {error:.1e}, {verdict} the target {trade.target:g}; "
         f"{excess:.2f} times the cost of the front"
     )
-
-
-def _words(measure: str) -> str:
-    return measure.replace("_", " ")

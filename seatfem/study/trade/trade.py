@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -17,11 +17,9 @@ from seatfem.study.method import FIELDS, is_given
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point, solid_level
-from seatfem.study.trade.pareto import cost_excess, pareto_front
-from seatfem.study.trade.point import Outcome, Point
+from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, finer_rung, ladder, reference_point
+from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, scene_with, stated_choices
 from seatfem.study.trade.runner import TIME_LIMIT, run_point, run_points
-from seatfem.study.trade.settings import ALL_OPEN, scene_with, stated_choices
 
 PLANNED: Final = "planner's choice"
 AS_FILED: Final = "as the file says"
@@ -134,17 +132,43 @@ def measure_trade(
     begun = time.perf_counter()
     planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun
-    rungs = ladder(scene, quick=quick)
-    _warm_up(path, rungs, journal, time_limit)
-    found = run_points(path, rungs, journal, time_limit=time_limit, progress=progress)
-    found = run_points(path, planned, journal, time_limit=LONGER * time_limit, known=found)
-    finer, found = _finer(path, scene, journal, found, time_limit, 1 if quick else FINEST)
-    exact, back, found = _reference(path, scene, journal, found, len(finer), time_limit, progress)
-    values, others = found[exact].values, found[back].values
+    rungs, runs = ladder(scene, quick=quick), _Runs(path, scene, journal, time_limit)
+    if not journal.exists():  # compiled code is on the disk before anything is measured: each family once, for nothing
+        for point in {p.family: p for p in reversed(rungs) if p.varied == "diagonal"}.values():
+            run_point(path, point, LONGER * time_limit)
+    runs.carry_out(rungs, progress=progress)
+    runs.carry_out(planned, LONGER)
+    finer = _finer(runs, 1 if quick else FINEST)
+    exact, back = _reference(runs, len(finer), lambda _, done: progress("reference", done))
+    values, others = runs.found[exact].values, runs.found[back].values
     floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
-    measures = tuple(scene.accuracy.measures)
+    points, accuracy = (*rungs, *finer, *planned), scene.accuracy
     title = scene.title or path.stem
-    return Trade(title, measures, scene.accuracy.target, (*rungs, *finer, *planned), found, exact, floor, planning)
+    return Trade(title, tuple(accuracy.measures), accuracy.target, points, runs.found, exact, floor, planning)
+
+
+@dataclass
+class _Runs:
+    """The points of one scene that were carried out so far: their outcomes by name."""
+
+    path: Path
+    scene: Scene
+    journal: Path
+    limit: float
+    found: dict[str, Outcome] = field(default_factory=dict)
+
+    def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
+        """These too, each within ``longer`` times the limit."""
+        limit = longer * self.limit
+        self.found = run_points(self.path, points, self.journal, time_limit=limit, known=self.found, progress=progress)
+
+    def seconds(self, top: int, notches: int) -> float:
+        """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite if unknown."""
+        centre = centre_of(self.scene)
+        last = self.found.get(finer_rung(self.scene, top).name) if centre.size else None
+        if last is None or last.state != "done":
+            return math.inf
+        return last.processor * GROWTH[centre.is_solid] ** notches
 
 
 def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
@@ -158,78 +182,66 @@ def _planned(path: Path, scene: Scene, empty: Store) -> tuple[Point, ...]:
 def _as_point(name: str, plan: Plan) -> Point:
     seconds = sum(plan.cost.parts.get(stage, 0.0) for stage in CARRIED_OUT)
     settings = {**ALL_OPEN, **stated_choices(plan.scene, plan.method)}
-    return Point(name, _family(plan.level), "planned", settings, predicted=seconds)
+    family = "as given" if plan.level == "closed form" else plan.level
+    return Point(name, family, "planned", settings, predicted=seconds)
 
 
-def _family(level: str) -> str:
-    return "as given" if level == "closed form" else level
-
-
-def _warm_up(path: Path, points: Sequence[Point], journal: Path, time_limit: float) -> None:
-    """Compiled code is on the disk before anything is measured: the coarsest of each family once, for nothing."""
-    if journal.exists():
-        return
-    coarsest = {p.family: p for p in reversed(points) if p.varied == "diagonal"}
-    for point in coarsest.values():
-        run_point(path, point, LONGER * time_limit)
-
-
-def _finer(
-    path: Path, scene: Scene, journal: Path, found: Mapping[str, Outcome], time_limit: float, most: int
-) -> tuple[tuple[Point, ...], dict[str, Outcome]]:
+def _finer(runs: _Runs, most: int) -> list[Point]:
     """The diagonal goes on above the centre while a rung is predicted to end within half the time limit."""
     added: list[Point] = []
-    while len(added) < most and _seconds(scene, found, len(added), 1) <= time_limit / 2:
-        point = finer_rung(scene, len(added) + 1)
-        found = run_points(path, [point], journal, time_limit=time_limit, known=found)
-        added.append(point)
-    return tuple(added), dict(found)
+    while len(added) < most and runs.seconds(len(added), 1) <= runs.limit / 2:
+        added.append(finer_rung(runs.scene, len(added) + 1))
+        runs.carry_out(added[-1:])
+    return added
 
 
-def _seconds(scene: Scene, found: Mapping[str, Outcome], top: int, notches: int) -> float:
-    """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite where unknown."""
-    centre = centre_of(scene)
-    if centre.size is None:
-        return math.inf
-    last = found.get(finer_rung(scene, top).name, Outcome("failed"))
-    return last.processor * GROWTH[solid_level(centre)] ** notches if last.state == "done" else math.inf
-
-
-def _reference(
-    path: Path,
-    scene: Scene,
-    journal: Path,
-    found: Mapping[str, Outcome],
-    top: int,
-    time_limit: float,
-    progress: Progress,
-) -> tuple[str, str, dict[str, Outcome]]:
-    """The finest that can be afforded: its name, that of the same one notch back, and all outcomes.
+def _reference(runs: _Runs, top: int, progress: Progress) -> tuple[str, str]:
+    """The finest that can be afforded: its name, and that of the same one notch back.
 
     All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
     allowed.
     """
-    allowed = LONGER * time_limit
-    notches = [n for n in (3.0, 2.0, 1.0) if n == 1.0 or _seconds(scene, found, top, int(n)) <= allowed / 2]
+    notches = [n for n in (3, 2) if runs.seconds(top, n) <= LONGER * runs.limit / 2]
     tried = []
-    for fineness in [top + n for n in (*notches, 0.5)] if centre_of(scene).size else [float(FINEST)]:
-        pair = [reference_point(scene, fineness, coarser=coarser) for coarser in (False, True)]
-        found = run_points(path, pair, journal, time_limit=allowed, known=found, progress=_as_reference(progress))
-        names = [point.name for point in pair]
-        if all(found[name].state == "done" for name in names):
-            return names[0], names[1], dict(found)
-        tried += [f"{name}: {found[name].reason}" for name in names if found[name].state != "done"]
-    raise TradeError(f"{path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
-
-
-def _as_reference(progress: Progress) -> Progress:
-    def tell(stage: str, done: float) -> None:
-        progress("reference", done)
-
-    return tell
+    for fineness in [top + n for n in (*notches, 1.0, 0.5)] if centre_of(runs.scene).size else [float(FINEST)]:
+        pair = [reference_point(runs.scene, fineness, coarser=coarser) for coarser in (False, True)]
+        runs.carry_out(pair, LONGER, progress)
+        failed = [point.name for point in pair if runs.found[point.name].state != "done"]
+        if not failed:
+            return pair[0].name, pair[1].name
+        tried += [f"{name}: {runs.found[name].reason}" for name in failed]
+    raise TradeError(f"{runs.path}: no reference ended ({'; '.join(tried)}); give each point more time (--limit)")
 
 
 def _relative(difference: float, exact: float) -> float:
     if exact == 0.0:
         return 0.0 if difference == 0.0 else math.inf
     return abs(difference / exact)
+
+
+def pareto_front(costs: Sequence[float], errors: Sequence[float]) -> tuple[int, ...]:
+    """Indices of the points that no other one beats, by increasing cost.
+
+    A point is beaten by one that is at least as cheap and at least as accurate, and better in one of the two; of equal
+    points the first stands for all. Points with a cost or error that is no finite number are left out.
+    """
+    order = sorted(
+        (i for i in range(len(costs)) if math.isfinite(costs[i]) and math.isfinite(errors[i])),
+        key=lambda i: (costs[i], errors[i], i),
+    )
+    front: list[int] = []
+    for i in order:
+        if not front or errors[i] < errors[front[-1]]:
+            front.append(i)
+    return tuple(front)
+
+
+def cost_excess(cost: float, error: float, costs: Sequence[float], errors: Sequence[float]) -> float:
+    """``cost`` over the least cost among the points at most as wrong as ``error``; 1 on the front or before it.
+
+    Not a number where the point itself is none, or nothing is as accurate.
+    """
+    as_good = [c for c, e in zip(costs, errors, strict=True) if math.isfinite(c) and e <= error]
+    if not math.isfinite(cost) or not math.isfinite(error):
+        return math.nan
+    return max(1.0, cost / min(as_good)) if as_good else 1.0

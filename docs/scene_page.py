@@ -17,6 +17,7 @@ from seatfem.structures.kinds.parts import Registered
 from seatfem.structures.kinds.selectors import ByColour
 from seatfem.structures.named_materials import NAMED_MATERIALS
 from seatfem.study.scene import Scene
+from seatfem.study.scene.problems import leaves, tables_in
 from seatfem.units import DIMENSIONS
 
 _HEAD = """\
@@ -64,7 +65,7 @@ def scene_page() -> str:
         (name, part)
         for _, table in sections
         for name, field in _own(table).items()
-        for part in _tables(field.annotation)
+        for part in tables_in(field.annotation)
     )
     parts = [_HEAD, "## Top level\n\n", _table(Scene)]
     parts += [_section(name, table) for name, table in sections]
@@ -84,10 +85,10 @@ def _own(table: type[BaseModel]) -> dict[str, FieldInfo]:
 
 def _in_it(field: FieldInfo) -> Iterator[type[BaseModel]]:
     """The tables that a key may hold, with those whose keys stand in them."""
-    for table in _tables(field.annotation):
+    for table in tables_in(field.annotation):
         yield table
         if inlined := getattr(table, "inlined", ""):
-            yield from _tables(table.model_fields[inlined].annotation)
+            yield from tables_in(table.model_fields[inlined].annotation)
 
 
 def _named_materials() -> str:
@@ -109,7 +110,7 @@ def _once(inner: Iterable[tuple[str, type[BaseModel]]]) -> Iterator[tuple[str, t
 
 def _section(name: str, table: type[BaseModel]) -> str:
     kind = f', kind = "{kind_of(table)}"' if "kind" in table.model_fields else ""
-    return f"## {name}{kind}\n\n{_summary(table)}\n\n{_table(table)}"
+    return f"## {name}{kind}\n\n{' '.join((table.__doc__ or '').split())}\n\n{_table(table)}"
 
 
 def _table(table: type[BaseModel]) -> str:
@@ -121,24 +122,20 @@ def _table(table: type[BaseModel]) -> str:
     return _COLUMNS + "".join(rows) + "\n"
 
 
-def _summary(table: type[BaseModel]) -> str:
-    return " ".join((table.__doc__ or "").split())
-
-
 def _holds(field: FieldInfo) -> str:
     if elements := _elements(field):
         return _several(field, elements)
-    if _tables(field.annotation):
+    if tables_in(field.annotation):
         origin = get_origin(field.annotation)
         return "tables by name" if origin is dict else "list of tables" if origin is tuple else "table"
     if names := _registered(field):
         return names
     if (quantity := _measured(_notes(field))) is not None:
         return quantity
-    options = [option for kind in _leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
+    options = [option for kind in leaves(field.annotation) if get_origin(kind) is Literal for option in get_args(kind)]
     if options:
         return ", ".join(f"`{_toml(option)}`" for option in options)
-    return next(_PLAIN[kind] for kind in _leaves(field.annotation) if kind in _PLAIN)
+    return next(_PLAIN[kind] for kind in leaves(field.annotation) if kind in _PLAIN)
 
 
 def _registered(field: FieldInfo) -> str:
@@ -159,7 +156,7 @@ def _measured(notes: Iterable[object]) -> str | None:
 def _elements(field: FieldInfo) -> tuple[Any, ...]:
     """The types of a list of a fixed number of values, or of any number of plain ones (two, for "and so on")."""
     for kind in (field.annotation, *get_args(field.annotation)):
-        if get_origin(kind) is tuple and not _tables(kind):
+        if get_origin(kind) is tuple and not tables_in(kind):
             return get_args(kind)
     return ()
 
@@ -171,7 +168,7 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
         return f"list of {_one_of(first)}"
     if get_origin(first) is tuple:
         return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
-    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(_leaves(first)))]
+    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(leaves(first)))]
     dimension = measured.partition(",")[0]
     example = (field.examples or [[DIMENSIONS[dimension].example] * len(elements)])[0]
     return f"list of {_NUMBERS[len(elements)]} {dimension}s, `{_toml(example)}`"
@@ -180,7 +177,7 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
 def _one_of(kind: Any) -> str:
     if get_origin(kind) is Literal:
         return ", ".join(f"`{_toml(option)}`" for option in get_args(kind))
-    return f"{_PLAIN[next(iter(_leaves(kind)))]}s"
+    return f"{_PLAIN[next(iter(leaves(kind)))]}s"
 
 
 def _quantity(dimension: str) -> str:
@@ -215,19 +212,6 @@ def _notes(field: FieldInfo) -> Iterator[object]:
     for kind in get_args(field.annotation):
         if get_origin(kind) is Annotated:
             yield from get_args(kind)[1:]
-
-
-def _leaves(annotation: object) -> Iterator[Any]:
-    """The plain types behind unions and annotations."""
-    if get_origin(annotation) is Literal or not get_args(annotation):
-        yield annotation
-        return
-    for part in get_args(annotation):
-        yield from _leaves(part)
-
-
-def _tables(annotation: object) -> list[type[BaseModel]]:
-    return [kind for kind in _leaves(annotation) if isinstance(kind, type) and issubclass(kind, BaseModel)]
 
 
 if __name__ == "__main__":

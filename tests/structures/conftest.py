@@ -1,0 +1,36 @@
+"""What the tests of meshes share: files that gmsh wrote, and a process that reads them."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+
+import pytest
+
+from seatfem.jobs.processes import LineWorker
+from seatfem.structures.formats import meshio_files
+
+
+@pytest.fixture(scope="session")
+def written_meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what `write_mesh_files` writes, gmsh in a process of its own."""
+    folder = tmp_path_factory.mktemp("files")
+    script = Path(__file__).with_name("write_mesh_files.py")
+    subprocess.run([sys.executable, str(script), str(folder)], check=True, capture_output=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def one_meshio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]:
+    """A process that reads many files: its start takes longer than most of them."""
+    log = tmp_path_factory.mktemp("meshio") / "log.txt"
+    with LineWorker("seatfem.structures.formats._meshio_worker", log=log) as worker:
+        yield worker
+
+
+@pytest.fixture
+def read_by_one_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of what a file says, not of what its reader may take."""
+    worker = request.getfixturevalue("one_meshio")
+    monkeypatch.setattr(meshio_files, "LineWorker", lambda *given, **named: nullcontext(worker))
