@@ -18,7 +18,7 @@ from seatfem.structures.reduction.modes import Modes
 
 USUAL: Final = 100  # Krylov vectors that one port usually takes
 _FACTOR, _FACTOR_ORDER = 2.5e-7, 1.47  # s, of unknowns, P2 tetrahedra by PARDISO on two cores
-_VECTOR = 2.6e-6  # s for each unknown and Krylov vector: solve, two products and the orthogonalisation
+_VECTOR = 8e-7  # s for each unknown and Krylov vector: solve, two products and the orthogonalisation
 
 
 @dataclass(frozen=True)
