@@ -73,14 +73,15 @@ class StaticShape:
 
 @dataclass(frozen=True)
 class ModeShape:
-    """From rest, in mode ``number`` = 1, 2 ... scaled so that the point ``at`` is deflected by ``deflection`` [m].
+    """In mode ``number`` = 1, 2 ..., the point ``at`` deflected by ``deflection`` [m] and moving at ``velocity`` [m/s].
 
-    ``at=None`` is the tip (the middle of a clamped-clamped reed).
+    ``at=None`` is the tip (the middle of a clamped-clamped reed); > 0 is away from the seat.
     """
 
     number: int
-    deflection: float
+    deflection: float = 0.0
     at: float | None = None
+    velocity: float = 0.0
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
         """Initial modal state; `GreensFunctionError` if the reed has no such mode, or it has a node at ``at``."""
@@ -92,9 +93,10 @@ class ModeShape:
         here = float(modes.deflection(x)[self.number - 1])
         if abs(here) * math.sqrt(modes.line_density * modes.length) < 1e-9:
             raise GreensFunctionError(f"mode {self.number} has a node at {x:g} m: give another point with at=")
-        q = np.zeros(n)
+        q, v = np.zeros(n), np.zeros(n)
         q[self.number - 1] = _finite("deflection", self.deflection) / here
-        return ModalState(q, np.zeros(n))
+        v[self.number - 1] = _finite("velocity", self.velocity) / here
+        return ModalState(q, v)
 
 
 @dataclass(frozen=True)

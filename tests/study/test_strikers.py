@@ -62,6 +62,22 @@ def test_a_reed_is_released_in_a_mode(tmp_path: Path) -> None:
     same(striker_of(scene), reed(BEAM, n_modes=8, release=ModeShape(2, 1e-4)))
 
 
+def test_a_reed_starts_with_a_velocity_in_a_mode(tmp_path: Path) -> None:
+    """Straight, its tip at -2 m/s: it strikes at that; its frequencies are those of a beam, k L = 1.8751, 4.6941."""
+    scene = scene_of(tmp_path, CANTILEVER, 'release = { mode = 1, velocity = "-2 m/s" }\n')
+    start = striker_of(scene).modal_start()
+    assert not np.any(start.displacement)
+    shapes = striker_of(scene).greens.shapes[:, 0]  # type: ignore[attr-defined]
+    assert start.velocity @ shapes == pytest.approx(-2.0, rel=1e-12)
+    assert not np.any(start.velocity[1:])
+    opened = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 10e-6})})
+    summary = run_scene(opened, tmp_path / "out").summary
+    assert summary["impact_velocity_m_per_s"] == pytest.approx(2.0, rel=1e-2)
+    wave = np.sqrt(BEAM.young * BEAM.thickness**2 / (12 * BEAM.density)) / BEAM.length**2 / (2 * np.pi)
+    assert summary["reed_frequencies_Hz"][:2] == pytest.approx([1.8751041**2 * wave, 4.6940911**2 * wave], rel=1e-6)
+    assert len(summary["reed_frequencies_Hz"]) == 8
+
+
 def test_loads_drive_a_reed_at_rest(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text("time [ms],pressure [bar]\n0,0\n0.5,-0.1\n1,-0.1\n", encoding="utf-8")
     more = 'pressure = { file = "p.csv" }\npoint_force = { value = "-2 N", at = "12 mm" }\ngravity = "-9.81 m/s^2"\n'
@@ -122,6 +138,8 @@ def test_every_beam_strikes(kind: str, tmp_path: Path) -> None:
 WRONG = {
     "release = { mode = 1 }": "reed.release.deflection: required key is missing beside mode",
     'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode is given too",
+    'release = { velocity = "-1 m/s" }': "reed.release.mode: required key is missing beside velocity",
+    'release = { mode = 1, velocity = "1 m/s" }': "reed.release.velocity",
     'pressure = "3 mm"': "reed.pressure.value: '3 mm' is a length; a pressure is needed",
     'point_force = { value = "1 N", at = "30 mm" }': "reed.point_force.at: 0.03 m lies beyond the reed",
     'pressure = { value = "1 bar", file = "scene.toml" }': "reed.pressure.value: give exactly one of value and file",

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from impact.advice import Advice
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
-from seatfem.fields import Acceleration, DampingRatio, KeyProblem, Length, Position, Table, default
+from seatfem.fields import Acceleration, Approach, DampingRatio, KeyProblem, Length, Position, Table, default
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
@@ -30,23 +30,28 @@ SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # of the tip's compliance, over (
 
 
 class Release(Table):
-    """How a reed starts: at rest, in the static shape under a force at its tip or in the shape of one mode."""
+    """How a reed starts: at rest, in the static shape under a force at its tip or in one mode, deflected or moving."""
 
     tip_deflection: Length | None = Field(None, description="deflection of the tip, away from the seat")
-    mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection")
+    mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection or velocity")
     deflection: Position | None = Field(None, description="of the tip (or the middle) in that mode")
+    velocity: Approach | None = Field(
+        None, description='of the tip (or the middle) in that mode; towards the seat negative, as in "-2 m/s"'
+    )
 
     @model_validator(mode="before")
     @classmethod
     def _one_way(cls, given: object) -> object:
         if not isinstance(given, Mapping):
             return given
-        if "mode" in given or "deflection" in given:
+        beside = [key for key in ("deflection", "velocity") if key in given]
+        if "mode" in given or beside:
             if "tip_deflection" in given:
-                raise KeyProblem("tip_deflection", "mode is given too; keep one of the two")
-            for key, other in (("mode", "deflection"), ("deflection", "mode")):
-                if key not in given:
-                    raise KeyProblem(key, f"required key is missing beside {other}")
+                raise KeyProblem("tip_deflection", f"{'mode' if 'mode' in given else beside[0]} is given too; keep one")
+            if "mode" not in given:
+                raise KeyProblem("mode", f"required key is missing beside {beside[0]}")
+            if not beside:
+                raise KeyProblem("deflection", "required key is missing beside mode; or give velocity")
         elif "tip_deflection" not in given:
             raise KeyProblem("tip_deflection", "required key is missing: deflection of the tip, away from the seat")
         return given
@@ -115,9 +120,8 @@ class Beam(Structure):
         if self.release.tip_deflection is not None:
             return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
         assert self.release.mode is not None
-        assert self.release.deflection is not None
         here, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
-        return self.release.deflection * float(here / free)
+        return (self.release.deflection or 0.0) * float(here / free)
 
     def closed_form(self) -> GreensFunction | None:
         return self._body(None, None, moved=False).greens
@@ -145,8 +149,7 @@ class Beam(Structure):
         if self.release.tip_deflection is not None:
             return StaticShape(self.release.tip_deflection)
         assert self.release.mode is not None
-        assert self.release.deflection is not None
-        return ModeShape(self.release.mode, self.release.deflection)
+        return ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
 
     def _loads(self) -> list[ReedLoad]:
         from impact.bodies import loads  # as above

@@ -163,7 +163,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
         **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
-        **reed_keys(scene.reed.kind, done.reed),
+        **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
     }
 

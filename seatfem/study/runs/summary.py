@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +24,8 @@ from seatfem.study.impacts.measures import measured
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.measures import all_measures, key_of
+
+FREQUENCIES: Final = 10  # of the striker that are told
 
 
 def summarise(
@@ -108,12 +111,16 @@ def greens_error_keys(greens: GreensFunction) -> dict[str, object]:
     return {"greens_error_reduction": error.reduction, "greens_error_mesh": error.mesh, "greens_error": error.total}
 
 
-def reed_keys(kind: str, reed: Solved | None) -> dict[str, object]:
-    """What strikes; of one that was computed, whether it was there before, and the stated error of its g."""
+def reed_keys(kind: str, striker: Body, reed: Solved | None) -> dict[str, object]:
+    """What strikes, and its lowest natural frequencies where its modes are all there (Ritz pairs are not); of one that
+    was computed, whether it was there before, and the stated error of its g."""
+    modal = striker.greens.modal if reed is None or reed.greens.provenance.get("method") == "modes" else None
+    lowest = [] if modal is None else [float(f) for f in modal.frequencies_hz if f > 0][:FREQUENCIES]
+    known: dict[str, object] = {"reed_kind": kind, **({"reed_frequencies_Hz": lowest} if lowest else {})}
     if reed is None:
-        return {"reed_kind": kind}
+        return known
     errors = {f"reed_{key}": value for key, value in greens_error_keys(reed.greens).items()}
-    return {"reed_kind": kind, "reed_reused": reed.reused, **errors, "reed_level_error": reed.level_error}
+    return {**known, "reed_reused": reed.reused, **errors, "reed_level_error": reed.level_error}
 
 
 def accuracy_keys(done: Round) -> dict[str, object]:
