@@ -83,7 +83,7 @@ def first_look(
     if few.is_deflected and (g := few.greens.modal) is not None and np.any(g.omega):
         dt = min(dt, 1 / float(g.omega[g.omega > 0].min()))  # it may swing back as fast as that
     dt = max(dt, scene.run.duration / MOST_OF_LOOK)
-    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat), stopper), dt, scene.run.duration))
+    looked = _marched(impact.prepare(problem_of(scene, few, Body(seat.forces_only()), stopper), dt, scene.run.duration))
     return window_of(scene, few, force_of(looked)[1:], dt, stopper_force_of(looked))
 
 
@@ -166,11 +166,11 @@ class Bench:
         return self._strikers[dt, n_modes]
 
     def _target(self, dt: float, seat: GreensFunction) -> Discrete:
-        """The step weights of a closed form take longer than the march."""
+        """Of no energies; the step weights of a closed form take longer than the march."""
         if seat is not self.seat:
-            return Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+            return Discrete.of(Body(seat.forces_only()), dt, step_count(dt, self.window.duration))
         if dt not in self._seats:
-            self._seats[dt] = Discrete.of(Body(seat), dt, step_count(dt, self.window.duration))
+            self._seats[dt] = Discrete.of(Body(seat.forces_only()), dt, step_count(dt, self.window.duration))
         return self._seats[dt]
 
     def _beyond(self, dt: float) -> tuple[Discrete, ...]:
