@@ -221,7 +221,11 @@ def _active_set(w, pen, force, low, held):  # type: ignore[no-untyped-def]  # pr
     that fails (w singular but for round-off), `_descend` ends in finitely many steps. A violation is a gap below
     -1e-13 of the terms that it is the sum of.
     """
-    p = pen.size
+    p, flies = pen.size, True
+    for c in range(p):
+        flies = flies and force[c] == 0.0 and pen[c] <= 0.0
+    if flies:
+        return
     active, bad = np.empty(p, dtype=np.bool_), np.empty(p, dtype=np.bool_)
     for c in range(p):
         active[c] = force[c] > 0.0
