@@ -19,18 +19,20 @@ HEAD = """# Performance
 Written by `python benchmarks/document.py` from the tables that the scripts beside it leave in `benchmarks/results/`:
 first the contact march, then finite elements. Rerun them on your machine: ratios carry over, times do not.
 
-Measured on {machine}. Other programs were running: read times as upper bounds.
+Measured, where a section does not name another processor, on {machine}. Other programs were running: read times as
+upper bounds.
 """
 
 
 def main() -> None:
     """One section per table."""
     loaded = [json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8")) for name in TABLES]
-    machine = "; ".join(f"{key} {value}" for key, value in loaded[0]["machine"].items())
-    parts = [HEAD.format(machine=machine)]
+    usual = loaded[0]["machine"]
+    parts = [HEAD.format(machine="; ".join(f"{key} {value}" for key, value in usual.items()))]
     for name, fields in zip(TABLES, loaded, strict=True):
-        fields.pop("machine")
+        processor = fields.pop("machine")["processor"]
         parts.append(Table(**fields).markdown())
+        parts += [f"Measured on {processor}.\n"] if processor != usual["processor"] else []
         parts += [PICTURES[name]] if name in PICTURES else []
     DOCUMENT.write_text("\n".join(parts), encoding="utf-8")
 
