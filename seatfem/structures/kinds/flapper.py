@@ -187,7 +187,8 @@ class Flapper(Moving):
         assert modal is not None
         if (mode := self.release.mode - 1) >= len(modal.omega):
             raise ModelError(
-                f"reed.release.mode = {mode + 1}: there are {len(modal.omega)} modes below three times reed.greens.bandwidth"
+                f"reed.release.mode = {mode + 1}: there are {len(modal.omega)} modes below three times "
+                "reed.greens.bandwidth"
             )
         rate = np.zeros(len(modal.omega))
         rate[mode] = self.release.velocity / found.centre[mode]
