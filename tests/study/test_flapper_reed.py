@@ -55,8 +55,8 @@ def solved_of(reed: Structure) -> SolvedSheet:
 
 def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
     """At the paddle's centre, whichever patch touches; undeformed."""
-    more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 2, velocity = "-2 m/s" }\n'
-    for release, mode in ((more, 2), (more.replace("mode = 2, ", ""), 1)):
+    more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 3, velocity = "-2 m/s" }\n'
+    for release, mode in ((more, 3), (more.replace("mode = 3, ", ""), 1)):
         scene = scene_of(tmp_path, OUTLINE + COARSE, more=release)
         body, found = striker_of(scene), solved_of(scene.reed)
         assert body.state is not None
@@ -178,6 +178,21 @@ def test_keys_that_do_not_fit(tmp_path: Path, change: str, key: str, message: st
 def test_motion_is_required(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"reed.release.*required key is missing"):
         scene_of(tmp_path, OUTLINE)
+
+
+def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, OUTLINE + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
+    with pytest.raises(ModelError, match=r"reed.release.mode = 2: it does not move the paddle's centre"):
+        striker_of(scene)
+
+
+def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
+    """No step before it tells the closing speed: it is unknown, not a number that JSON has no word for."""
+    scene = scene_of(tmp_path, OUTLINE + COARSE, more=LANDING)
+    scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 0.0})})
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] != 0
+    assert found["impact_velocity_m_per_s"] is None
 
 
 def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import Sheet, SolvedSheet
 
+AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 
 
@@ -190,6 +191,8 @@ class Flapper(Moving):
                 f"reed.release.mode = {mode + 1}: there are {len(modal.omega)} modes below three times "
                 "reed.greens.bandwidth"
             )
+        if abs(found.centre[mode]) < AT_REST * np.abs(found.centre).max():
+            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move the paddle's centre; release another")
         rate = np.zeros(len(modal.omega))
         rate[mode] = self.release.velocity / found.centre[mode]
         return Body(body.greens, 0.0, ModalState(np.zeros_like(rate), rate), body.loads)

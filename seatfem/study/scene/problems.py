@@ -161,7 +161,7 @@ def _walk(model: type[BaseModel], location: KeyPath) -> tuple[KeyPath, type[Base
         if len(tables) == 1:
             table = tables[0]
         inlined = getattr(table, "inlined", "")
-        if table is not None and part == inlined:
+        if table is not None and inlined and part == inlined:
             beside = tuple(key for key in table.model_fields if key != inlined)
             tables = tables_in(table.model_fields[inlined].annotation)
             depth = len(path) + 1
