@@ -189,9 +189,9 @@ def test_static_deflection_under_pressure() -> None:
 
 
 def constant_curvature(mesh: PlateMesh) -> Array:
-    """w = x^2/2 - x y + y^2 and its slopes, at the nodes."""
+    """w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
     x, y = mesh.points.T
-    return np.stack([x**2 / 2 - x * y + y**2, x - y, 2 * y - x], axis=1).ravel()
+    return np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
 
 
 def curvature_energy(h: float) -> float:
