@@ -49,20 +49,22 @@ class Port:
 class DofMap:
     """Where the unknowns live: unknown i is component ``free[i] % dim`` at node ``free[i] // dim``.
 
-    Nodes on an oblique sliding plane have components along axes of their own: then ``turned`` takes the unknowns to
-    Cartesian displacements.
+    Nodes on an oblique sliding plane have components along axes of their own, those of a plate a deflection and two
+    rotations: then ``turned`` takes the unknowns to Cartesian displacements.
 
     Attributes:
         points: (dim, n_nodes) node coordinates [m].
         free: (n_free,) indices of the unknowns among all dim * n_nodes.
         mesh: the scikit-fem mesh.
         turned: (dim * n_nodes, n_free) displacements of the unknowns, or ``None`` where all are Cartesian.
+        rigid: (n_free, r) the body's rigid motions in its unknowns, where rotations are among these.
     """
 
     points: Array
     free: NDArray[np.int64]
     mesh: object = None
     turned: sparse.csr_array | None = field(default=None, repr=False)
+    rigid: Array | None = field(default=None, repr=False)
 
     def expand(self, vector: Array) -> Array:
         """(dim, n_nodes) nodal displacements of a vector of unknowns, zero where fixed."""

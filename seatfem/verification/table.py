@@ -22,6 +22,7 @@ from seatfem.verification.round_bars import round_bar_cases
 from seatfem.verification.solids import finite_element_cases, solid_cases
 from seatfem.verification.spheres import sphere_cases
 from seatfem.verification.stresses import stress_cases
+from seatfem.verification.thick_plates import thick_plate_cases
 from seatfem.verification.waves import wave_cases
 
 # To add rows: a function that returns cases, here. Making the cases is cheap; only `Case.compute` works.
@@ -44,6 +45,7 @@ PROVIDERS: tuple[Callable[[], tuple[Case, ...]], ...] = (
     ground_cases,
     rigid_face_cases,
     plate_cases,
+    thick_plate_cases,
 )
 
 

@@ -37,6 +37,8 @@ STRIKERS: Final = {
     "cantilever": BEAM,
     "clamped_clamped": BEAM,
     "conical": 'bore_radius = "4 mm"\nface_width = "2 mm"\n' + DRAWN,
+    "flapper": 'root_width = "8 mm"\ntaper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\n'
+    'paddle_diameter = "16 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\n' + HELD,
     "frf": 'file = "frf.csv"\n' + HELD,
     "greens": 'file = "reed.h5"\n' + HELD,
     "matrices": 'mass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "SI"\ndamping_ratio = 0.05\n'

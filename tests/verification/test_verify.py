@@ -20,6 +20,7 @@ SOLIDS = {
     "thick square plate": 0.55,  # from three to twelve along two half waves
     "quadratic hexahedra": 0.25,
     "as a solid": 0.45,  # from one to four across half the thickness
+    "Mindlin": 0.3,  # from six to 24 elements along the side
     "axisymmetric": 0.35,
     "free sphere": 0.35,
     "half-space of finite elements": 0.65,  # an edge of pressure: the order is that of a logarithm on a graded mesh

@@ -10,6 +10,7 @@ from seatfem.structures.kinds.cad import Cad as Cad
 from seatfem.structures.kinds.cantilever import Cantilever as Cantilever
 from seatfem.structures.kinds.clamped_clamped import ClampedClamped as ClampedClamped
 from seatfem.structures.kinds.conical import Conical as Conical
+from seatfem.structures.kinds.flapper import Flapper as Flapper
 from seatfem.structures.kinds.frf import FrequencyResponseFile as FrequencyResponseFile
 from seatfem.structures.kinds.greens_file import GreensFile as GreensFile
 from seatfem.structures.kinds.matrices import Matrices as Matrices

@@ -35,6 +35,8 @@ def default_shift(model: SecondOrderModel) -> float:
 
 def _candidates(dofs: DofMap) -> Array:
     """(n_free, m) translations and, lengths made relative, rotations of the nodes, restricted to the unknowns."""
+    if dofs.rigid is not None:
+        return dofs.rigid
     dim, count = dofs.points.shape
     x = dofs.points - dofs.points.mean(axis=1, keepdims=True)
     x = x / max(float(np.abs(x).max()), 1e-300)

@@ -50,7 +50,7 @@ def summarise(
         "contact_count": len(groups),
         "contact_count_raw": len(raw),
         "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
-        "impact_velocity_m_per_s": measures.impact_velocity(result) if touched else None,
+        "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
         **_stress_keys("peak_reed_stress", stress.largest if stress else None),
         **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
@@ -61,6 +61,11 @@ def summarise(
         "time_step_s": result.dt,
         "history_engine": result.engine,
     }
+
+
+def _known(value: float) -> float | None:
+    """``None`` for nan."""
+    return None if math.isnan(value) else value
 
 
 def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, object]:

@@ -1,0 +1,347 @@
+"""Mass, stiffness and ports of thick plates: Mindlin-Reissner theory on curved quadrilaterals of nine nodes.
+
+A node has the deflection w and the rotations a = (a_x, a_y) of its normal, grad w in thin plates. Unknowns are
+w and l a, l the typical side of an element: of one unit, matrices are solved 200 times as exactly. With
+D = E h^3/(12 (1 - nu^2)), kappa = 5/6 and G = E/(2 (1 + nu)),
+
+    2 U = integral of D ((a_x,x + a_y,y)^2 - 2 (1 - nu) (a_x,x a_y,y - (a_x,y + a_y,x)^2/4)) + kappa G h |grad w - a|^2
+    2 T = integral of rho h w'^2 + rho h^3/12 |a'|^2
+
+Bending and mass are integrated by 3 x 3 Gauss points, shear by 2 x 2, which keeps thin plates from locking (Hughes,
+Cohen & Haroun, Nuclear Engineering and Design 46 (1978) 203). That alone leaves one deflection without energy on every
+mesh, +1 at vertices, -1 at middles of sides, 0 at centres. The part of its shear that 2 x 2 points do not see gets its
+energy back, times h^2/(h^2 + A) in an element of area A. Where grad w = a, that part is zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from impact.brief import brief
+from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.errors import ModelError
+from seatfem.structures.materials import Material
+from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
+
+Unknown = Literal["w", "a_x", "a_y"]
+Integers = NDArray[np.int64]
+
+UNKNOWNS: Final[tuple[Unknown, ...]] = ("w", "a_x", "a_y")
+SHEAR: Final = 5 / 6  # kappa, of a rectangular section
+_NODES: Final = ((-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0))  # gmsh's order
+_NORM: Final = 15 / 8  # 1 over the squares of both parts of the pattern that 2 x 2 points do not see: 2 * 2/3 * 2/5
+_FLAT: Final = 1e-6  # of the element's area: a Jacobian below it is folded
+_NEAREST: Final = 16  # elements that are searched for a point, those with the nearest centres
+_NEWTON: Final = 12
+_INSIDE: Final = 1e-6  # of the reference element, that a point on the outline may lie outside
+
+
+@dataclass(frozen=True)
+class PlateMesh:
+    """The mid-surface of a plate, of curved quadrilaterals.
+
+    Attributes:
+        points: (n, 2) nodes [m].
+        cells: (m, 9) nodes of each element: vertices anticlockwise, middles of the sides 01, 12, 23, 30, centre.
+        lines: nodes on named parts of the outline.
+
+    Raises:
+        ModelError: arrays of another shape, elements that are folded or turned over, unused nodes.
+    """
+
+    points: Array
+    cells: Integers
+    lines: Mapping[str, Integers] = field(default_factory=dict)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", np.asarray(self.points, dtype=float))
+        object.__setattr__(self, "cells", np.asarray(self.cells, dtype=np.int64))
+        if self.points.ndim != 2 or self.points.shape[1] != 2 or not np.all(np.isfinite(self.points)):
+            raise ModelError(f"plate: points of shape {self.points.shape} must be (n, 2) and finite")
+        if self.cells.ndim != 2 or self.cells.shape[1] != 9 or not len(self.cells):
+            raise ModelError(f"plate: cells of shape {self.cells.shape} must be (m, 9), at least one element")
+        used = np.unique(self.cells)
+        if used[0] < 0 or used[-1] >= len(self.points) or len(used) < len(self.points):
+            raise ModelError(f"plate: the cells name {len(used)} nodes of {len(self.points)}: each must be in one")
+        _check_shape(self)
+
+    @property
+    def area(self) -> float:
+        """Of the mid-surface [m^2]."""
+        return float(_jacobians(self, *_gauss(3))[1].sum())
+
+    @cached_property
+    def side(self) -> float:
+        """l, the root of the mean area of an element [m]."""
+        return math.sqrt(self.area / len(self.cells))
+
+    def centre(self, cell: int) -> str:
+        """Where an element is, for messages."""
+        x, y = self.points[self.cells[cell, 8]]
+        return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A part of a plate by a quadrature rule over it: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""
+
+    points: Array
+    weights: Array
+
+
+def disc(centre: tuple[float, float], radius: float) -> Patch:
+    """A round patch. Raises `ModelError` of a radius that is not positive."""
+    return ring(centre, radius / 2, radius)
+
+
+def ring(centre: tuple[float, float], mean_radius: float, width: float, angles: int = 96) -> Patch:
+    """A patch between two circles, ``width`` apart: Gauss points across, equal steps around.
+
+    Raises:
+        ModelError: a width that is not positive or more than twice the mean radius.
+    """
+    if not (np.isfinite(mean_radius) and 0 < width <= 2 * mean_radius * (1 + 1e-12)):
+        raise ModelError(
+            f"ring of mean radius {1e3 * mean_radius:g} mm: a width of {1e3 * width:g} mm must be positive and at most "
+            f"{2e3 * mean_radius:g} mm"
+        )
+    x, weights = np.polynomial.legendre.leggauss(8)
+    radius = mean_radius + width / 2 * x
+    angle = 2 * np.pi * (np.arange(angles) + 0.5) / angles
+    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    points = np.asarray(centre) + (radius[:, None, None] * around).reshape(-1, 2)
+    return Patch(points, np.repeat(weights * radius * width / 2 * 2 * np.pi / angles, angles))
+
+
+def elements_patch(mesh: PlateMesh, cells: Sequence[int] | Integers) -> Patch:
+    """The patch of whole elements."""
+    _, weights, shapes = _jacobians(mesh, *_gauss(3), cells)
+    places = np.einsum("qk,mkc->mqc", shapes, mesh.points[mesh.cells[cells]])
+    return Patch(places.reshape(-1, 2), weights.ravel())
+
+
+def assemble_plate(
+    mesh: PlateMesh,
+    material: Material,
+    thickness: float,
+    *,
+    clamped: str | Sequence[str] = (),
+    held: Mapping[str, Sequence[Unknown]] = MappingProxyType({}),
+    ports: Mapping[str, Patch] = MappingProxyType({}),
+) -> SecondOrderModel:
+    """The plate's bending motion, as its module says.
+
+    Args:
+        mesh: of the mid-surface.
+        material: isotropic, with its own damping.
+        thickness: h [m].
+        clamped: names of ``mesh.lines`` without deflection and rotation; ``()`` for a free plate.
+        held: unknowns that vanish on other lines: a simple support has ``("w",)``, or w and the rotation along it.
+        ports: patches whose mean deflection is observed, and pushed by a uniform pressure.
+
+    Returns:
+        The model; its ``dofs.expand`` gives displacements (3, n) of the mid-surface.
+
+    Raises:
+        ModelError: no such line, a thickness that is not positive, a patch that reaches off the plate.
+    """
+    if not (np.isfinite(thickness) and thickness > 0):
+        raise ModelError(f"plate: thickness = {thickness:g} m must be positive and finite")
+    lines = [clamped] if isinstance(clamped, str) else clamped
+    free = _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)})
+    stiffness, mass = _stiffness(mesh, material, thickness), _mass(mesh, material.density, thickness)
+    K, M = (_assembled(mesh, blocks)[free][:, free] for blocks in (stiffness, mass))
+    patches = {
+        name: Port(
+            average(mesh, patch, name)[free],
+            float(patch.weights.sum()),
+            material.density * material.c_p * float(patch.weights.sum()),
+        )
+        for name, patch in ports.items()
+    }
+    return whole_model(
+        lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, _dofs(mesh, free)
+    )
+
+
+def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
+    """(3 n,) b, so that b'u is the mean deflection over a patch.
+
+    Raises:
+        ModelError: a point of the patch that lies off the plate.
+    """
+    cells, inside = _located(mesh, patch.points, name)
+    vector = np.zeros(len(mesh.points))
+    shares = _shapes(inside)[0] * (patch.weights / patch.weights.sum())[:, None]
+    np.add.at(vector, mesh.cells[cells], shares)
+    return np.asarray(np.kron(vector, [1.0, 0.0, 0.0]))
+
+
+def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
+    """Unknowns that are free to move among all, three a node."""
+    free = np.ones((len(mesh.points), 3), dtype=bool)
+    for name, unknowns in held.items():
+        if name not in mesh.lines:
+            raise ModelError(f"plate: no line {name!r}; the mesh has {', '.join(mesh.lines) or 'none'}")
+        for unknown in unknowns:
+            free[mesh.lines[name], UNKNOWNS.index(unknown)] = False
+    return np.flatnonzero(free)
+
+
+def _dofs(mesh: PlateMesh, free: Integers) -> DofMap:
+    """Deflections as displacements along z, and the rigid motions w = 1, x, y with their rotations."""
+    count = len(mesh.points)
+    upwards = sparse.coo_array((np.ones(count), (3 * np.arange(count) + 2, 3 * np.arange(count))), (3 * count,) * 2)
+    x = mesh.points - mesh.points.mean(axis=0)
+    rigid = np.zeros((count, 3, 3))
+    rigid[:, 0, 0], rigid[:, 0, 1:] = 1.0, x
+    rigid[:, 1, 1] = rigid[:, 2, 2] = mesh.side
+    points = np.column_stack([mesh.points, np.zeros(count)]).T
+    return DofMap(points, free, mesh, sparse.csr_array(upwards.tocsc()[:, free]), rigid.reshape(3 * count, 3)[free])
+
+
+def _stiffness(mesh: PlateMesh, material: Material, thickness: float) -> Array:
+    """(m, 27, 27), w and a node by node."""
+    young, nu = material.young, material.poisson
+    rigidity = young * thickness**3 / (12 * (1 - nu**2))
+    shear = SHEAR * material.lame[1] * thickness
+    slopes, weights, _ = _jacobians(mesh, *_gauss(3))
+    bend = np.zeros((*weights.shape, 3, 9, 3))
+    bend[:, :, 0, :, 1] = bend[:, :, 2, :, 2] = slopes[..., 0]
+    bend[:, :, 1, :, 2] = bend[:, :, 2, :, 1] = slopes[..., 1]
+    law = rigidity * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    found = _energy(bend, weights, law)
+    slopes, weights, shapes = _jacobians(mesh, *_gauss(2))
+    found += _energy(_shear_strain(slopes, shapes), weights, shear * np.eye(2))
+    unseen = _unseen(mesh)
+    area = _jacobians(mesh, *_gauss(3))[1].sum(axis=1)
+    factor: Array = _NORM * shear * thickness**2 / (thickness**2 + area)
+    return found + factor[:, None, None] * unseen[:, :, None] * unseen[:, None, :]
+
+
+def _shear_strain(slopes: Array, shapes: Array) -> Array:
+    """(m, Q, 2, 9, 3) that take the unknowns to grad w - a."""
+    strain = np.zeros((*slopes.shape[:2], 2, 9, 3))
+    strain[..., 0] = np.swapaxes(slopes, 2, 3)
+    strain[:, :, 0, :, 1] = strain[:, :, 1, :, 2] = -shapes
+    return strain
+
+
+def _unseen(mesh: PlateMesh) -> Array:
+    """(m, 27) part of grad w - a, along the element's own coordinates, in the pattern (s (3 t^2 - 1), t (3 s^2 - 1))/2.
+
+    At the 2 x 2 points the pattern is zero.
+    """
+    points, weights = _gauss(3)
+    shapes, slopes = _shapes(points)
+    tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
+    s, t = points.T
+    pattern = np.stack([s * (3 * t**2 - 1), t * (3 * s**2 - 1)], axis=1) / 2 * weights[:, None]
+    part = np.zeros((len(mesh.cells), 9, 3))
+    part[..., 0] = np.einsum("qs,qks->k", pattern, slopes)
+    part[..., 1:] = -np.einsum("qs,qk,mqsc->mkc", pattern, shapes, tangents, optimize=True)
+    return part.reshape(-1, 27)
+
+
+def _energy(strain: Array, weights: Array, law: Array) -> Array:
+    """(m, 27, 27) sum over the points of strain' law strain."""
+    flat = strain.reshape(*strain.shape[:3], 27)
+    stress = np.einsum("ij,mqjk->mqik", law, flat, optimize=True) * weights[..., None, None]
+    rows = flat.reshape(len(flat), -1, 27)
+    return np.asarray(np.swapaxes(rows, 1, 2) @ stress.reshape(rows.shape))
+
+
+def _mass(mesh: PlateMesh, density: float, thickness: float) -> Array:
+    """(m, 27, 27), consistent."""
+    _, weights, shapes = _jacobians(mesh, *_gauss(3))
+    each = np.einsum("mq,qi,qj->mij", weights, shapes, shapes, optimize=True)
+    inertia = density * thickness * np.diag([1.0, thickness**2 / 12, thickness**2 / 12])
+    return np.asarray(np.einsum("mij,ab->miajb", each, inertia).reshape(-1, 27, 27))
+
+
+def _assembled(mesh: PlateMesh, blocks: Array) -> sparse.csr_array:
+    """(3 n, 3 n) of (m, 27, 27), for unknowns w and l a."""
+    scale = np.tile([1.0, 1 / mesh.side, 1 / mesh.side], 9)
+    blocks = blocks * scale[:, None] * scale
+    unknowns = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(-1, 27)
+    rows, columns = np.repeat(unknowns, 27, axis=1), np.tile(unknowns, (1, 27))
+    size = 3 * len(mesh.points)
+    made = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
+    return sparse.csr_array((made + made.T) / 2)
+
+
+def _gauss(count: int) -> tuple[Array, Array]:
+    """Points (count^2, 2) and weights of the square from -1 to 1."""
+    x, weights = np.polynomial.legendre.leggauss(count)
+    points = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
+    return points, np.outer(weights, weights).ravel()
+
+
+def _shapes(points: Array) -> tuple[Array, Array]:
+    """Shape functions (q, 9) and their slopes (q, 9, 2) at (q, 2) reference points."""
+    nodes = np.array(_NODES) + 1  # of the factors at -1, 0 and 1
+    values = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2], axis=-1)
+    slopes = np.stack([points - 0.5, -2 * points, points + 0.5], axis=-1)
+    in_s, in_t = values[:, 0, nodes[:, 0]], values[:, 1, nodes[:, 1]]
+    along = np.stack([slopes[:, 0, nodes[:, 0]] * in_t, in_s * slopes[:, 1, nodes[:, 1]]], axis=-1)
+    return np.asarray(in_s * in_t), along
+
+
+def _jacobians(
+    mesh: PlateMesh, points: Array, weights: Array, cells: Sequence[int] | Integers | slice = slice(None)
+) -> tuple[Array, Array, Array]:
+    """Slopes (m, Q, 9, 2) along x and y, weights (m, Q) times the Jacobian, and the shape functions (Q, 9)."""
+    shapes, slopes = _shapes(points)
+    tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells[cells]])
+    turned = np.einsum("qks,mqcs->mqkc", slopes, np.linalg.inv(tangents), optimize=True)
+    return turned, np.linalg.det(tangents) * weights, shapes
+
+
+def _check_shape(mesh: PlateMesh) -> None:
+    """Raise where a Jacobian is not positive at the nodes or the Gauss points."""
+    slopes = _shapes(np.concatenate([np.array(_NODES, dtype=float), _gauss(3)[0]]))[1]
+    tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
+    det = np.linalg.det(tangents)
+    bad = np.flatnonzero(det.min(axis=1) <= _FLAT * np.abs(det).max(axis=1))
+    if len(bad):
+        raise ModelError(
+            f"plate: {len(bad)} of {len(mesh.cells)} elements are inside out or folded, the first about "
+            f"{mesh.centre(int(bad[0]))}: number their nodes anticlockwise, or mesh finer there"
+        )
+
+
+def _located(mesh: PlateMesh, points: Array, name: str) -> tuple[Integers, Array]:
+    """The element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method."""
+    count = min(_NEAREST, len(mesh.cells))
+    near = np.reshape(cKDTree(mesh.points[mesh.cells[:, 8]]).query(points, k=count)[1], (len(points), count))
+    corners = mesh.points[mesh.cells[near.ravel()]]
+    targets = np.repeat(points, count, axis=0)
+    inside = np.zeros_like(targets)
+    for _ in range(_NEWTON):
+        shapes, slopes = _shapes(inside)
+        off = np.einsum("qk,qkc->qc", shapes, corners) - targets
+        tangents = np.einsum("qks,qkc->qcs", slopes, corners)
+        step = np.linalg.solve(tangents + 1e-12 * np.abs(tangents).max() * np.eye(2), off[..., None])[..., 0]
+        inside = np.clip(inside - step, -1.5, 1.5)
+    over = np.abs(inside).max(axis=1).reshape(-1, count)
+    best = np.argmin(over, axis=1)
+    rows = np.arange(len(points))
+    if len(outside := np.flatnonzero(over[rows, best] > 1 + _INSIDE)):
+        x, y = 1e3 * points[outside[0]]
+        raise ModelError(
+            f"plate: {name!r} reaches off it: {len(outside)} of its {len(points)} points lie outside, the first at "
+            f"({x:.4g}, {y:.4g}) mm"
+        )
+    return near[rows, best], inside.reshape(-1, count, 2)[rows, best]

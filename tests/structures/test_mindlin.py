@@ -1,0 +1,280 @@
+"""Mindlin plates of nine-node quadrilaterals: closed forms, Kirchhoff's limit, order of convergence, rigid modes."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse.linalg
+
+from impact.beams.timoshenko import TimoshenkoCantilever
+from seatfem.structures.elements.mindlin import (
+    Patch,
+    PlateMesh,
+    Unknown,
+    assemble_plate,
+    average,
+    disc,
+    elements_patch,
+    ring,
+)
+from seatfem.structures.materials import Material
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.modes import solve_modes
+
+STEEL = Material(206e9, 0.3, 7800.0)
+THIN = 1 / 3000  # of the length: the free edges' layer, of first order in h, moves no frequency by more than 0.02 %
+KIRCHHOFF = {
+    1.0: (3.4710, 8.5066, 21.285, 27.199, 30.956, 54.186),
+    5.0: (3.3973, 21.266, 33.914, 59.671, 103.74, 117.33),
+}
+"""omega a^2 sqrt(rho h/D) of cantilever plates, nu = 0.3, by length over width; graded Argyris elements, to 2e-4."""
+
+Warp = Callable[[Array], Array]
+
+
+def grid(counts: tuple[int, int], sides: tuple[float, float], warp: Warp | None = None) -> PlateMesh:
+    """A rectangle of nx by ny elements, or what ``warp`` makes of it."""
+    nx, ny = counts
+    x, y = np.meshgrid(np.linspace(0, sides[0], 2 * nx + 1), np.linspace(0, sides[1], 2 * ny + 1), indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    i, j = (2 * k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
+    steps = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    lines = {"left": number[0], "right": number[-1], "bottom": number[:, 0], "top": number[:, -1]}
+    cells = np.stack([number[i + a, j + b] for a, b in steps], axis=1)
+    return PlateMesh(points if warp is None else warp(points), cells, lines)
+
+
+def bulged(points: Array) -> Array:
+    """The unit square with curved elements inside and straight sides."""
+    x, y = points.T
+    bulge = 0.06 * np.sin(np.pi * x) * np.sin(np.pi * y)
+    return np.stack([x + bulge * np.cos(2 * y), y - bulge], axis=1)
+
+
+def straightened(mesh: PlateMesh, corners: Array) -> PlateMesh:
+    """The mesh with its vertices elsewhere, and straight sides between them."""
+    points, cells = corners.copy(), mesh.cells
+    for k in range(4):
+        points[cells[:, 4 + k]] = (corners[cells[:, k]] + corners[cells[:, (k + 1) % 4]]) / 2
+    points[cells[:, 8]] = corners[cells[:, :4]].mean(axis=1)
+    return PlateMesh(points, cells, mesh.lines)
+
+
+def rigidity(h: float, material: Material = STEEL) -> float:
+    return material.young * h**3 / (12 * (1 - material.poisson**2))
+
+
+def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
+    """omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
+    return np.asarray(solve_modes(model, n).omega * np.sqrt(STEEL.density * h / rigidity(h)))
+
+
+def cantilever(aspect: float, h: float, fineness: int = 16) -> SecondOrderModel:
+    across = max(4, round(fineness / aspect))
+    return assemble_plate(grid((fineness, across), (1.0, 1 / aspect)), STEEL, h, clamped="left")
+
+
+@pytest.mark.parametrize("aspect", [1.0, 5.0])
+def test_a_thin_cantilever_plate_is_kirchhoffs(aspect: float) -> None:
+    """0.06 %: 0.02 % of the references, 0.02 % of h and 0.02 % of the mesh (its clamped corners are singular)."""
+    model = cantilever(aspect, THIN, fineness=24 if aspect == 1.0 else 30)
+    assert reduced_frequencies(model, THIN, 6) == pytest.approx(KIRCHHOFF[aspect], rel=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("aspect", "expected"),
+    [(1.0, {1: -0.04, 2: -0.40, 5: -0.46, 10: -0.69, 20: -0.83}), (5.0, {1: -0.11, 2: -0.18, 5: -2.2})],
+)
+def test_thickness_lowers_frequencies(aspect: float, expected: dict[int, float]) -> None:
+    """Mindlin over Kirchhoff at h = a/80, in per cent, from graded meshes; to 0.05, 0.07 for torsion at aspect 5."""
+    h, count = 1 / 80, max(expected)
+    thin = reduced_frequencies(cantilever(aspect, THIN, 24), THIN, count)
+    change = 100 * (reduced_frequencies(cantilever(aspect, h, 24), h, count) / thin - 1)
+    for mode, value in expected.items():
+        assert change[mode - 1] == pytest.approx(value, abs=0.07 if value < -2 else 0.05), mode
+
+
+def supported(h: float, m: int, n: int) -> float:
+    """omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
+
+    With k^2 = pi^2 (m^2 + n^2) and S = kappa G h, K = [[S k^2, -S k^2], [-S k^2, D k^4 + S k^2]] and
+    M = diag(rho h, rho h^3/12 k^2). Source: R. D. Mindlin, J. Appl. Mech. 18 (1951) 31.
+    """
+    k2 = np.pi**2 * (m**2 + n**2)
+    shear = 5 / 6 * STEEL.young / (2 * (1 + STEEL.poisson)) * h
+    stiffness = [[shear * k2, -shear * k2], [-shear * k2, rigidity(h) * k2**2 + shear * k2]]
+    mass = np.diag([STEEL.density * h, STEEL.density * h**3 / 12 * k2])
+    return float(np.sqrt(scipy.linalg.eigh(stiffness, mass)[0][0]))
+
+
+@pytest.mark.parametrize("warp", [None, bulged])
+@pytest.mark.parametrize("h", [0.2, 0.01])
+def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp | None) -> None:
+    """Hard supports; thick and thin, of squares and of curved elements alike."""
+    exact = np.sort([supported(h, m, n) for m in range(1, 6) for n in range(1, 6)])[:6]
+    held: dict[str, tuple[Unknown, ...]] = {
+        "left": ("w", "a_y"),
+        "right": ("w", "a_y"),
+        "bottom": ("w", "a_x"),
+        "top": ("w", "a_x"),
+    }
+    errors = []
+    for count in (8, 16):
+        model = assemble_plate(grid((count, count), (1.0, 1.0), warp), STEEL, h, held=held)
+        errors.append(solve_modes(model, 6).omega / exact - 1)
+    assert np.abs(errors[1]).max() < 3e-4
+    assert np.log2(np.abs(errors[0] / errors[1])).min() > 3.7  # 4 in the limit
+
+
+def test_a_free_plate_has_three_rigid_modes_and_no_spurious_one() -> None:
+    """The deflection that reduced integration leaves without energy lies above 20 elastic modes: they are the same
+    on a mesh of half the size. First ones of a thin square: 13.468, 19.596, 24.270 (Leissa 1973, 4.1)."""
+    h = 1 / 300
+    coarse, fine = (reduced_frequencies(assemble_plate(grid((n, n), (1.0, 1.0)), STEEL, h), h, 23) for n in (12, 24))
+    assert list(coarse[:3]) == [0.0, 0.0, 0.0]
+    assert coarse[3:6] == pytest.approx([13.468, 19.596, 24.270], rel=2e-3)
+    assert coarse[3:] == pytest.approx(fine[3:], rel=5e-3)
+    model = assemble_plate(grid((3, 2), (1.0, 1.0), bulged), STEEL, h)
+    values = scipy.linalg.eigvalsh(model.K.toarray(), model.M.toarray())
+    assert np.abs(values[:3]).max() < 1e-6 * values[3]
+    assert np.sqrt(values[3] * STEEL.density * h / rigidity(h)) > 12  # no fourth without energy, on curved elements
+
+
+def test_rigid_motions_and_masses() -> None:
+    """w = 1, x, y have no energy; their inertia is that of the plate, rho h^3/12 of its rotation included."""
+    h, mesh = 0.05, grid((3, 3), (1.0, 1.0), bulged)
+    model = assemble_plate(mesh, STEEL, h)
+    assert model.dofs is not None
+    rigid = model.dofs.rigid
+    assert rigid is not None
+    assert np.abs(model.K @ rigid).max() < 1e-9 * abs(model.K).max()
+    inertia = rigid.T @ model.M @ rigid
+    assert inertia[0, 0] == pytest.approx(STEEL.density * h * 1.0, rel=1e-9)
+    x = mesh.points[:, 0] - mesh.points[:, 0].mean()
+    assert rigid[::3, 1] == pytest.approx(x)
+    second = STEEL.density * h * (1 / 12 + (0.5 - mesh.points[:, 0].mean()) ** 2 + h**2 / 12)
+    assert inertia[1, 1] == pytest.approx(second, rel=1e-4)  # the area is exact, the curved elements' moments are not
+
+
+def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
+    material = Material(206e9, 0.0, 7800.0)
+    beam = TimoshenkoCantilever(206e9, 7800.0, 0.1, 0.002, 0.01, poisson=0.0)
+    held: dict[str, tuple[Unknown, ...]] = {"top": ("a_y",), "bottom": ("a_y",)}  # no twist
+    model = assemble_plate(grid((24, 1), (0.1, 0.002)), material, 0.01, clamped="left", held=held)
+    assert solve_modes(model, 4).omega == pytest.approx(beam.frequencies(4), rel=2e-4)
+
+
+def test_a_slender_strip_bends_as_a_beam() -> None:
+    """Anticlastic bending is free but at the root, where it stiffens a strip of L/40 by less than 0.5 %."""
+    beam = TimoshenkoCantilever(206e9, 7800.0, 0.1, 0.0025, 0.0005)
+    model = assemble_plate(grid((40, 2), (0.1, 0.0025)), STEEL, 0.0005, clamped="left")
+    assert solve_modes(model, 3).omega == pytest.approx(beam.frequencies(3), rel=5e-3)
+
+
+def test_static_deflection_under_pressure() -> None:
+    """Mean deflection of a strip under unit force, uniform: L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
+    length, width, h = 0.1, 0.02, 0.02
+    mesh = grid((8, 2), (length, width))
+    whole = elements_patch(mesh, range(len(mesh.cells)))
+    model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left", ports={"all": whole})
+    b = model.ports["all"].vector
+    found = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
+    inertia, section = width * h**3 / 12, width * h
+    exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
+    assert found == pytest.approx(exact, rel=1e-3)
+    assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
+    assert model.ports["all"].area == pytest.approx(length * width)
+
+
+def constant_curvature(mesh: PlateMesh) -> Array:
+    """w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
+    x, y = mesh.points.T
+    return np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
+
+
+def curvature_energy(h: float) -> float:
+    """2 U of it on the unit square: D ((1 + 2)^2 - 2 (1 - nu) (1 * 2 - 1))."""
+    return rigidity(h) * (9 - 2 * (1 - STEEL.poisson))
+
+
+@pytest.mark.parametrize("h", [0.2, 1e-3])
+def test_constant_curvature_on_distorted_elements(h: float) -> None:
+    """The patch test: no forces inside, the exact energy."""
+    mesh = grid((4, 4), (1.0, 1.0))
+    inside = np.all((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9), axis=1)
+    moved = mesh.points + 0.06 * inside[:, None] * np.random.default_rng(1).uniform(-1, 1, mesh.points.shape)
+    mesh = straightened(mesh, moved)
+    model, u = assemble_plate(mesh, STEEL, h), constant_curvature(mesh)
+    assert u @ model.K @ u == pytest.approx(curvature_energy(h), rel=1e-9)
+    forces = (model.K @ u).reshape(-1, 3)
+    assert np.abs(forces[inside]).max() < 1e-10 * (abs(model.K) @ np.abs(u)).max()
+
+
+def test_constant_curvature_on_curved_elements() -> None:
+    """Their deflection holds no quadratics: the energy of the interpolant is right with order four."""
+    h, errors = 0.2, []
+    for count in (4, 8):
+        mesh = grid((count, count), (1.0, 1.0), bulged)
+        model, u = assemble_plate(mesh, STEEL, h), constant_curvature(mesh)
+        errors.append(abs(u @ model.K @ u / curvature_energy(h) - 1))
+    assert errors[1] < 1e-3
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+def test_means_over_patches() -> None:
+    """Of w = x^2 over a ring: centre^2 + (inner^2 + outer^2)/4; a ring ends within elements."""
+    mesh = grid((10, 10), (1.0, 1.0), bulged)
+    w = np.kron(mesh.points[:, 0] ** 2, [1.0, 0.0, 0.0])
+    assert average(mesh, ring((0.6, 0.5), 0.2, 0.1)) @ w == pytest.approx(0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4)
+    assert average(mesh, disc((0.4, 0.5), 0.3)) @ w == pytest.approx(0.16 + 0.3**2 / 4, rel=1e-4)
+    assert ring((0.0, 0.0), 0.2, 0.1).weights.sum() == pytest.approx(np.pi * (0.25**2 - 0.15**2))
+    assert mesh.area == pytest.approx(1.0, rel=1e-9)
+
+
+def test_displacements_are_along_the_normal() -> None:
+    model = assemble_plate(grid((2, 2), (1.0, 1.0)), STEEL, 0.1, clamped="left")
+    assert model.dofs is not None
+    u = np.zeros(model.size)
+    u[::3] = 1.0  # the deflections
+    moved = model.expand(u)
+    assert moved.shape == (3, 25)
+    assert not moved[:2].any()
+    assert moved[2].sum() == 20
+
+
+def test_damping_of_the_material() -> None:
+    lossy = Material(206e9, 0.3, 7800.0, loss_factor=0.01, rayleigh=(2.0, 0.0))
+    model = assemble_plate(grid((2, 2), (1.0, 1.0)), lossy, 0.1, clamped="left")
+    assert model.damping.alpha == pytest.approx(2.0)
+    assert model.damping.ratio == pytest.approx(0.005)
+
+
+def test_what_cannot_be_is_refused() -> None:
+    mesh = grid((2, 2), (1.0, 1.0))
+    for thickness in (0.0, -1e-3, float("nan")):
+        with pytest.raises(ModelError, match=r"thickness = .* m must be positive and finite"):
+            assemble_plate(mesh, STEEL, thickness)
+    with pytest.raises(ModelError, match="4 of 4 elements are inside out or folded, the first about"):
+        PlateMesh(mesh.points[:, ::-1], mesh.cells)
+    folded = mesh.points.copy()
+    folded[mesh.cells[0, 2]] = [0.1, 0.1]
+    with pytest.raises(ModelError, match="inside out or folded"):
+        PlateMesh(folded, mesh.cells)
+    with pytest.raises(ModelError, match="no line 'root'; the mesh has left, right, bottom, top"):
+        assemble_plate(mesh, STEEL, 0.1, clamped="root")
+    with pytest.raises(ModelError, match="'tip' reaches off it"):
+        assemble_plate(mesh, STEEL, 0.1, ports={"tip": disc((0.95, 0.5), 0.1)})
+    with pytest.raises(ModelError, match="must be positive and at most 400 mm"):
+        ring((0.0, 0.0), 0.2, 0.5)
+    with pytest.raises(ModelError, match=r"cells of shape \(4, 8\) must be"):
+        PlateMesh(mesh.points, mesh.cells[:, :8])
+    with pytest.raises(ModelError, match="each must be in one"):
+        PlateMesh(np.vstack([mesh.points, [[2.0, 2.0]]]), mesh.cells)
+
+
+def test_a_patch_of_its_own_points() -> None:
+    mesh = grid((2, 2), (1.0, 1.0))
+    b = average(mesh, Patch(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([1.0, 3.0])))
+    assert b @ np.kron(mesh.points[:, 1], [1.0, 0.0, 0.0]) == pytest.approx(0.75)
