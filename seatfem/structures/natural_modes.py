@@ -19,6 +19,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
 from seatfem.structures.discretise import draw, matrices, sliding_faces, supports_of
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.estimates.costs import modes_of_volume
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn, Turned
 from seatfem.structures.kinds.elastic import Elastic
@@ -31,6 +32,8 @@ from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.reduction.ring_patches import RingPatch
 
 DEFAULT_COUNT: Final = 20
+_FEWEST_SEEN: Final = 10  # modes that a mesh can tell apart, however few are asked for
+_FINER: Final = 2.5  # than a band's elements: frequencies of a bolted CAD body are then within 0.5 % of far finer ones
 _EMPTY: Final = 3  # harmonics in a row without a mode below the limit, after which no higher one has any
 _FEWEST: Final = 5  # harmonics looked at: the lowest frequency of each first falls, then rises
 _SAMPLED: Final = (16, 32, 64, 128, 256)  # harmonics whose static compliance is computed for an arc
@@ -139,9 +142,11 @@ def by_harmonics(body: Turned, wanted: Wanted, watch: Stopwatch, progress: Progr
 
 
 def _drawn(body: Drawn, level: Level, wanted: Wanted, progress: Progress) -> SeatMesh | MeridianMesh:
-    """Elements as fine as the highest frequency asks, where the scene gives no size."""
-    band = max(body.greens.bandwidth, wanted.up_to_hz or 0.0)
-    given = body.mesh
+    """Elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law, which
+    knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
+    of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
+    band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
+    band, given = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
     method = Method(level, band, size=given.size, contact_size=given.contact_size, order=given.order)
     return draw(body, body.mesh_spec(method), level, progress, method=method)
 

@@ -138,6 +138,19 @@ def test_the_table_on_file(tmp_path):
     assert {path.name for path in outcome.files} == {"modes.csv", "mesh.png", "modes.png", "mode_1.gif", "modes.vtu"}
 
 
+def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
+    """Few modes do not ask for the elements of the Green's function's band; more modes ask for smaller ones, and the
+    lowest frequencies are within 1 % of those on a mesh that was asked for 16."""
+    bar = '[seat]\nkind = "bar"\nlength = "40 mm"\nwidth = "10 mm"\nheight = "8 mm"\nmaterial = "steel"\n'
+    wide = seat_of(bar + 'greens = { bandwidth = "2 MHz" }\n', tmp_path).seat
+    few, many = (wide.natural_modes(Wanted(count), Stopwatch(), silent) for count in (6, 16))
+    assert few.dof < 30_000 < many.dof  # 2 MHz: half a million
+    assert few.frequencies_hz == pytest.approx(many.frequencies_hz[:6], rel=0.01)
+    below = wide.natural_modes(Wanted(None, 1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
+    assert len(below.modes) == 6
+    assert below.dof < many.dof
+
+
 def test_matrices_have_modes_and_springs_have_none(tmp_path):
     n = 30
     K = sparse.diags_array([2.0 * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]) * 3e7

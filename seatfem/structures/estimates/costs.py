@@ -93,7 +93,7 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
     sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
     section, inside = level in ("axisymmetric", "harmonics"), body.measures_inside(level)
-    modes = (_of_area if section else _of_volume)(inside, method.bandwidth, body.slowest)
+    modes = (_of_area if section else modes_of_volume)(inside, method.bandwidth, body.slowest)
     around = 1.0
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
@@ -104,7 +104,7 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
     """Of a mesh that is given; ``slowest``: of its waves [m/s]."""
     assert method.bandwidth is not None
-    return Numbers(_sizes_of(mesh), _of_volume(mesh.quality.volume, method.bandwidth, slowest), drawn=False)
+    return Numbers(_sizes_of(mesh), modes_of_volume(mesh.quality.volume, method.bandwidth, slowest), drawn=False)
 
 
 def highest_pole(model: SeatModel | None, tolerance: float) -> float:
@@ -120,8 +120,8 @@ def _of_area(area: float, band: float, slow: float) -> float:
     return area * (2 * math.pi * band) ** 2 * (slow**-2 + (FAST * slow) ** -2) / (4 * math.pi)
 
 
-def _of_volume(volume: float, band: float, slow: float) -> float:
-    """The same of a solid, V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
+def modes_of_volume(volume: float, band: float, slow: float) -> float:
+    """Modes in the band of a solid, Weyl's law: V k^3 (2/c_s^3 + 1/c_p^3)/(6 pi^2).
 
     Source: M. Dupuis, R. Mazo, L. Onsager, J. Chem. Phys. 33 (1960) 1452.
     """
