@@ -64,7 +64,7 @@ def short_table(rows: tuple[Row, ...]) -> str:
         members = [remaining.pop(0) for _ in provider()]
         worst = max(members, key=lambda row: abs(row.error) / row.tolerance)
         verdict = "pass" if all(row.verdict for row in members) else "FAIL"
-        title = str(sys.modules[provider.__module__].__doc__).splitlines()[0].rstrip(".")
+        title = str(provider.__doc__).splitlines()[0].rstrip(".")
         place = f"{worst.case}: {worst.quantity}".replace("|", r"\|")
         lines.append(
             f"| {title} | {len(members)} | {place} | {abs(worst.error):.1e} | {worst.tolerance:.1e} | {verdict} |"

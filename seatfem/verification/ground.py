@@ -31,7 +31,10 @@ _FINEST = 8  # rings
 
 
 def ground_cases() -> tuple[Case, ...]:
-    """Disk at rest, square at rest, disk loaded suddenly."""
+    """The half-space as a block of finite elements: a disk and a square pressed on it, at rest and suddenly.
+
+    Disk at rest, square at rest, disk loaded suddenly.
+    """
     return (*_disk_at_rest(), _square_at_rest(), *_disk_step())
 
 
@@ -139,7 +142,10 @@ def _disk_step() -> tuple[Case, ...]:
 
 
 def rigid_face_cases() -> tuple[Case, ...]:
-    """w E a/((1 - nu^2) F) of a flat punch, 1/2, from 2, 4 and 8 rings; a patch that moves as its mean has 0.5404."""
+    """A rigid face on the half-space: the struck patch in rings, each with a contact of its own.
+
+    w E a/((1 - nu^2) F) of a flat punch, 1/2, from 2, 4 and 8 rings; a patch that moves as its mean has 0.5404.
+    """
 
     @cache
     def compliance(young: float) -> Array:

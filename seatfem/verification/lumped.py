@@ -23,7 +23,10 @@ _STEPS = 800  # per unit of time, coarsest of three
 
 
 def lumped_cases() -> tuple[Case, ...]:
-    """Restitution of damped contacts, falling weight, chain of masses, pressed reed; m = k = V = 1."""
+    """Masses, springs and dashpots, gravity and preload: impacts with elementary solutions.
+
+    Restitution of damped contacts, falling weight, chain of masses, pressed reed; m = k = V = 1.
+    """
     return (*_hunt_crossley(), *_pad(), *_falling_weight(), *_chain(), *_pressed_reed(), _slow_plate())
 
 

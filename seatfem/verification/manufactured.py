@@ -136,7 +136,10 @@ def _loads(mesh: Any, element: Any, order: int, waves: Waves, material: Material
 
 
 def manufactured_cases() -> tuple[Case, ...]:
-    """Plane strain: a slab, one element thick, between sliding faces; it is held on one side and pulled on three."""
+    """Manufactured solutions of elasticity: sums of plane waves, whose body force is known.
+
+    Plane strain: a slab, one element thick, between sliding faces; it is held on one side and pulled on three.
+    """
     return tuple(case for shape in _ELEMENTS for case in _plane_strain(shape))
 
 

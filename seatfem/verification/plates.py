@@ -54,7 +54,10 @@ _EDGES = {"C": "clamped", "S": "simply supported", "F": "free"}
 
 
 def plate_cases() -> tuple[Case, ...]:
-    """Kirchhoff's frequencies as limits for small thickness; a membrane in plane stress."""
+    """Thin plates as three-dimensional solids: NAFEMS FV12 and FV32, round and annular plates.
+
+    Kirchhoff's frequencies as limits for small thickness; a membrane in plane stress.
+    """
     squares = tuple(case for key in _FV12 for case in _square(*key))
     rounds = tuple(case for edges in _ROUND for n in range(4) for case in _round(*edges, n))
     return (*squares, *_membrane(), *rounds)

@@ -31,7 +31,10 @@ _FIXED = {
 
 
 def rod_cases() -> tuple[Case, ...]:
-    """Rigid masses and rods on rods."""
+    """Impact on rods: waves in one dimension, exact.
+
+    Rigid masses and rods on rods.
+    """
     return (*(case for alpha in _FIXED for case in _on_fixed_rod(alpha)), *_without_return(), *_between_rods())
 
 

@@ -22,7 +22,10 @@ _BAR = 0.29  # Poisson's ratio
 
 
 def round_bar_cases() -> tuple[Case, ...]:
-    """Phase velocities of the lowest wave, and for waves much shorter than the radius; torsion of a clamped bar."""
+    """Longitudinal and torsional waves of a round bar by the axisymmetric model.
+
+    Phase velocities of the lowest wave, and for waves much shorter than the radius; torsion of a clamped bar.
+    """
     return (*_bar(), _surface_wave(), *_torsion())
 
 

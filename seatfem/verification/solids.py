@@ -39,7 +39,10 @@ _COARSE, _FINE = 6e-3, 3e-3  # element sizes [m]
 
 
 def solid_cases() -> tuple[Case, ...]:
-    """Frequencies of a box, a thick plate and a beam, widening of a tube."""
+    """Solids whose answer is known in three dimensions: sliding box, slender cantilever, thick tube under pressure.
+
+    Frequencies of a box, a thick plate and a beam, widening of a tube.
+    """
     boxes = (*_sliding_box("hexahedra"), *_sliding_box("tetrahedra"))
     return (*boxes, *_thick_plate(), _in_plane(), *_cantilever(), *_tube())
 
@@ -198,7 +201,10 @@ def _quarter_tube(n: int) -> Any:
 
 
 def finite_element_cases() -> tuple[Case, ...]:
-    """Bar meshed by gmsh, nu = 0: the fixed rod's frequencies (2n - 1) c/4l. The meshes are made once, when needed."""
+    """Finite element models of bodies whose answer is known.
+
+    Bar meshed by gmsh, nu = 0: the fixed rod's frequencies (2n - 1) c/4l. The meshes are made once, when needed.
+    """
 
     @cache
     def mesh(size: float) -> SeatMesh:

@@ -21,7 +21,10 @@ _SPHERE = 0.3  # Poisson's ratio
 
 
 def sphere_cases() -> tuple[Case, ...]:
-    """By harmonics 0 and 2."""
+    """Free elastic sphere: breathing, torsional and spheroidal modes of the axisymmetric model.
+
+    By harmonics 0 and 2.
+    """
     return (*_breathing(), *_degree_two())
 
 

@@ -21,7 +21,10 @@ _HELD: dict[str, tuple[Unknown, ...]] = {"across": ("w", "a_y"), "along": ("w", 
 
 
 def thick_plate_cases() -> tuple[Case, ...]:
-    """w [rad/s] of the unit square, E = rho = 1, hard supports, on curved elements."""
+    """Thick plates by Mindlin elements: the simply supported square.
+
+    w [rad/s] of the unit square, E = rho = 1, hard supports, on curved elements.
+    """
     return tuple(case for thickness in (0.2, 0.01) for case in _supported(thickness))
 
 

@@ -28,7 +28,10 @@ _STRUCK = {
 
 
 def wave_cases() -> tuple[Case, ...]:
-    """Rods with Z = l/c = 1 (E = rho = A = l = 1) unless multiplied."""
+    """Impact on rods that the classical tables leave out: other masses, other ends, unequal rods, a soft tip.
+
+    Rods with Z = l/c = 1 (E = rho = A = l = 1) unless multiplied.
+    """
     struck = tuple(case for key in _STRUCK for case in _struck_rod(*key))
     return (*struck, *_unequal_lengths(), *_unequal_rods(), *_rod_on_wall(), *_soft_tip())
 
