@@ -127,7 +127,10 @@ def main(folder: Path) -> None:
     found: list[Charted] = []
     for name in SCENES:
         trade = measure_trade(ROOT / "examples" / f"{name}.toml", folder / f"{name}.jsonl", time_limit=LIMIT)
-        write_trade(trade, RESULTS / f"trade_{name}.csv", RESULTS / f"trade_{name}.json")
+        tables = [RESULTS / f"trade_{name}.{ending}" for ending in ("csv", "json")]
+        write_trade(trade, *tables)
+        for table in tables:  # messages name files by their whole paths
+            table.write_text(table.read_text(encoding="utf-8").replace(f"{ROOT}/", ""), encoding="utf-8")
         draw_trade(trade, DOCUMENT.parent / "images" / f"trade_{name}.png")
         found.append(Charted(name, trade))
         write_document(found)
