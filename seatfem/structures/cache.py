@@ -39,6 +39,8 @@ def key_of(structure: Structure, method: Method) -> str:
     how = {key: value for key, value in vars(method).items() if value is not None}
     if how.get("rings") == 1:
         del how["rings"]
+    if method.lip is not None:
+        how["lip"] = vars(method.lip)
     parts: dict[str, object] = {**structure.content(), "method": how}
     if code := _from_elsewhere(structure, method):
         parts["code"] = code

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from seatfem.structures.errors import ModelError
 
 if TYPE_CHECKING:
+    from seatfem.structures.lip import Lip
     from seatfem.structures.reduction.factorization import Backend
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
@@ -88,6 +89,7 @@ class Method:
         order: of the elements.
         rings: parts of the struck patch, each a port; ``None``: as a file has them.
         n_modes: of a body known by its own modes, such as a beam; ``None`` where it has none.
+        lip: the ring that is struck, in arcs, where it is not struck as a whole; ``None``: at its own contact.
     """
 
     level: AnyLevel = "closed form"
@@ -100,6 +102,7 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
+    lip: Lip | None = None
 
     @property
     def static(self) -> bool:

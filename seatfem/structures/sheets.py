@@ -1,62 +1,53 @@
-"""Flat reeds of Mindlin elements: from the outline to the Green's function by eigenmodes, and its error."""
+"""Plates of Mindlin elements: from the outline to the Green's function by eigenmodes, and its error."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from impact.greens.base import Array, ErrorEstimate, GreensFunction
-from seatfem.structures.elements.mindlin import Patch, PlateMesh, assemble_plate, average, disc, ring
+from impact.greens.base import Array, ErrorEstimate
+from impact.greens.modal import ModalGreens
+from impact.progress import Progress, silent
+from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, plate_port
+from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
-from seatfem.structures.mesh.sheet import ROOT, mesh_flapper
-from seatfem.structures.method import COARSENING
+from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
+from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
-from seatfem.structures.reduction.greens import reduce_model
-from seatfem.structures.reduction.modes import Modes
-from seatfem.structures.shapes import Flapper
+from seatfem.structures.reduction.modal import with_modes
+from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.shapes import Flat
 
-PORT: Final = "contact"
 CUTOFF: Final = 3.0  # times the band, up to which modes are found
 PER_WAVELENGTH: Final = 5.0  # elements per bending wave there: g is right to 0.3 % on a disc smaller than they are
-ACROSS: Final = 3.0  # elements across the neck, at least
+ACROSS: Final = 3.0  # elements across the narrowest part, at least
 WIDTHS: Final = 100  # of pulses of the band, over which errors are judged
+INSTANTS: Final = 600  # at which they are
 MOST_MODES: Final = 600  # a gigabyte and a minute
 MOST_ELEMENTS: Final = 20_000
-TOLERANCE: Final = 0.1  # of the modes: with more left out, more are taken
+TOLERANCE: Final = 0.1  # that the modes are asked for; what they leave is stated, whatever it is
 ORDER: Final = 2.0  # of the error between two meshes; corners take away half of the elements' four
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is asked: a clamped flat reed that is struck about its paddle's centre.
+    """What is asked: the modes of a plate.
 
     Attributes:
-        shape, material: of the reed.
-        radius: of the struck disc, or mean radius of the struck ring [m].
-        width: of that ring [m]; ``None``: a disc.
+        shape, material: of the plate.
         bandwidth: highest frequency that must be right [Hz].
-        damping_ratio: of every mode.
         size: of the elements [m]; ``None``: from the bandwidth.
     """
 
-    shape: Flapper
+    shape: Flat
     material: Material
-    radius: float
-    width: float | None
     bandwidth: float
-    damping_ratio: float = 0.0
     size: float | None = None
-
-    @property
-    def patch(self) -> Patch:
-        """The struck patch."""
-        centre = self.shape.centre
-        return disc(centre, self.radius) if self.width is None else ring(centre, self.radius, self.width)
 
     def bending_wave(self, frequency: float) -> float:
         """Length of bending waves, 2 pi (D/(rho h))^(1/4)/sqrt(omega) [m], at a frequency [Hz]."""
@@ -70,7 +61,7 @@ class Sheet:
         if self.size is not None:
             return self.size
         wave = self.bending_wave(CUTOFF * self.bandwidth)
-        return min(wave / PER_WAVELENGTH, self.shape.neck_width / ACROSS)
+        return min(wave / PER_WAVELENGTH, self.shape.narrowest / ACROSS)
 
     def check(self) -> None:
         """Raise `ModelError` of what would take too many modes or elements: A k^2/(4 pi) modes lie below wave k."""
@@ -89,72 +80,122 @@ class Sheet:
 
 
 @dataclass(frozen=True)
-class SolvedSheet:
-    """The reed's Green's function and what is behind it.
+class PlateModes:
+    """The modes of a plate on one mesh, whatever touches it.
 
     Attributes:
-        greens: of the port "contact", with its error estimates.
-        model, modes: behind it.
-        centre: (m,) of the modes at the paddle's centre [1/sqrt(kg)].
+        sheet, mesh: of the plate.
+        model: without ports.
+        modes: all up to `CUTOFF` times the band.
     """
 
-    greens: GreensFunction
+    sheet: Sheet
+    mesh: PlateMesh
     model: SecondOrderModel
     modes: Modes
-    centre: Array
+
+    def at(self, patch: Patch, name: str) -> Array:
+        """(m,) of the modes, their mean over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
+
+    def with_ports(self, lip: Lip) -> SecondOrderModel:
+        """The model with a port for each part of a lip. Raises `ModelError` of one that reaches off the plate."""
+        patches = lip.patches(self.sheet.shape.centre)
+        dofs, material = self.model.dofs, self.sheet.material
+        assert isinstance(dofs, DofMap)
+        ports = {name: plate_port(self.mesh, patch, material, dofs.free, name) for name, patch in patches.items()}
+        return replace(self.model, ports=ports, known=self.model.damping)
+
+    def greens(self, lip: Lip, damping_ratio: float) -> ModalGreens:
+        """The Green's function of a lip's ports; raises as `with_ports`."""
+        model, band = self.with_ports(lip), self.sheet.bandwidth
+        aims = Aims(band, WIDTHS / band, TOLERANCE)
+        greens = with_modes(model, model.damping.plus(damping_ratio), self.modes, CUTOFF * band, aims)
+        origin = {"method": "modes", "bandwidth_Hz": band, "damping_ratio": damping_ratio, "dof": model.size}
+        mesh = f"{len(self.mesh.cells)} Mindlin elements of nine nodes"
+        return greens.with_error(greens.error, {**greens.origin, **origin, "mesh": mesh})
 
 
-@lru_cache(maxsize=4)
-def solved_sheet(asked: Sheet) -> SolvedSheet:
-    """The reed by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
+@dataclass(frozen=True)
+class SolvedSheet:
+    """The plate's Green's function and what is behind it.
 
-    Against meshes twice as fine, twelve reeds of two shapes were off by a half of that at most.
+    Attributes:
+        greens: of the lip's ports, with its error estimates.
+        plate: the modes behind it.
+    """
 
-    Never by Krylov vectors of the port: they miss modes that it hardly sees, whose compliance then acts at once.
+    greens: ModalGreens
+    plate: PlateModes
+
+    @property
+    def modes(self) -> Modes:
+        """Of the plate."""
+        return self.plate.modes
+
+    @property
+    def model(self) -> SecondOrderModel:
+        """Its matrices."""
+        return self.plate.model
+
+    @property
+    def centre(self) -> Array:
+        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
+        return self.plate.at(Patch(np.array([self.plate.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+
+
+def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progress = silent) -> SolvedSheet:
+    """The plate by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
+
+    Against meshes twice as fine, twelve reeds of two shapes were off by a half of that at most. Never by Krylov
+    vectors of the ports: they miss modes that these hardly see, whose compliance then acts at once.
 
     Raises:
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.
     """
+    plate, coarser = plate_modes(asked, progress)
+    fine, coarse = (each.greens(lip, damping_ratio) for each in (plate, coarser))
+    width = 1 / asked.bandwidth
+    t = np.linspace(0.0, WIDTHS * width, INSTANTS)
+    right, off = (each.filtered_matrix(t, width)[0] for each in (fine, coarse))  # all ports under the first one's push
+    ratio = float(np.clip(math.sqrt(len(plate.mesh.cells) / len(coarser.mesh.cells)), 1.1, COARSENING))
+    mesh_error = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
+    error = ErrorEstimate(fine.error.reduction, mesh_error)
+    return SolvedSheet(fine.with_error(error, fine.origin), plate)
+
+
+@lru_cache(maxsize=4)
+def _plates(asked: Sheet) -> tuple[PlateModes, PlateModes]:
     asked.check()
     with GmshSession() as gmsh:
-        fine, coarse = (
-            mesh_flapper(asked.shape, size, gmsh=gmsh) for size in (asked.element_size, COARSENING * asked.element_size)
-        )
-    solved, other = _on(fine, asked), _on(coarse, asked)
-    width = 1 / asked.bandwidth
-    t = np.linspace(0.0, WIDTHS * width, 2000)
-    right, off = solved.greens.filtered(t, width), other.greens.filtered(t, width)
-    ratio = float(np.clip(math.sqrt(len(fine.cells) / len(coarse.cells)), 1.1, COARSENING))
-    mesh_error = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
-    error = ErrorEstimate(solved.greens.error_estimate.reduction, mesh_error)
-    known = {key: value for key, value in solved.greens.provenance.items() if key != "advice"}  # to use Krylov vectors
-    origin = {**known, "mesh": f"{len(fine.cells)} Mindlin elements of nine nodes"}
-    return SolvedSheet(solved.greens.with_error(error, origin), solved.model, solved.modes, solved.centre)
+        meshes = [mesh_sheet(asked.shape, factor * asked.element_size, gmsh=gmsh) for factor in (1.0, COARSENING)]
+    fine, coarse = (_modes_on(mesh, asked) for mesh in meshes)
+    return fine, coarse
 
 
-def model_of(asked: Sheet) -> SecondOrderModel:
-    """The reed's matrices, with its port. Raises as `solved_sheet`."""
+def plate_modes(asked: Sheet, progress: Progress = silent) -> tuple[PlateModes, PlateModes]:
+    """The plate on its mesh, and on one coarser by `COARSENING`; found once in a process. Raises as `solved_sheet`."""
+    progress("modes", 0.0)
+    return _plates(asked)
+
+
+def model_of(asked: Sheet, lip: Lip) -> SecondOrderModel:
+    """The plate's matrices, with a port for each part of a lip. Raises as `solved_sheet`."""
     asked.check()
-    return _assembled(mesh_flapper(asked.shape, asked.element_size), asked)
-
-
-def _assembled(mesh: PlateMesh, asked: Sheet) -> SecondOrderModel:
-    thickness, ports = asked.shape.thickness, {PORT: asked.patch}
-    return assemble_plate(mesh, asked.material, thickness, clamped=ROOT, ports=ports)
-
-
-def _on(mesh: PlateMesh, asked: Sheet) -> SolvedSheet:
-    model = _assembled(mesh, asked)
-    reduction = reduce_model(
-        model,
-        bandwidth=asked.bandwidth,
-        duration=WIDTHS / asked.bandwidth,
-        tolerance=TOLERANCE,
-        damping_ratio=asked.damping_ratio,
-        method="modes",
+    mesh = mesh_sheet(asked.shape, asked.element_size)
+    return assemble_plate(
+        mesh,
+        asked.material,
+        asked.shape.thickness,
+        clamped=CLAMPED if asked.shape.is_clamped else (),
+        ports=lip.patches(asked.shape.centre),
     )
-    modes, dofs = reduction.modes, model.dofs
-    assert modes is not None
-    assert isinstance(dofs, DofMap)
-    centre = average(mesh, Patch(np.array([asked.shape.centre]), np.ones(1)), "the paddle's centre")[dofs.free]
-    return SolvedSheet(reduction.greens, model, modes, modes.shapes.T @ centre)
+
+
+def _modes_on(mesh: PlateMesh, asked: Sheet) -> PlateModes:
+    clamped = CLAMPED if asked.shape.is_clamped else ()
+    model = assemble_plate(mesh, asked.material, asked.shape.thickness, clamped=clamped)
+    modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
+    return PlateModes(asked, mesh, model, modes)

@@ -9,15 +9,13 @@ import scipy.sparse.linalg
 
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.structures.elements.mindlin import (
-    Patch,
     PlateMesh,
     Unknown,
     assemble_plate,
     average,
-    disc,
     elements_patch,
-    ring,
 )
+from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
@@ -29,6 +27,13 @@ KIRCHHOFF = {
     5.0: (3.3973, 21.266, 33.914, 59.671, 103.74, 117.33),
 }
 """omega a^2 sqrt(rho h/D) of cantilever plates, nu = 0.3, by length over width; graded Argyris elements, to 2e-4."""
+
+
+def patch_of(lip: Lip, centre: tuple[float, float]) -> Patch:
+    """Of one that is not divided."""
+    (patch,) = lip.patches(centre).values()
+    return patch
+
 
 Warp = Callable[[Array], Array]
 
@@ -227,9 +232,9 @@ def test_means_over_patches() -> None:
     """Of w = x^2 over a ring: centre^2 + (inner^2 + outer^2)/4; a ring ends within elements."""
     mesh = grid((10, 10), (1.0, 1.0), bulged)
     w = np.kron(mesh.points[:, 0] ** 2, [1.0, 0.0, 0.0])
-    assert average(mesh, ring((0.6, 0.5), 0.2, 0.1)) @ w == pytest.approx(0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4)
-    assert average(mesh, disc((0.4, 0.5), 0.3)) @ w == pytest.approx(0.16 + 0.3**2 / 4, rel=1e-4)
-    assert ring((0.0, 0.0), 0.2, 0.1).weights.sum() == pytest.approx(np.pi * (0.25**2 - 0.15**2))
+    assert average(mesh, patch_of(Lip(0.2, 0.1), (0.6, 0.5))) @ w == pytest.approx(0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4)
+    assert average(mesh, patch_of(Lip.disc(0.3), (0.4, 0.5))) @ w == pytest.approx(0.16 + 0.3**2 / 4, rel=1e-4)
+    assert patch_of(Lip(0.2, 0.1), (0.0, 0.0)).weights.sum() == pytest.approx(np.pi * (0.25**2 - 0.15**2))
     assert mesh.area == pytest.approx(1.0, rel=1e-9)
 
 
@@ -265,9 +270,9 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ModelError, match="no line 'root'; the mesh has left, right, bottom, top"):
         assemble_plate(mesh, STEEL, 0.1, clamped="root")
     with pytest.raises(ModelError, match="'tip' reaches off it"):
-        assemble_plate(mesh, STEEL, 0.1, ports={"tip": disc((0.95, 0.5), 0.1)})
+        assemble_plate(mesh, STEEL, 0.1, ports={"tip": patch_of(Lip.disc(0.1), (0.95, 0.5))})
     with pytest.raises(ModelError, match="must be positive and at most 400 mm"):
-        ring((0.0, 0.0), 0.2, 0.5)
+        Lip(0.2, 0.5)
     with pytest.raises(ModelError, match=r"cells of shape \(4, 8\) must be"):
         PlateMesh(mesh.points, mesh.cells[:, :8])
     with pytest.raises(ModelError, match="each must be in one"):

@@ -13,7 +13,7 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted
-from seatfem.structures.sheets import Sheet, SolvedSheet, solved_sheet
+from seatfem.structures.sheets import Sheet, SolvedSheet
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
@@ -48,9 +48,7 @@ def scene_of(folder: Path, reed: str, seat: str = SPRING, more: str = "", step: 
 
 
 def solved_of(reed: Structure) -> SolvedSheet:
-    sheet = reed.sheet()  # type: ignore[attr-defined]
-    assert isinstance(sheet, Sheet)
-    return solved_sheet(sheet)
+    return reed.solved()  # type: ignore[attr-defined]
 
 
 def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ from scipy.spatial import cKDTree
 from impact.brief import brief
 from seatfem.structures.elements.whole_model import whole_model
 from seatfem.structures.errors import ModelError
+from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, DofMap, Port, SecondOrderModel
 
@@ -93,38 +94,6 @@ class PlateMesh:
         return f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm"
 
 
-@dataclass(frozen=True)
-class Patch:
-    """A part of a plate by a quadrature rule over it: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""
-
-    points: Array
-    weights: Array
-
-
-def disc(centre: tuple[float, float], radius: float) -> Patch:
-    """A round patch. Raises `ModelError` of a radius that is not positive."""
-    return ring(centre, radius / 2, radius)
-
-
-def ring(centre: tuple[float, float], mean_radius: float, width: float, angles: int = 96) -> Patch:
-    """A patch between two circles, ``width`` apart: Gauss points across, equal steps around.
-
-    Raises:
-        ModelError: a width that is not positive or more than twice the mean radius.
-    """
-    if not (np.isfinite(mean_radius) and 0 < width <= 2 * mean_radius * (1 + 1e-12)):
-        raise ModelError(
-            f"ring of mean radius {1e3 * mean_radius:g} mm: a width of {1e3 * width:g} mm must be positive and at most "
-            f"{2e3 * mean_radius:g} mm"
-        )
-    x, weights = np.polynomial.legendre.leggauss(8)
-    radius = mean_radius + width / 2 * x
-    angle = 2 * np.pi * (np.arange(angles) + 0.5) / angles
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    points = np.asarray(centre) + (radius[:, None, None] * around).reshape(-1, 2)
-    return Patch(points, np.repeat(weights * radius * width / 2 * 2 * np.pi / angles, angles))
-
-
 def elements_patch(mesh: PlateMesh, cells: Sequence[int] | Integers) -> Patch:
     """The patch of whole elements."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3), cells)
@@ -163,17 +132,20 @@ def assemble_plate(
     free = _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)})
     stiffness, mass = _stiffness(mesh, material, thickness), _mass(mesh, material.density, thickness)
     K, M = (_assembled(mesh, blocks)[free][:, free] for blocks in (stiffness, mass))
-    patches = {
-        name: Port(
-            average(mesh, patch, name)[free],
-            float(patch.weights.sum()),
-            material.density * material.c_p * float(patch.weights.sum()),
-        )
-        for name, patch in ports.items()
-    }
+    patches = {name: plate_port(mesh, patch, material, free, name) for name, patch in ports.items()}
     return whole_model(
         lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, _dofs(mesh, free)
     )
+
+
+def plate_port(mesh: PlateMesh, patch: Patch, material: Material, free: Integers, name: str) -> Port:
+    """A patch whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may move.
+
+    Raises:
+        ModelError: a point of the patch that lies off the plate.
+    """
+    area = float(patch.weights.sum())
+    return Port(average(mesh, patch, name)[free], area, material.density * material.c_p * area)
 
 
 def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:

@@ -19,6 +19,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
+from seatfem.structures.lip import Lip
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.shapes.flapper import Flapper as Outline
 from seatfem.structures.solved import Solved
@@ -145,20 +146,19 @@ class Flapper(Moving):
         from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
 
         return Sheet(
-            self.geometry(),
-            self.material.solid,
-            self.radius,
-            self.contact_width,
-            self.greens.bandwidth,
-            self.damping_ratio,
-            self.mesh.size,
+            self.geometry(), self.material.solid, self.greens.bandwidth, self.mesh.size
         )
 
-    def solved(self) -> SolvedSheet:
-        """Its modes and its Green's function, computed once in a process."""
+    @property
+    def own_lip(self) -> Lip:
+        """The disc or ring that it touches with by itself."""
+        return Lip.disc(self.radius) if self.contact_width is None else Lip(self.radius, self.contact_width)
+
+    def solved(self, lip: Lip | None = None) -> SolvedSheet:
+        """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
         from seatfem.structures.sheets import solved_sheet  # as above
 
-        return solved_sheet(self.sheet())
+        return solved_sheet(self.sheet(), lip or self.own_lip, self.damping_ratio)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()
@@ -168,7 +168,7 @@ class Flapper(Moving):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            found = self.solved()
+            found = self.solved(method.lip)
         about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
         return Solved(found.greens, model=found.model, modes=found.modes, about=about)
 
@@ -177,7 +177,7 @@ class Flapper(Moving):
         from seatfem.structures.sheets import model_of  # as above
 
         with watch("modes"):
-            return of_one(model_of(self.sheet()), None, wanted, progress)
+            return of_one(model_of(self.sheet(), self.own_lip), None, wanted, progress)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         found = self.solved()

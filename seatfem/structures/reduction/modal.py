@@ -61,7 +61,6 @@ class Modal(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """As `Reducer.reduce`; the modes found are all up to the cutoff."""
-        t = error_times(aims.duration, aims.width)
         scale = default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE else None
         spectrum = Spectrum(model, backend=aims.backend, progress=progress)
@@ -82,24 +81,43 @@ class Modal(Reducer):
                     ) from problem
             modes = modes_of(spectrum, scale) if small is None else small
             found = len(modes.omega)
-            shapes = modes.shapes.T @ model.port_matrix
             if static is None:
                 static = _static(model, modes, aims.backend)
-            extra = _left_out(model, modes, shapes, *static)
-            zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
-            greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
-            error = _modal_error(greens, t, aims.bandwidth, cutoff)
+            greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
             if error <= aims.tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
             cutoff *= 1.3
         progress("reduction", 1.0)
-        origin = {
-            "modes": found,
-            "cutoff_Hz": cutoff,
-            "counted": True,
-            "checks": {"reciprocity": 0.0, **passivity(greens)},
-        }
-        return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
+        return Reduction(_told(greens, error, found, cutoff), modes)
+
+
+def with_modes(model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims) -> ModalGreens:
+    """The Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see `Modal`."""
+    greens, error = _of_modes(model, damping, modes, cutoff, aims, _static(model, modes, aims.backend))
+    return _told(greens, error, len(modes.omega), cutoff)
+
+
+def _of_modes(
+    model: SecondOrderModel,
+    damping: Damping,
+    modes: Modes,
+    cutoff: float,
+    aims: Aims,
+    static: tuple[float, Array],
+) -> tuple[ModalGreens, float]:
+    """The function and its error."""
+    shapes = modes.shapes.T @ model.port_matrix
+    extra = _left_out(model, modes, shapes, *static)
+    zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
+    greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
+    return greens, _modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff)
+
+
+def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> ModalGreens:
+    """With its error and where it came from."""
+    checks = {"reciprocity": 0.0, **passivity(greens)}
+    origin = {"modes": found, "cutoff_Hz": cutoff, "counted": True, "checks": checks}
+    return greens.with_error(ErrorEstimate(reduction=error), origin)
 
 
 def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float) -> float:

@@ -6,12 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.shapes.flat import Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
-from seatfem.structures.shapes.shape import Plan, Shape, require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import require_above, require_below, require_positive
 
 
 @dataclass(frozen=True)
-class Flapper(Shape):
+class Flapper(Flat):
     """Sheet along the x axis, clamped at x = 0, underside at z = 0 (metres).
 
     The root narrows to the neck over ``taper_length``; the neck meets the paddle's circle at x = ``neck_length``. The
@@ -54,24 +58,17 @@ class Flapper(Shape):
         return straight + self.taper_length * (self.root_width + self.neck_width) / 2 + paddle
 
     @property
-    def patches(self) -> Patches:
-        return {
-            "contact": (PlaneFace((0.0, 0.0, 1.0), self.thickness),),
-            "fixed": (PlaneFace((-1.0, 0.0, 0.0), 0.0),),
-        }
+    def narrowest(self) -> float:
+        return self.neck_width
+
+    def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(points[:, 0]) < 1e-6 * self.length)
 
     @property
-    def plan(self) -> Plan:
-        return Plan(self.thickness, {"contact": ("sheet",)}, {})
+    def patches(self) -> Patches:
+        return {**super().patches, "fixed": (PlaneFace((-1.0, 0.0, 0.0), 0.0),)}
 
-    def areas(self, occ: Any) -> dict[str, list[int]]:
-        return {"sheet": [self._sheet(occ)]}
-
-    def build(self, occ: Any) -> None:
-        """Add the sheet (millimetres) to the given gmsh OpenCASCADE model."""
-        occ.extrude([(2, self._sheet(occ))], 0.0, 0.0, 1e3 * self.thickness)
-
-    def _sheet(self, occ: Any) -> int:
+    def sheet(self, occ: Any) -> int:
         """The outline's surface (millimetres), anticlockwise; the circle in two arcs that meet at the tip."""
         root, neck = 0.5e3 * self.root_width, 0.5e3 * self.neck_width
         taper, joint = 1e3 * self.taper_length, 1e3 * self.neck_length

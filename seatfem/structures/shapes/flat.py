@@ -1,0 +1,64 @@
+"""Sheets of even thickness, the plans of plates."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.shapes.selectors import Patches, PlaneFace
+from seatfem.structures.shapes.shape import Plan, Shape
+
+
+class Flat(Shape):
+    """A sheet with its underside at z = 0 (metres): a frozen dataclass with a ``thickness`` among its fields.
+
+    The group "contact" is the upper side.
+    """
+
+    thickness: float
+
+    @property
+    @abstractmethod
+    def centre(self) -> tuple[float, float]:
+        """Of what touches [m]."""
+
+    @property
+    @abstractmethod
+    def area(self) -> float:
+        """Of the outline [m^2]."""
+
+    @property
+    @abstractmethod
+    def narrowest(self) -> float:
+        """Width of the narrowest part that bends [m]."""
+
+    @property
+    def is_clamped(self) -> bool:
+        """Whether a part of the outline is."""
+        return True
+
+    def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of (n, 2) points [m] lie where it is clamped."""
+        return np.zeros(len(points), dtype=bool)
+
+    @abstractmethod
+    def sheet(self, occ: Any) -> int:
+        """Tag of the outline's surface (millimetres), added to the given gmsh OpenCASCADE model."""
+
+    @property
+    def patches(self) -> Patches:
+        return {"contact": (PlaneFace((0.0, 0.0, 1.0), self.thickness),)}
+
+    @property
+    def plan(self) -> Plan:
+        return Plan(self.thickness, {"contact": ("sheet",)}, {})
+
+    def areas(self, occ: Any) -> dict[str, list[int]]:
+        return {"sheet": [self.sheet(occ)]}
+
+    def build(self, occ: Any) -> None:
+        """Add the sheet (millimetres) to the given gmsh OpenCASCADE model."""
+        occ.extrude([(2, self.sheet(occ))], 0.0, 0.0, 1e3 * self.thickness)
