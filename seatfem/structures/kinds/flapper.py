@@ -145,9 +145,7 @@ class Flapper(Moving):
         """What its modes and its Green's function depend on."""
         from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
 
-        return Sheet(
-            self.geometry(), self.material.solid, self.greens.bandwidth, self.mesh.size
-        )
+        return Sheet(self.geometry(), self.material.solid, self.greens.bandwidth, self.mesh.size)
 
     @property
     def own_lip(self) -> Lip:
