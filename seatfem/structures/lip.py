@@ -27,7 +27,7 @@ OF_AN_ARC: Final = 6  # and of each arc
 
 @dataclass(frozen=True)
 class Patch:
-    """A part of a surface by a quadrature rule over it: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""
+    """A part of a surface by a quadrature rule: points (q, 2) [m] and weights (q,) that sum to its area [m^2]."""
 
     points: Array
     weights: Array
