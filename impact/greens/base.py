@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, TypeGuard
 
 import numpy as np
@@ -217,10 +217,11 @@ class GreensFunction(ABC):
             out += weight * np.where(t > node, self.step_response(np.maximum(t - node, 0.0), i, j), 0.0)
         return out
 
-    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
-        """(p, p, nt) `filtered` for every pair of ports."""
+    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
+        """(p, p, nt) `filtered` for every pair of ports; with ``columns``, under impulses on these alone, (p, c, nt)."""
         p = len(self.ports)
-        return np.array([[self.filtered(t, width, i, j) for j in range(p)] for i in range(p)])
+        pushed = range(p) if columns is None else columns
+        return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])
 
     def __str__(self) -> str:
         return "\n  ".join([f"{type(self).__name__}, {self._ports_in_words()}", *self._in_words(), *self._quality()])

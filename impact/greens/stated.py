@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import ClassVar, Self
 
@@ -88,10 +88,11 @@ class PoleSums(StatedGreens):
         t = np.asarray(t, dtype=float)
         return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
 
-    def filtered_matrix(self, t: ArrayLike, width: float) -> Array:
+    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
         """As `GreensFunction.filtered_matrix`, in closed form."""
         every = list(range(len(self.ports)))
-        return self._filtered(np.asarray(t, dtype=float), width, every, every)
+        pushed = every if columns is None else list(columns)
+        return self._filtered(np.asarray(t, dtype=float), width, every, pushed)
 
 
 def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,10 @@ from impact.bodies.body import AtRest, Body, as_body
 from impact.brief import brief
 from impact.greens.base import Array, GreensFunction
 from impact.march.laws import Law, Signorini
+
+
+MOST_CONTACTS: Final = 257
+"""Of a problem: a lip in 256 parts, and a stopper."""
 
 
 class ContactError(ValueError):
@@ -83,8 +88,8 @@ class ContactProblem:
         if target is not None:
             body = as_body(target)
             contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0),)
-        if len(contacts) > 64:
-            raise ContactError(f"{len(contacts)} contacts: at most 64 are solved together")
+        if len(contacts) > MOST_CONTACTS:
+            raise ContactError(f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together")
         for contact in contacts:
             striker.greens.port_index(contact.striker_port)
         own = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]

@@ -26,7 +26,8 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.method import COARSENING, NAMES, Method
+from seatfem.structures.lip import Lip
+from seatfem.structures.method import COARSENING, NAMES, Level, Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
@@ -34,13 +35,15 @@ from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import rings_behind, with_fewer_rings
+from seatfem.structures.rings import as_a_whole, rings_behind, with_fewer_rings
 from seatfem.structures.solved import Solved
 from seatfem.structures.statics import spring_of, without_waves
 
 LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
 RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
+LIP: Final = "a body of revolution, struck in arcs of its lip: Fourier harmonics in the angle"
+AT_ONCE: Final = "static compliance of the finite elements, arc by arc, and the first velocity of each"
 SPRING: Final = "static compliance of the finite elements, a spring"
 
 
@@ -104,8 +107,10 @@ def from_geometry(
     of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times `MESH_SAFETY`, is
     the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
     """
-    level = body.discrete(method.level)
-    reason = next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+    level = _level(body, method)
+    reason = LIP if _in_arcs(method) else next(
+        found.reason for found in body.levels(method.bandwidth) if found.level == level
+    )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)
     mesh, coarse = draw_both(body, spec, level, watch, progress, method=method, coarser=mesh_error)
@@ -120,7 +125,7 @@ def from_geometry(
 def _solved(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    level = body.discrete(method.level)
+    level = _level(body, method)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
     check_elastic(body, mesh, level, method.reduction)
@@ -139,16 +144,15 @@ def _solved(
 def _around(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """An arc of the ring, by Fourier harmonics."""
-    arc = body.struck_arc
-    assert arc is not None
+    """An arc of the ring, or all of it in arcs, by Fourier harmonics."""
     assert method.bandwidth is not None
     with watch("reduction"):
         try:
             greens = ring_greens(
                 mesh,
                 body.solids(regions_of(mesh)),
-                {"contact": RingPatch(0.0, arc)},
+                _patches(body, method.lip),
+                static=method.static and _in_arcs(method),
                 bandwidth=method.bandwidth,
                 duration=body.memory(method, duration),
                 tolerance=method.tolerance,
@@ -163,9 +167,30 @@ def _around(
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
-    if method.static:
+    if method.static and _in_arcs(method):
+        about = {**about, "seat_model": AT_ONCE}
+    elif method.static:
         greens, about = without_waves(greens), {**about, "seat_model": SPRING}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _patches(body: Elastic, lip: Lip | None) -> dict[str, RingPatch]:
+    if lip is None:
+        assert body.struck_arc is not None
+        return {"contact": RingPatch(0.0, body.struck_arc)}
+    width = 2 * np.pi / lip.arcs
+    names = lip.division.arc_names
+    return {name: RingPatch(float(angle), width) for name, angle in zip(names, lip.angles, strict=True)}
+
+
+def _in_arcs(method: Method) -> bool:
+    """Whether a lip is struck in several arcs."""
+    return method.lip is not None and method.lip.arcs > 1
+
+
+def _level(body: Elastic, method: Method) -> Level:
+    """Of the elements: a lip's arcs need harmonics."""
+    return "harmonics" if _in_arcs(method) else body.discrete(method.level)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
@@ -188,12 +213,13 @@ def _with_mesh_error(
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
     rings, quiet = method.rings or 1, _for_error(progress, "coarser mesh")
-    coarse = _solved(body, mesh, replace(method, rings=rings_behind(rings)), duration, Stopwatch(), quiet)
+    behind = rings if _in_arcs(method) else rings_behind(rings)
+    coarse = _solved(body, mesh, replace(method, rings=behind), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
     t = np.linspace(0.0, min(body.memory(method, duration), 60 * width), 600)
-    fine, other = (with_fewer_rings(g, 1).filtered(t, width) for g in (solved.greens, coarse.greens))
+    fine, other = (as_a_whole(g).filtered(t, width) for g in (solved.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     assert solved.mesh is not None
     ratio = refinement_of(solved.mesh, mesh)

@@ -15,10 +15,8 @@ import numpy as np
 
 from seatfem.structures.errors import ModelError
 from seatfem.structures.model import Array
-from seatfem.structures.rings import ring_borders, ring_names, ring_shares
+from seatfem.structures.rings import Division, ring_borders, ring_names
 
-CONTACT: Final = "contact"
-ARC: Final = "arc"
 MOST_PORTS: Final = 256
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least
@@ -40,7 +38,7 @@ class Lip:
     Attributes:
         radius: its mean [m].
         width: 0 < width <= 2 radius [m].
-        arcs: equal ones, the first centred on the x axis.
+        arcs: equal ones, the first begins on the x axis.
         rings: across each arc.
         offset: of its centre from the body's own point of contact [m].
 
@@ -93,21 +91,12 @@ class Lip:
     @property
     def angles(self) -> Array:
         """(arcs,) of their middles [rad]."""
-        return 2 * np.pi * np.arange(self.arcs) / self.arcs
+        return 2 * np.pi * (np.arange(self.arcs) + 0.5) / self.arcs
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Of the ports, arc by arc and within each ring by ring; "contact" where nothing is divided."""
-        return tuple(name for arc in self._arc_names for name in ring_names(arc, self.rings))
-
-    @property
-    def _arc_names(self) -> tuple[str, ...]:
-        return (CONTACT,) if self.arcs == 1 else tuple(f"{ARC}_{k + 1}" for k in range(self.arcs))
-
-    @property
-    def shares(self) -> Array:
-        """(ports,) of the lip's area."""
-        return np.tile(ring_shares(self.rings) / self.arcs, self.arcs)
+    def division(self) -> Division:
+        """Into ports."""
+        return Division(self.arcs, self.rings)
 
     def patches(self, centre: tuple[float, float]) -> Mapping[str, Patch]:
         """By port; ``centre``: of the body's own contact, from which the lip is off by ``offset`` [m]."""
@@ -117,7 +106,7 @@ class Lip:
         step = 2 * np.pi / (self.arcs * each)
         turns = (np.arange(each) + 0.5) * step - np.pi / self.arcs
         found = {}
-        for arc, middle in zip(self._arc_names, self.angles, strict=True):
+        for arc, middle in zip(self.division.arc_names, self.angles, strict=True):
             around = np.stack([np.cos(middle + turns), np.sin(middle + turns)], axis=1)
             for k, name in enumerate(ring_names(arc, self.rings)):
                 low, high = np.sqrt(squares[k : k + 2])
@@ -125,12 +114,3 @@ class Lip:
                 points = np.asarray(centre) + self.offset + (radii[:, None, None] * around).reshape(-1, 2)
                 found[name] = Patch(points, np.repeat(gauss * radii * (high - low) / 2 * step, each))
         return found
-
-    def plane(self, slope: float, axis: float) -> Array:
-        """(arcs,) mean height over each arc's centre line of a plane tilted by ``slope`` about an axis at an angle.
-
-        Zero where it is lowest on the centre line. The mean over an arc of width w is sin(w/2)/(w/2) of the value at
-        its middle.
-        """
-        mean = np.sinc(1 / self.arcs) if self.arcs > 1 else 0.0
-        return np.asarray(abs(slope) * self.radius + slope * self.radius * mean * np.sin(self.angles - axis))

@@ -12,10 +12,15 @@ alone, and rings of p are unions of rings of m p.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Final
+
 import numpy as np
 
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 
+CONTACT: Final = "contact"
+ARC: Final = "arc"
 MOST_RINGS = 16
 ENOUGH = 4  # rings of the patch behind the error of fewer than three
 _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
@@ -36,42 +41,89 @@ def ring_names(port: str, rings: int) -> tuple[str, ...]:
     return (port,) if rings == 1 else tuple(f"{port}_{k + 1}" for k in range(rings))
 
 
-def rings_of(greens: GreensFunction, port: str = "contact") -> int:
+@dataclass(frozen=True)
+class Division:
+    """Of a struck patch into equal arcs around it, each in rings across it: its ports, arc by arc.
+
+    Attributes:
+        arcs, rings: how many; one of both: the patch as a whole.
+    """
+
+    arcs: int = 1
+    rings: int = 1
+
+    @property
+    def arc_names(self) -> tuple[str, ...]:
+        """Of the arcs; that of the patch where there is one."""
+        return (CONTACT,) if self.arcs == 1 else tuple(f"{ARC}_{k + 1}" for k in range(self.arcs))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the ports."""
+        return tuple(name for arc in self.arc_names for name in ring_names(arc, self.rings))
+
+    @property
+    def shares(self) -> Array:
+        """(arcs rings,) of the patch's area."""
+        return np.tile(ring_shares(self.rings) / self.arcs, self.arcs)
+
+    @staticmethod
+    def of(greens: GreensFunction) -> Division:
+        """As the ports of a Green's function are called; undivided where these are no arcs and rings."""
+        names = greens.ports
+        first, _, last = names[-1].partition("_")
+        arcs = int(last.partition("_")[0]) if first == ARC and last.partition("_")[0].isdecimal() else 1
+        found = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
+        return found if found.names == names else Division()
+
+
+def rings_of(greens: GreensFunction) -> int:
     """Into how many rings the patch of a Green's function is divided; 1 where its ports are no rings."""
-    count = len(greens.ports)
-    return count if greens.ports == ring_names(port, count) else 1
+    return Division.of(greens).rings
 
 
-def with_fewer_rings(greens: GreensFunction, rings: int, port: str = "contact") -> GreensFunction:
-    """The same patch in ``rings`` rings, a divisor of those it has: loads and displacements are means over the area.
+def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
+    """The same patch in fewer parts, divisors of those it has: loads and displacements are means over the area.
 
     Raises:
-        GreensFunctionError: rings that cannot be made of those there are.
+        GreensFunctionError: parts that cannot be made of those there are.
     """
-    there = rings_of(greens, port)
-    if rings == there:
+    there = Division.of(greens)
+    if less == there:
         return greens
-    if there % rings:
-        raise GreensFunctionError(
-            f"contact.rings = {rings}: the Green's function has its patch in {there}; take a divisor of that"
-        )
-    of_each = there // rings
-    weights = np.zeros((there, rings))
-    for k, share in enumerate(ring_shares(there)):
-        weights[k, k // of_each] = share / ring_shares(rings)[k // of_each]
-    return greens.combined(weights, ring_names(port, rings))
+    for name, few, many in (("rings", less.rings, there.rings), ("ports", less.arcs, there.arcs)):
+        if many % few:
+            raise GreensFunctionError(
+                f"contact.{name} = {few}: the Green's function has its patch in {many}; take a divisor of that"
+            )
+    arcs = np.repeat(np.eye(less.arcs), there.arcs // less.arcs, axis=0) * less.arcs / there.arcs
+    of = np.arange(there.rings) * less.rings // there.rings
+    across = np.zeros((there.rings, less.rings))
+    across[np.arange(there.rings), of] = ring_shares(there.rings) / ring_shares(less.rings)[of]
+    return greens.combined(np.kron(arcs, across), less.names)
+
+
+def with_fewer_rings(greens: GreensFunction, rings: int) -> GreensFunction:
+    """`divided_less` with as many arcs as there are."""
+    return divided_less(greens, Division(Division.of(greens).arcs, rings))
+
+
+def as_a_whole(greens: GreensFunction) -> GreensFunction:
+    """The same patch undivided: it moves as its mean."""
+    return divided_less(greens, Division())
 
 
 def face_compliance(greens: GreensFunction) -> float:
-    """Static displacement of a rigid face on all rings per force [m/N]; ``inf`` of a body that is free to move.
+    """Static displacement of a rigid face on all parts of the patch per force [m/N]; ``inf`` of a body that is free to move.
 
-    Rings that the face would pull at are open.
+    Parts that the face would pull at are open.
     """
     compliance = greens.static_compliance()
-    rings = rings_of(greens)
-    if rings == 1 or not np.all(np.isfinite(compliance)):
+    division = Division.of(greens)
+    parts = division.arcs * division.rings
+    if parts == 1 or not np.all(np.isfinite(compliance)):
         return float(compliance[0, 0])
-    closed = np.ones(rings, dtype=bool)
+    closed = np.ones(parts, dtype=bool)
     while True:
         forces = np.linalg.solve(compliance[np.ix_(closed, closed)], np.ones(int(closed.sum())))
         if np.all(forces > 0) or closed.sum() == 1:

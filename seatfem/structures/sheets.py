@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Final
@@ -100,17 +101,17 @@ class PlateModes:
         assert isinstance(dofs, DofMap)
         return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
 
-    def with_ports(self, lip: Lip) -> SecondOrderModel:
-        """The model with a port for each part of a lip. Raises `ModelError` of one that reaches off the plate."""
-        patches = lip.patches(self.sheet.shape.centre)
+    def with_ports(self, lips: Sequence[Lip]) -> SecondOrderModel:
+        """The model with a port for each part of the lips. Raises `ModelError` of one that reaches off the plate."""
+        patches = patches_of(self.sheet, lips)
         dofs, material = self.model.dofs, self.sheet.material
         assert isinstance(dofs, DofMap)
         ports = {name: plate_port(self.mesh, patch, material, dofs.free, name) for name, patch in patches.items()}
         return replace(self.model, ports=ports, known=self.model.damping)
 
-    def greens(self, lip: Lip, damping_ratio: float) -> ModalGreens:
-        """The Green's function of a lip's ports; raises as `with_ports`."""
-        model, band = self.with_ports(lip), self.sheet.bandwidth
+    def greens(self, lips: Sequence[Lip], damping_ratio: float) -> ModalGreens:
+        """The Green's function of the ports of these lips; raises as `with_ports`."""
+        model, band = self.with_ports(lips), self.sheet.bandwidth
         aims = Aims(band, WIDTHS / band, TOLERANCE)
         greens = with_modes(model, model.damping.plus(damping_ratio), self.modes, CUTOFF * band, aims)
         origin = {"method": "modes", "bandwidth_Hz": band, "damping_ratio": damping_ratio, "dof": model.size}
@@ -146,8 +147,15 @@ class SolvedSheet:
         return self.plate.at(Patch(np.array([self.plate.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
 
 
-def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progress = silent) -> SolvedSheet:
-    """The plate by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
+def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:
+    """The patches of several lips by the names of their ports; where these are the same, the last one's."""
+    return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
+
+
+def solved_sheet(
+    asked: Sheet, lips: Sequence[Lip], damping_ratio: float, progress: Progress = silent
+) -> SolvedSheet:
+    """The plate with the ports of these lips by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
 
     Against meshes twice as fine, twelve reeds of two shapes were off by a half of that at most. Never by Krylov
     vectors of the ports: they miss modes that these hardly see, whose compliance then acts at once.
@@ -156,7 +164,7 @@ def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progres
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.
     """
     plate, coarser = plate_modes(asked, progress)
-    fine, coarse = (each.greens(lip, damping_ratio) for each in (plate, coarser))
+    fine, coarse = (each.greens(lips, damping_ratio) for each in (plate, coarser))
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
     right, off = (each.filtered_matrix(t, width)[0] for each in (fine, coarse))  # all ports under the first one's push
@@ -181,8 +189,8 @@ def plate_modes(asked: Sheet, progress: Progress = silent) -> tuple[PlateModes, 
     return _plates(asked)
 
 
-def model_of(asked: Sheet, lip: Lip) -> SecondOrderModel:
-    """The plate's matrices, with a port for each part of a lip. Raises as `solved_sheet`."""
+def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
+    """The plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
     asked.check()
     mesh = mesh_sheet(asked.shape, asked.element_size)
     return assemble_plate(
@@ -190,7 +198,7 @@ def model_of(asked: Sheet, lip: Lip) -> SecondOrderModel:
         asked.material,
         asked.shape.thickness,
         clamped=CLAMPED if asked.shape.is_clamped else (),
-        ports=lip.patches(asked.shape.centre),
+        ports=patches_of(asked, lips),
     )
 
 

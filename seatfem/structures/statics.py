@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.rings import ring_shares, with_fewer_rings
+from seatfem.structures.rings import Division, as_a_whole
 
 START: Final = "initial_value"
 """Key of a spring's provenance: g(0+) of the whole patch [m/(N s)], which the spring has not."""
@@ -18,7 +18,7 @@ START: Final = "initial_value"
 
 def without_waves(greens: ModalGreens) -> ModalGreens:
     """The same with its static compliance in place of all waves."""
-    start = float(with_fewer_rings(greens, 1).initial_value()[0, 0])
+    start = float(as_a_whole(greens).initial_value()[0, 0])
     return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 
 
@@ -27,7 +27,7 @@ def with_start(greens: GreensFunction) -> GreensFunction | None:
     modal = greens.modal
     if modal is None or not isinstance(start := modal.provenance.get(START), float) or start <= 0:
         return None
-    rest = Residual.exponential(modal.static_compliance(), np.diag(start / ring_shares(len(modal.ports))))
+    rest = Residual.exponential(modal.static_compliance(), np.diag(start / Division.of(modal).shares))
     return replace(modal, residual=rest)
 
 

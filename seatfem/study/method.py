@@ -14,6 +14,7 @@ from pydantic import BaseModel
 
 from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.method import Method
+from seatfem.study.impacts.lips import lip_of, on_the_reed
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
 
@@ -23,6 +24,7 @@ MODEL, REDUCTION = "seat.model", "seat.greens.method"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
+PORTS: Final = "contact.ports"
 SEAT_MODES: Final = "seat.n_modes"
 FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODEL: ("seat", "level"),
@@ -36,6 +38,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODES: ("reed", "n_modes"),
     STEP: ("time_step",),
     RINGS: ("seat", "rings"),
+    PORTS: ("ports",),
 }
 """Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
 
@@ -47,11 +50,25 @@ class RunMethod:
     Attributes:
         seat, reed: the struck body and the striker.
         time_step: [s]; ``None``: from the highest rates of both bodies and the filter.
+
+    A lip that both touch along is in the methods of either.
     """
 
     seat: Method
     reed: Method
     time_step: float | None = None
+
+    @property
+    def ports(self) -> int | None:
+        """Arcs of the seat's lip; ``None`` where it is struck as a whole."""
+        return None if self.seat.lip is None else self.seat.lip.arcs
+
+    def along(self, scene: Scene, ports: int | None) -> RunMethod:
+        """With the lip in so many arcs."""
+        lip = lip_of(scene, ports)
+        rings = self.seat.rings if lip is None else lip.rings
+        seat = replace(self.seat, lip=lip, rings=rings)
+        return replace(self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip)))
 
     def value(self, key: str) -> Any:
         """What stands at a dotted ``key`` of `FIELDS`."""
@@ -82,7 +99,7 @@ def stated_method(scene: Scene) -> RunMethod:
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
-    return RunMethod(seat, reed, scene.run.time_step)
+    return RunMethod(seat, reed, scene.run.time_step).along(scene, scene.contact.ports)
 
 
 def value_of(scene: Scene, key: str) -> Any:

@@ -231,7 +231,7 @@ def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: s
         np.zeros(0), np.zeros(0), np.zeros((0, 4)), Residual.spring(np.diag(1e-9 / ring_shares(4))),
         ring_names("contact", 4),
     )  # fmt: skip
-    by_rings = run_contacts(scene, striker, apart, 2e-8).rings
+    by_rings = run_contacts(scene, striker, apart, 2e-8).parts
     alike = by_rings.force.sum(axis=1)[:, None] * ring_shares(4)
     close = 1e-4  # several compliant contacts are solved by iteration, to 1e-5
     np.testing.assert_allclose(by_rings.force, alike, atol=close * alike.max())

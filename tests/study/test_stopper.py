@@ -158,11 +158,11 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
         dt=2e-7,
         duration=1.4e-3,
     )
-    assert touches.rings is not None
+    assert touches.parts is not None
     assert touches.stopper is not None
-    np.testing.assert_allclose(touches.rings.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
+    np.testing.assert_allclose(touches.parts.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
-    np.testing.assert_array_equal(touches.seat.force, touches.rings.force.sum(axis=1))
+    np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
     assert touches.stopper.force.max() > 1.0
     asked = measures_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7)
     assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)

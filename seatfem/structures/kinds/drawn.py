@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -29,12 +29,15 @@ from seatfem.structures.method import (
     choose_level,
 )
 from seatfem.structures.shapes import Geometry, Turning
+from seatfem.structures.shapes.profile import Point
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.natural_modes import NaturalModes, Wanted
+
+FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
 
 
 class Drawn(Elastic):
@@ -206,6 +209,17 @@ class Turned(Drawn):
     @property
     def struck_arc(self) -> float | None:
         return self.arc
+
+    @property
+    def struck_ring(self) -> tuple[float, float] | None:
+        if self.arc is not None or not self.isotropic:
+            return None
+        (r, z), (s, height) = self._ends_of_contact()
+        return ((r + s) / 2, abs(s - r)) if abs(z - height) < FLAT * abs(s - r) and min(r, s) > 0 else None
+
+    def _ends_of_contact(self) -> tuple[Point, Point]:
+        edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
+        return edges[0].start, edges[-1].end
 
     def _axisymmetric(self) -> Applicability:
         if obstacle := self._in_meridians():

@@ -56,6 +56,7 @@ class Flapper(Moving):
     or a ring about the paddle's centre. By Mindlin plate elements: it twists, and its paddle bends across."""
 
     needs_gmsh: ClassVar[bool] = True
+    meets_lips: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
 
     kind: Literal["flapper"]
@@ -152,11 +153,15 @@ class Flapper(Moving):
         """The disc or ring that it touches with by itself."""
         return Lip.disc(self.radius) if self.contact_width is None else Lip(self.radius, self.contact_width)
 
+    def lips(self, lip: Lip | None) -> tuple[Lip, ...]:
+        """Its own contact and, where it is struck along a lip, that one's arcs; a whole lip in place of its own."""
+        return (self.own_lip,) if lip is None else (self.own_lip, lip)
+
     def solved(self, lip: Lip | None = None) -> SolvedSheet:
         """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
         from seatfem.structures.sheets import solved_sheet  # as above
 
-        return solved_sheet(self.sheet(), lip or self.own_lip, self.damping_ratio)
+        return solved_sheet(self.sheet(), self.lips(lip), self.damping_ratio)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()
@@ -175,7 +180,7 @@ class Flapper(Moving):
         from seatfem.structures.sheets import model_of  # as above
 
         with watch("modes"):
-            return of_one(model_of(self.sheet(), self.own_lip), None, wanted, progress)
+            return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         found = self.solved()

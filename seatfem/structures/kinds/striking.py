@@ -24,6 +24,8 @@ class Striking(Table):
 
     is_solved: ClassVar[bool] = False
     """Whether its Green's function must be computed or read before it strikes."""
+    meets_lips: ClassVar[bool] = False
+    """Whether it bends under a lip, arc by arc; else it touches with one rigid face."""
     has_stress: ClassVar[bool] = False
     """Whether its bending stress is known."""
 

@@ -80,6 +80,11 @@ class Structure(Striking):
         """Why it is certain to move away when it is struck; "" where something may hold it."""
         return ""
 
+    @property
+    def struck_ring(self) -> tuple[float, float] | None:
+        """Mean radius and width of the flat ring that is struck [m]; ``None`` where another face is, or a part of it."""
+        return None
+
     # How it is modelled
 
     @property

@@ -13,7 +13,7 @@ from seatfem.structures.damping import Damping
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.residual import relaxation
-from seatfem.structures.reduction.ring_patches import RingPatch, pair_weights
+from seatfem.structures.reduction.ring_patches import RingPatch, summed
 
 _STEP = 1.3  # ratio of successive harmonics whose static compliance is computed
 
@@ -56,11 +56,9 @@ class Tail:
 
     def _sum(self, harmonics: NDArray[np.int64]) -> Array:
         known, scaled = np.log(self._numbers), np.array(self._scaled)
-        pairs = scaled[:, self._places][:, :, self._places]
-        p = len(self._places)
-        law = np.array([[np.interp(np.log(harmonics), known, pairs[:, i, j]) for j in range(p)] for i in range(p)])
-        weights = pair_weights(self.patches, harmonics) / harmonics[:, None, None]
-        return np.asarray(np.einsum("nij,ijn->ij", weights, law))
+        at, rings = np.log(harmonics), range(scaled.shape[1])
+        law = np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
+        return summed(self.patches, harmonics, law, self._places)
 
 
 def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:

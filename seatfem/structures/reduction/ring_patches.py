@@ -77,12 +77,19 @@ def mixing(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) ->
     return found
 
 
-def pair_weights(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64]) -> Array:
-    """(n, p, p) s_ni s_nj cos n(th_i - th_j)."""
-    each = np.stack([patch.coefficients(harmonics) for patch in patches.values()], axis=1)
-    angles = np.array([patch.angle for patch in patches.values()])
-    turned = np.cos(harmonics[:, None, None] * (angles[:, None] - angles[None, :]))
-    return np.asarray(each[:, :, None] * each[:, None, :] * turned)
+def summed(patches: Mapping[str, RingPatch], harmonics: NDArray[np.int64], law: Array, places: list[int]) -> Array:
+    """(p, p) sum over n of s_ni s_nj cos n(th_i - th_j) law_n, for rings ``places`` (p,) and ``law`` (rings, rings, n).
+
+    cos n(th_i - th_j) is a product of cosines plus one of sines.
+    """
+    each = np.stack([patch.coefficients(harmonics) for patch in patches.values()])
+    turns = np.array([patch.angle for patch in patches.values()])[:, None] * harmonics
+    out, of = np.zeros((len(each), len(each))), np.array(places)
+    for wave in (each * np.cos(turns), each * np.sin(turns)):
+        for one, other in itertools.product(range(len(law)), repeat=2):
+            rows, columns = of == one, of == other
+            out[np.ix_(rows, columns)] += (wave[rows] * law[one, other]) @ wave[columns].T
+    return out
 
 
 def first_velocities_beyond(patches: Mapping[str, RingPatch], ring_impedance: Mapping[str, float], last: int) -> Array:
@@ -91,8 +98,11 @@ def first_velocities_beyond(patches: Mapping[str, RingPatch], ring_impedance: Ma
     By Parseval's identity all of them give 1/Z_i of each patch, Z_i = rho c_p A_i, and nothing between disjoint ones.
     """
     listed = list(patches.values())
-    same = np.array([[float(a.boundary == b.boundary) for b in listed] for a in listed])
+    rings = list(dict.fromkeys(patch.boundary for patch in listed))
+    places = [rings.index(patch.boundary) for patch in listed]
+    same = np.equal.outer(places, places).astype(float)
     whole = np.diag([2 * math.pi / patch.width for patch in listed])
-    below = pair_weights(patches, np.arange(1, last + 1)).sum(axis=0)
+    each = np.broadcast_to(np.eye(len(rings))[:, :, None], (len(rings), len(rings), last))
+    below = summed(patches, np.arange(1, last + 1), each, places)
     root = np.array([ring_impedance[patch.boundary] for patch in listed]) ** -0.5
     return np.asarray((whole - same * (1 + 2 * below)) * root[:, None] * root)

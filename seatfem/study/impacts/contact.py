@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+
+import numpy as np
 
 import impact
 from impact.after.stresses import ReedStress
@@ -18,8 +20,10 @@ from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
+from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
-from seatfem.structures.rings import ring_shares, rings_of
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.lips import gaps_of, lip_of, on_the_reed
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
 from seatfem.study.method import stated_method
@@ -52,23 +56,30 @@ def seat_of(
     return build(scene.seat, how, duration, cache, watch=watch, progress=progress, mesh_error=mesh_error)
 
 
-def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None) -> impact.Body:
+def striker_of(
+    scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, ports: int | None = None
+) -> impact.Body:
     """The scene's striker.
 
     Args:
         n_modes: of a body known by its own modes, in place of the number that it states.
         greens: of a body whose Green's function has to be computed; ``None``: it is computed.
+        ports: arcs of the seat's lip; ``None``: those that the scene states.
     """
-    if greens is None and (solved := solved_striker(scene)) is not None:
+    if greens is None and (solved := solved_striker(scene, ports=ports)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
         return scene.reed.body(greens, n_modes, scene.contact_at)
 
 
-def solved_striker(scene: Scene, progress: Progress = silent) -> Solved | None:
-    """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form."""
+def solved_striker(scene: Scene, progress: Progress = silent, ports: int | None = None) -> Solved | None:
+    """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form.
+
+    ``ports``: arcs of the seat's lip; ``None``: those that the scene states.
+    """
     with in_role("reed", scene.reed):
-        return _computed(scene.reed, scene.run.duration, progress)
+        lip = on_the_reed(scene, lip_of(scene, ports))
+        return _computed(scene.reed, scene.run.duration, progress, lip)
 
 
 def stopper_of(scene: Scene) -> impact.Body | None:
@@ -83,11 +94,14 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     return impact.Body(greens)
 
 
-def _computed(structure: Structure, duration: float, progress: Progress = silent) -> Solved | None:
-    """The structure, computed as its own keys state; ``None`` of a closed form."""
+def _computed(
+    structure: Structure, duration: float, progress: Progress = silent, lip: Lip | None = None
+) -> Solved | None:
+    """The structure, computed as its own keys state, struck along a ``lip``; ``None`` of a closed form."""
     if not structure.is_solved:
         return None
-    return _solved(_Asked(key_of(structure, structure.stated()), structure, duration, progress))
+    method = replace(structure.stated(), lip=lip)
+    return _solved(_Asked(key_of(structure, method), structure, method, duration, progress))
 
 
 @dataclass(frozen=True)
@@ -96,6 +110,7 @@ class _Asked:
 
     key: str
     structure: Structure = field(compare=False)
+    method: Method = field(compare=False)
     duration: float
     progress: Progress = field(default=silent, compare=False)
 
@@ -103,7 +118,7 @@ class _Asked:
 @lru_cache(maxsize=2)
 def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_meshed else None
-    return build(asked.structure, asked.structure.stated(), asked.duration, cache, progress=asked.progress)
+    return build(asked.structure, asked.method, asked.duration, cache, progress=asked.progress)
 
 
 def stress_of(
@@ -132,25 +147,36 @@ def run_contacts(
     """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
-    return taken_apart(scene, result)
+    return taken_apart(problem, result)
 
 
 def problem_of(
     scene: Scene, striker: impact.Body, seat: impact.Body, stopper: impact.Body | None = None
 ) -> impact.ContactProblem:
-    """Striker and seat by the scene's law: one contact, or one for each ring of the patch, which the striker's face
-    presses as a rigid body. A stopper comes last; ``None``: the scene's own, where it has one."""
-    gap, law, rings = scene.contact.gap, scene.contact.law, rings_of(seat.greens)
-    if rings == 1 and scene.stopper is None:
-        return impact.ContactProblem(striker, seat, gap=gap, law=law.law(), preload=scene.contact.preload)
-    shares = ring_shares(rings)
-    contacts = [impact.Contact(seat, port=k, gap=gap, law=law.law(float(shares[k]))) for k in range(rings)]
+    """Striker and seat by the scene's law: one contact, or one for each part of the patch; a striker whose ports are
+    other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
+    one."""
+    law, division = scene.contact.law, Division.of(seat.greens)
+    gaps = np.repeat(gaps_of(scene, division.arcs), division.rings)
+    if len(gaps) == 1 and scene.stopper is None:
+        return impact.ContactProblem(striker, seat, gap=float(gaps[0]), law=law.law(), preload=scene.contact.preload)
+    contacts = [
+        impact.Contact(
+            seat, port=k, gap=float(gap), law=law.law(float(share)), striker_port=_facing(striker, division.names[k])
+        )
+        for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
+    ]
     if scene.stopper is not None:
         target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
         assert target is not None
         law, gap = scene.stopper.law, scene.stopper.gap
         contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
+
+
+def _facing(striker: impact.Body, port: str) -> str | int:
+    """The striker's port over one of the seat; its first one where it has none there."""
+    return port if port in striker.greens.ports else 0
 
 
 def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:

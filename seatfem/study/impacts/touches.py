@@ -12,8 +12,7 @@ from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.motion import port_displacement
-from seatfem.structures.rings import ring_shares
-from seatfem.study.scene import Scene
+from seatfem.structures.rings import Division
 
 
 @dataclass(frozen=True)
@@ -21,13 +20,13 @@ class Touches:
     """One run, contact by contact; the energies in each are those of the whole run.
 
     Attributes:
-        seat: its patch, the rings seen as one contact.
-        rings: ring by ring, where there are several.
+        seat: its patch, all parts seen as one contact.
+        parts: part by part, where it is divided into arcs and rings.
         stopper: where there is one.
     """
 
     seat: ImpactResult
-    rings: ImpactResult | None = None
+    parts: ImpactResult | None = None
     stopper: ImpactResult | None = None
 
     @property
@@ -36,17 +35,17 @@ class Touches:
         return None if self.stopper is None else self.stopper.force
 
 
-def taken_apart(scene: Scene, result: ImpactResult) -> Touches:
-    """``result`` of a problem of this scene: the seat's columns come first, the stopper's last."""
-    if scene.stopper is None:
-        several = result.force.ndim > 1
-        return Touches(as_one(result, ring_shares(result.force.shape[1])), result) if several else Touches(result)
-    last = result.force.shape[1] - 1
-    stopper = measures.of_contact(result, last)
-    if last == 1:
+def taken_apart(problem: impact.ContactProblem, result: ImpactResult) -> Touches:
+    """``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
+    shares = Division.of(problem.target.greens).shares
+    if result.force.ndim == 1:
+        return Touches(result)
+    of_seat = seat_contacts(problem)
+    stopper = measures.of_contact(result, of_seat) if of_seat < result.force.shape[1] else None
+    if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper)
-    rings = of_contacts(result, slice(last))
-    return Touches(as_one(rings, ring_shares(last)), rings, stopper)
+    parts = of_contacts(result, slice(of_seat))
+    return Touches(as_one(parts, shares), parts, stopper)
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
@@ -78,7 +77,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
     if contacts == 1:
         return port_displacement(seat, -force[:, 0])
-    return np.asarray(ring_shares(contacts) @ seat.motion(-force.T).displacement)
+    return np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

@@ -20,7 +20,7 @@ from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
-from seatfem.structures.rings import face_compliance, with_fewer_rings
+from seatfem.structures.rings import as_a_whole, face_compliance
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
@@ -99,7 +99,8 @@ def run_scene(
             baseline = _baseline(done, watch)
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
-            more = {"rings": done.rings, "stopper": done.stopper, "spring_stopper": baseline.touches.stopper}
+            name = "rings" if done.plan.method.ports is None else "lip"
+            more = {name: done.parts, "stopper": done.stopper, "spring_stopper": baseline.touches.stopper}
             all_of_them = {"wave": done.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in more.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
@@ -150,7 +151,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
     width = scene.run.filter_width
     return {
         "title": scene.title,
-        **_measured(Touches(done.result, done.rings, done.stopper), width, done.stress),
+        **_measured(Touches(done.result, done.parts, done.stopper), width, done.stress),
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
@@ -164,7 +165,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "seat_kind": scene.seat.kind,
         **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
-        **regime_keys(done.striker, with_fewer_rings(done.seat.greens, 1), done.result),
+        **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }
 
 

@@ -39,7 +39,7 @@ class Round:
         reed: its Green's function and what is known of it, where that was computed.
         result, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
-        rings: ``result`` ring by ring, where the patch has several.
+        parts: ``result`` part by part, where the patch is divided.
         stopper: what happened at the stopper, where there is one.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
@@ -54,7 +54,7 @@ class Round:
     result: ImpactResult
     stress: ReedStress | None
     left: Budget
-    rings: ImpactResult | None = None
+    parts: ImpactResult | None = None
     stopper: ImpactResult | None = None
     reed: Solved | None = None
     number: int = 1

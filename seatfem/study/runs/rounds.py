@@ -184,7 +184,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         wanted_stress = stress if wanted else None
         left = error_budget(scene, method, seat, striker, result, wanted_stress, touches.stopper, reed)
     left = _at_least_planned(plan, left)
-    return Round(plan, seat, striker, result, stress, left, touches.rings, touches.stopper, reed)
+    return Round(plan, seat, striker, result, stress, left, touches.parts, touches.stopper, reed)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

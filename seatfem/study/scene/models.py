@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
+from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
@@ -24,6 +27,7 @@ else:
     Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
+STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Contact(Table):
@@ -44,10 +48,50 @@ class Contact(Table):
         "patch moves as its mean",
     )
 
+    ports: int | None = Field(
+        None,
+        strict=True,
+        ge=1,
+        le=MOST_PORTS,
+        description="equal arcs of the lip, each with a contact of its own; chosen where absent",
+    )
+    tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
+    tilt_axis: Angle = default(
+        "0 deg", "direction about which it is tilted, from the reed's long axis: 0 deg is roll, 90 deg is pitch"
+    )
+    offset: tuple[Position, Position] = default(
+        ("0 mm", "0 mm"), "of the lip's centre from the reed's contact, along and across the reed"
+    )
+    waviness: tuple[tuple[Angle, Position], ...] = Field(
+        (),
+        max_length=1000,
+        description="heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
+        "linear; from the direction of the reed's tip, anticlockwise",
+    )
+
     @model_validator(mode="before")
     @classmethod
     def _law_as_text(cls, given: object) -> object:
         return law_as_text(given)
+
+    @property
+    def along_a_lip(self) -> str:
+        """The first key that only a lip has a use for; "" where none is given."""
+        there = {"ports": (self.ports or 1) > 1, "tilt": self.tilt, "waviness": self.waviness}
+        return next((key for key, given in there.items() if given), "")
+
+    @model_validator(mode="after")
+    def _of_a_lip(self) -> Self:
+        if abs(self.tilt) > STEEPEST:
+            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg is more than {math.degrees(STEEPEST):g} deg")
+        if (self.ports or 1) * self.rings > MOST_PORTS:
+            raise KeyProblem(
+                "ports", f"{self.ports} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer of either"
+            )
+        angles = [angle for angle, _ in self.waviness]
+        if any(b <= a for a, b in itertools.pairwise(angles)) or (angles and angles[-1] - angles[0] >= 2 * math.pi):
+            raise KeyProblem("waviness", "its angles must rise from one entry to the next, within 360 deg")
+        return self
 
 
 class Run(Table):
@@ -153,6 +197,20 @@ class Scene(Table):
                 f"{1e3 * stopper.gap:.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
                 f"place there, inside the stopper (limit: stopper.gap); make the gap at least {1e3 * start:.6g} mm, or "
                 "release the reed from a smaller deflection",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _lip_of_a_seat(self) -> Self:
+        if (key := self.contact.along_a_lip) and self.seat.struck_ring is None:
+            raise KeyProblem(
+                f"contact.{key}",
+                f"a seat of kind {self.seat.kind!r}, as it is given here, is not struck on a flat ring; remove the "
+                "key, or take one that is, such as annular",
+            )
+        if any(self.contact.offset) and not self.reed.meets_lips:
+            raise KeyProblem(
+                "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
             )
         return self
 

@@ -1,0 +1,58 @@
+"""Contact along a lip: where it runs on both bodies, in how many arcs, and how far it is open."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.lip import Lip
+from seatfem.study.scene import Scene
+
+USUAL: Final = 32  # arcs, where nothing else is known
+POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
+
+
+def usual_ports(scene: Scene) -> int:
+    """Arcs of a scene that states none: `USUAL` under a plate that touches where the lip is, else one."""
+    return USUAL if scene.reed.meets_lips and scene.seat.struck_ring is not None else 1
+
+
+def lip_of(scene: Scene, ports: int | None = None) -> Lip | None:
+    """The seat's lip in so many arcs, by default those that the scene states, or the usual number of them.
+
+    ``None`` where the patch is not divided around, or no ring is struck.
+    """
+    arcs = ports or scene.contact.ports or usual_ports(scene)
+    ring = scene.seat.struck_ring
+    if ring is None or (arcs == 1 and not scene.reed.meets_lips):
+        return None
+    return Lip(*ring, arcs=arcs, rings=scene.contact.rings)
+
+
+def on_the_reed(scene: Scene, lip: Lip | None) -> Lip | None:
+    """The same lip as a plate sees it, off its centre; ``None`` of a striker that touches as one rigid face."""
+    if lip is None or not scene.reed.meets_lips:
+        return None
+    return Lip(lip.radius, lip.width, lip.arcs, lip.rings, scene.contact.offset)
+
+
+def gaps_of(scene: Scene, arcs: int) -> Array:
+    """(arcs,) openings of the undeformed bodies [m], the mean over each arc of
+
+        gap(th) = gap + h(th) - min h,   h = R tan(tilt) sin(th - tilt_axis) + waviness(th)
+
+    on the centre line of the lip, of mean radius R; ``gap`` is the smallest.
+    """
+    contact, ring = scene.contact, scene.seat.struck_ring
+    if ring is None or not (contact.tilt or contact.waviness):
+        return np.full(arcs, contact.gap)
+    each = math.ceil(POINTS / arcs)
+    angles = 2 * np.pi * (np.arange(arcs * each) + 0.5) / (arcs * each)
+    height = ring[0] * math.tan(contact.tilt) * np.sin(angles - contact.tilt_axis)
+    if contact.waviness:
+        at, values = np.array(contact.waviness).T
+        height = height + np.interp(angles, at, values, period=2 * np.pi)
+    return np.asarray(contact.gap + (height - height.min()).reshape(arcs, each).mean(axis=1))
