@@ -45,9 +45,9 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
         seat = seat_of(planned, Cache(Path(folder) / "seat.h5", store))
     striker = striker_of(planned)
     assert planned.run.time_step is not None
-    result = run_contacts(planned, striker, seat.greens, planned.run.time_step).seat
-    stress = stress_of(planned, striker, result.force, result.dt)
-    left = error_budget(planned, plan.method, seat, striker, result, stress)
+    touches = run_contacts(planned, striker, seat.greens, planned.run.time_step)
+    stress = stress_of(planned, striker, touches.seat.force, touches.seat.dt)
+    left = error_budget(planned, plan.method, seat, striker, touches, stress)
     found = []
     for measure in planned.accuracy.measures:
         value = abs(left.values[measure])

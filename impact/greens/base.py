@@ -218,7 +218,7 @@ class GreensFunction(ABC):
         return out
 
     def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """(p, p, nt) `filtered` for every pair of ports; with ``columns``, under impulses on these alone, (p, c, nt)."""
+        """(p, p, nt) `filtered` for every pair of ports; (p, c, nt) under impulses on ``columns`` alone."""
         p = len(self.ports)
         pushed = range(p) if columns is None else columns
         return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])

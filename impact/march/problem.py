@@ -13,7 +13,6 @@ from impact.brief import brief
 from impact.greens.base import Array, GreensFunction
 from impact.march.laws import Law, Signorini
 
-
 MOST_CONTACTS: Final = 257
 """Of a problem: a lip in 256 parts, and a stopper."""
 

@@ -81,7 +81,7 @@ class Replay:
             _oscillate(self._steps, self._form, self._shapes, self._q, self._p, channels, u, stored, lost, none, 1)
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
-        if self._y.size:
+        if self._y.size and (np.any(self._y) or np.any(force)):
             _relax(self._relaxing, self._amplitudes, self._y, channels[:ports], u, stored, lost, none, 1)
         if np.any(self._compliance):
             jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps half of F^2 c
@@ -161,18 +161,24 @@ def _relax(relaxing, amplitudes, y, force, u, stored, lost, seen, stride):  # ty
     """
     decay, gain, square, rates = relaxing
     ports, n = force.shape
+    pushed, moved = np.empty(ports), np.empty(ports)
     for m in range(n):
+        for c in range(ports):
+            pushed[c] = force[c, m]
+            moved[c] = 0.0
         for r in range(y.size):
             f = 0.0
             for c in range(ports):
-                f += amplitudes[r, c] * force[c, m]
+                f += amplitudes[r, c] * pushed[c]
             before = y[r]
             y[r] = decay[r] * before + gain[r] * f + FLOOR
             if u.size:
                 lost[m] += (f - rates[r] * before) ** 2 * square[r]
                 stored[m] += 0.5 * rates[r] * y[r] ** 2
                 for c in range(ports):
-                    u[c, m] += amplitudes[r, c] * y[r]
+                    moved[c] += amplitudes[r, c] * y[r]
+        for c in range(u.shape[0]):
+            u[c, m] += moved[c]
         if seen.size and (m + 1) % stride == 0:
             seen[(m + 1) // stride - 1] = y
 

@@ -14,7 +14,7 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.code import sources_from_elsewhere
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
-from seatfem.structures.rings import rings_of, with_fewer_rings
+from seatfem.structures.rings import Division, divided_less
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_key
 
@@ -168,5 +168,5 @@ def _with_errors(found: GreensFunction, beside: GreensFunction | None, about: Ma
     stated = None if beside is None else beside.provenance.get("refinement")
     if beside is None or not (isinstance(stated, int | float) and 1.0 < stated < math.inf):
         return Solved(found, in_rings=beside, about=about, reused=True)
-    coarser = with_fewer_rings(beside, rings_of(found))
+    coarser = divided_less(beside, Division.of(found))
     return Solved(found, coarser, about=about, refinement=float(stated), in_rings=beside, reused=True)

@@ -10,6 +10,7 @@ import numpy as np
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.progress import Progress
+from impact.runs.variations import narrowed
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
 from seatfem.structures.discretise import (
@@ -24,10 +25,10 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.lip import Lip
-from seatfem.structures.method import COARSENING, NAMES, Level, Method
+from seatfem.structures.method import BEYOND, COARSENING, NAMES, Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
@@ -35,7 +36,7 @@ from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import as_a_whole, rings_behind, with_fewer_rings
+from seatfem.structures.rings import Division, as_a_whole, divided_less, parts_behind, rings_behind
 from seatfem.structures.solved import Solved
 from seatfem.structures.statics import spring_of, without_waves
 
@@ -107,9 +108,9 @@ def from_geometry(
     of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times `MESH_SAFETY`, is
     the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
     """
-    level = _level(body, method)
-    reason = LIP if _in_arcs(method) else next(
-        found.reason for found in body.levels(method.bandwidth) if found.level == level
+    level = body.elements_of(method)
+    reason = (
+        LIP if method.in_arcs else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)
@@ -125,7 +126,7 @@ def from_geometry(
 def _solved(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    level = _level(body, method)
+    level = body.elements_of(method)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
     check_elastic(body, mesh, level, method.reduction)
@@ -152,7 +153,7 @@ def _around(
                 mesh,
                 body.solids(regions_of(mesh)),
                 _patches(body, method.lip),
-                static=method.static and _in_arcs(method),
+                static=method.static and method.in_arcs,
                 bandwidth=method.bandwidth,
                 duration=body.memory(method, duration),
                 tolerance=method.tolerance,
@@ -167,11 +168,24 @@ def _around(
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
-    if method.static and _in_arcs(method):
-        about = {**about, "seat_model": AT_ONCE}
+    if method.in_arcs:
+        greens = greens if method.static else _in_the_band(greens, method.bandwidth)
+        about = {**about, "seat_model": AT_ONCE} if method.static else about
     elif method.static:
         greens, about = without_waves(greens), {**about, "seat_model": SPRING}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _in_the_band(greens: ModalGreens, band: float) -> ModalGreens:
+    """Without the pairs above `BEYOND` times the band, which carry the statics of the harmonics: an exponential does.
+
+    Every arc feels each of the thousands of them. What that changes within the band is part of the stated error.
+    """
+    kept = narrowed(greens, BEYOND * band)
+    t = np.linspace(0.0, 60 / band, 600)
+    full, less = (each.filtered_matrix(t, 1 / band, [0]) for each in (greens, kept))
+    changed = float(np.abs(full - less).max() / np.abs(full).max())
+    return kept.with_error(replace(greens.error, reduction=(greens.error.reduction or 0.0) + changed), greens.origin)
 
 
 def _patches(body: Elastic, lip: Lip | None) -> dict[str, RingPatch]:
@@ -181,16 +195,6 @@ def _patches(body: Elastic, lip: Lip | None) -> dict[str, RingPatch]:
     width = 2 * np.pi / lip.arcs
     names = lip.division.arc_names
     return {name: RingPatch(float(angle), width) for name, angle in zip(names, lip.angles, strict=True)}
-
-
-def _in_arcs(method: Method) -> bool:
-    """Whether a lip is struck in several arcs."""
-    return method.lip is not None and method.lip.arcs > 1
-
-
-def _level(body: Elastic, method: Method) -> Level:
-    """Of the elements: a lip's arcs need harmonics."""
-    return "harmonics" if _in_arcs(method) else body.discrete(method.level)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
@@ -213,8 +217,10 @@ def _with_mesh_error(
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
     rings, quiet = method.rings or 1, _for_error(progress, "coarser mesh")
-    behind = rings if _in_arcs(method) else rings_behind(rings)
-    coarse = _solved(body, mesh, replace(method, rings=behind), duration, Stopwatch(), quiet)
+    division = Division(method.lip.arcs if method.lip is not None else 1, rings)
+    behind = parts_behind(division)
+    lip = None if method.lip is None else replace(method.lip, arcs=behind.arcs)
+    coarse = _solved(body, mesh, replace(method, rings=behind.rings, lip=lip), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
@@ -228,7 +234,7 @@ def _with_mesh_error(
     greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
-    same = with_fewer_rings(coarser, rings)
+    same = divided_less(coarser, division)
     return replace(solved, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
 
 

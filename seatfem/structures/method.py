@@ -22,6 +22,7 @@ AUTO: Final = "auto"
 """In place of the name of a reduction: the cheapest that serves."""
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
+BEYOND: Final = 3.0  # times the band, up to which the pairs of a lip's harmonics are kept
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
 COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
@@ -108,6 +109,11 @@ class Method:
     def static(self) -> bool:
         """Whether the body stands for its static compliance alone, without waves."""
         return self.level == "spring"
+
+    @property
+    def in_arcs(self) -> bool:
+        """Whether a lip is struck in several arcs."""
+        return self.lip is not None and self.lip.arcs > 1
 
     @property
     def exact(self) -> bool:

@@ -22,6 +22,7 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 CONTACT: Final = "contact"
 ARC: Final = "arc"
 MOST_RINGS = 16
+OF_TWICE: Final = 4 / 3  # error of so many arcs, over what twice as many change: of second order
 ENOUGH = 4  # rings of the patch behind the error of fewer than three
 _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
 
@@ -100,7 +101,27 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
     of = np.arange(there.rings) * less.rings // there.rings
     across = np.zeros((there.rings, less.rings))
     across[np.arange(there.rings), of] = ring_shares(there.rings) / ring_shares(less.rings)[of]
-    return greens.combined(np.kron(arcs, across), less.names)
+    return greens.combined(np.asarray(np.kron(arcs, across)), less.names)
+
+
+def parts_behind(division: Division) -> Division:
+    """Of the model that tells what a division leaves: twice as many arcs, or `rings_behind` rings."""
+    if division.arcs > 1:
+        return Division(2 * division.arcs, division.rings)
+    return Division(1, rings_behind(division.rings))
+
+
+def arcs_joined(greens: GreensFunction, there: Division, arcs: int) -> GreensFunction:
+    """A body that other ports stand before the parts of a lip in ``there``, with these in fewer arcs; it itself where
+    it has no such parts."""
+    before = len(greens.ports) - len(there.names)
+    if before < 0 or greens.ports[before:] != there.names:
+        return greens
+    less = Division(arcs, there.rings)
+    join = np.repeat(np.eye(arcs), there.arcs // arcs, axis=0) * arcs / there.arcs
+    weights: Array = np.eye(len(greens.ports), before + len(less.names))
+    weights[before:, before:] = np.kron(join, np.eye(there.rings))
+    return greens.combined(weights, (*greens.ports[:before], *less.names))
 
 
 def with_fewer_rings(greens: GreensFunction, rings: int) -> GreensFunction:
@@ -114,7 +135,7 @@ def as_a_whole(greens: GreensFunction) -> GreensFunction:
 
 
 def face_compliance(greens: GreensFunction) -> float:
-    """Static displacement of a rigid face on all parts of the patch per force [m/N]; ``inf`` of a body that is free to move.
+    """Static displacement of a rigid face on all of the patch per force [m/N]; ``inf`` of a body that is free to move.
 
     Parts that the face would pull at are open.
     """

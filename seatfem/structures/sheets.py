@@ -13,7 +13,7 @@ import numpy as np
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.progress import Progress, silent
-from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, plate_port
+from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, plate_ports
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
@@ -29,6 +29,7 @@ PER_WAVELENGTH: Final = 5.0  # elements per bending wave there: g is right to 0.
 ACROSS: Final = 3.0  # elements across the narrowest part, at least
 WIDTHS: Final = 100  # of pulses of the band, over which errors are judged
 INSTANTS: Final = 600  # at which they are
+PUSHED: Final = 8  # ports under whose pushes they are, all around a lip
 MOST_MODES: Final = 600  # a gigabyte and a minute
 MOST_ELEMENTS: Final = 20_000
 TOLERANCE: Final = 0.1  # that the modes are asked for; what they leave is stated, whatever it is
@@ -106,14 +107,16 @@ class PlateModes:
         patches = patches_of(self.sheet, lips)
         dofs, material = self.model.dofs, self.sheet.material
         assert isinstance(dofs, DofMap)
-        ports = {name: plate_port(self.mesh, patch, material, dofs.free, name) for name, patch in patches.items()}
+        ports = plate_ports(self.mesh, patches, material, dofs.free)
         return replace(self.model, ports=ports, known=self.model.damping)
 
     def greens(self, lips: Sequence[Lip], damping_ratio: float) -> ModalGreens:
         """The Green's function of the ports of these lips; raises as `with_ports`."""
         model, band = self.with_ports(lips), self.sheet.bandwidth
         aims = Aims(band, WIDTHS / band, TOLERANCE)
-        greens = with_modes(model, model.damping.plus(damping_ratio), self.modes, CUTOFF * band, aims)
+        pushed = range(0, len(model.ports), max(1, len(model.ports) // PUSHED))
+        damping = model.damping.plus(damping_ratio)
+        greens = with_modes(model, damping, self.modes, CUTOFF * band, aims, pushed)
         origin = {"method": "modes", "bandwidth_Hz": band, "damping_ratio": damping_ratio, "dof": model.size}
         mesh = f"{len(self.mesh.cells)} Mindlin elements of nine nodes"
         return greens.with_error(greens.error, {**greens.origin, **origin, "mesh": mesh})
@@ -152,13 +155,12 @@ def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
-def solved_sheet(
-    asked: Sheet, lips: Sequence[Lip], damping_ratio: float, progress: Progress = silent
-) -> SolvedSheet:
-    """The plate with the ports of these lips by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
+def solved_sheet(asked: Sheet, lips: Sequence[Lip], damping_ratio: float, progress: Progress = silent) -> SolvedSheet:
+    """The plate with the ports of these lips by its eigenmodes up to three times the band.
 
-    Against meshes twice as fine, twelve reeds of two shapes were off by a half of that at most. Never by Krylov
-    vectors of the ports: they miss modes that these hardly see, whose compliance then acts at once.
+    On two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve reeds of two shapes
+    were off by a half of that at most. Never by Krylov vectors of the ports: they miss modes that these hardly see,
+    whose compliance then acts at once.
 
     Raises:
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.

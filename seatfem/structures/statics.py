@@ -31,6 +31,18 @@ def with_start(greens: GreensFunction) -> GreensFunction | None:
     return replace(modal, residual=rest)
 
 
+def at_once(greens: GreensFunction) -> ModalGreens:
+    """A body in arcs with its static compliance in place of all waves, which begins as it does."""
+    rest = Residual.exponential(greens.static_compliance(), np.diag(np.diag(greens.initial_value())))
+    none = np.zeros(0)
+    return ModalGreens(none, none, np.zeros((0, len(greens.ports))), rest, greens.ports)
+
+
+def bed(division: Division, stiffness: float) -> ModalGreens:
+    """Springs of the total ``stiffness`` [N/m] under the parts of a patch, which do not know of each other."""
+    return spring_of(np.diag(1 / (stiffness * division.shares)), 0.0, division.names, {"kind": "bed of springs"})
+
+
 def spring_of(compliance: Array, start: float, names: tuple[str, ...], origin: Mapping[str, object]) -> ModalGreens:
     """A compliance (p, p) [m/N] that remembers g(0+) of the whole patch, ``start`` [m/(N s)]."""
     none = np.zeros(0)

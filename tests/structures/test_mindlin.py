@@ -233,9 +233,7 @@ def test_means_over_patches() -> None:
     mesh = grid((10, 10), (1.0, 1.0), bulged)
     w = np.kron(mesh.points[:, 0] ** 2, [1.0, 0.0, 0.0])
     lip = patch_of(Lip(0.2, 0.1), (0.6, 0.5))
-    assert average(mesh, lip) @ w == pytest.approx(
-        0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4
-    )
+    assert average(mesh, lip) @ w == pytest.approx(0.36 + (0.15**2 + 0.25**2) / 4, rel=1e-4)
     assert average(mesh, patch_of(Lip.disc(0.3), (0.4, 0.5))) @ w == pytest.approx(0.16 + 0.3**2 / 4, rel=1e-4)
     assert patch_of(Lip(0.2, 0.1), (0.0, 0.0)).weights.sum() == pytest.approx(np.pi * (0.25**2 - 0.15**2))
     assert mesh.area == pytest.approx(1.0, rel=1e-9)

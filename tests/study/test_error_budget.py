@@ -16,6 +16,7 @@ from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import all_measures
@@ -73,7 +74,7 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
         result = run_contacts(scene, striker, spring, dt).seat
-        found = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, result)
+        found = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
         assert {source: part["impulse"] for source, part in found.parts.items() if source != "time_step"} == {
             "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
@@ -90,7 +91,7 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     """K off by 4 %: peak of a mass on a spring off by 2 %, the impulse 2 m V not at all (beyond the step's error)."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contacts(scene, striker, spring, 1e-8).seat
-    found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
     peak, impulse = (found.parts["model"][name] / found.values[name] for name in ("filtered_peak", "impulse"))
     assert peak == pytest.approx(1 - 1 / math.sqrt(1.04), rel=0.1)
     assert impulse < 2e-3
@@ -116,4 +117,4 @@ def test_a_budget_adds_up_and_names_what_dominates() -> None:
 def test_measures_of_no_contact_are_zero(scene: Scene) -> None:
     far = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 1.0})})
     result = run_contacts(far, striker_of(far), impact.spring(stiffness=40e6), 1e-7).seat
-    assert set(measured(result, 1e-6).values()) == {0.0}
+    assert set(measured(Touches(result), 1e-6).values()) == {0.0}

@@ -36,6 +36,7 @@ from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
@@ -257,14 +258,16 @@ def test_the_budget_states_what_the_patch_leaves(tmp_path: Path) -> None:
     result = run_contacts(scene, striker, one, 2e-8).seat
     coarse = run_contacts(scene, striker, four, 4e-8).seat, run_contacts(scene, striker, one, 4e-8).seat
     expected = (1 + left_by(4)) * abs(measures.impulse(coarse[0]) - measures.impulse(coarse[1]))
-    found = error_budget(scene, stated_method(scene), Solved(one, in_rings=four), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(one, in_rings=four), striker, Touches(result))
     assert found.parts["patch"]["impulse"] == pytest.approx(expected, rel=1e-6)
     assert expected > 0
-    assert "patch" in error_budget(scene, stated_method(scene), Solved(one), striker, result).unknown
+    assert "patch" in error_budget(scene, stated_method(scene), Solved(one), striker, Touches(result)).unknown
     spring = Solved(impact.spring(stiffness=1e9), plane=True)
-    assert set(error_budget(scene, stated_method(scene), spring, striker, result).parts["patch"].values()) == {0.0}
+    assert set(error_budget(scene, stated_method(scene), spring, striker, Touches(result)).parts["patch"].values()) == {
+        0.0
+    }
     result = run_contacts(scene, striker, four, 2e-8).seat
-    found = error_budget(scene, stated_method(scene), Solved(four), striker, result)
+    found = error_budget(scene, stated_method(scene), Solved(four), striker, Touches(result))
     assert found.parts["patch"]["impulse"] == pytest.approx(expected * left_by(4) / (1 + left_by(4)), rel=1e-6)
 
 

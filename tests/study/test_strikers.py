@@ -250,7 +250,7 @@ def test_half_the_step_is_looked_at_of_every_striker_with_waves(
     scene = scene_of(tmp_path, FREE_ROD)
     *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
     monkeypatch.setattr(Bench, "measures", listen)
-    error_budget(scene, done.plan.method, done.seat, done.striker, done.result)
+    error_budget(scene, done.plan.method, done.seat, done.striker, done.touches)
     assert steps == [1e-6, 5e-7]
 
 

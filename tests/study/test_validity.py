@@ -14,6 +14,7 @@ from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, striker_of
 from seatfem.study.impacts.measures import bar_keys
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import validity_advice
 from seatfem.study.method import stated_method
 from seatfem.study.runs import pipeline
@@ -66,11 +67,11 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     assert error == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contacts(scene, striker, seat, 1e-7).seat
-    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, result)
+    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, Touches(result))
     loose = scene.model_copy(update={"accuracy": scene.accuracy.model_copy(update={"target": 0.9})})
     assert (
         thick.parts["model"]["impulse"]
-        > error_budget(loose, stated_method(loose), Solved(seat), striker, result).parts["model"]["impulse"]
+        > error_budget(loose, stated_method(loose), Solved(seat), striker, Touches(result)).parts["model"]["impulse"]
     )
 
 

@@ -44,6 +44,7 @@ _NORM: Final = 15 / 8  # 1 over the squares of both parts of the pattern that 2 
 _FLAT: Final = 1e-6  # of the element's area: a Jacobian below it is folded
 _NEAREST: Final = 16  # elements that are searched for a point, those with the nearest centres
 _NEWTON: Final = 12
+_SETTLED: Final = 1e-12  # of the reference element
 _INSIDE: Final = 1e-6  # of the reference element, that a point on the outline may lie outside
 
 
@@ -132,20 +133,25 @@ def assemble_plate(
     free = _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)})
     stiffness, mass = _stiffness(mesh, material, thickness), _mass(mesh, material.density, thickness)
     K, M = (_assembled(mesh, blocks)[free][:, free] for blocks in (stiffness, mass))
-    patches = {name: plate_port(mesh, patch, material, free, name) for name, patch in ports.items()}
+    patches = plate_ports(mesh, ports, material, free)
     return whole_model(
         lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, _dofs(mesh, free)
     )
 
 
-def plate_port(mesh: PlateMesh, patch: Patch, material: Material, free: Integers, name: str) -> Port:
-    """A patch whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may move.
+def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:
+    """Patches whose mean deflection is observed, pushed by a uniform pressure; ``free``: unknowns that may move.
 
     Raises:
-        ModelError: a point of the patch that lies off the plate.
+        ModelError: a point of a patch that lies off the plate.
     """
-    area = float(patch.weights.sum())
-    return Port(average(mesh, patch, name)[free], area, material.density * material.c_p * area)
+    impedance = material.density * material.c_p
+    areas = [float(patch.weights.sum()) for patch in patches.values()]
+    vectors = _averages(mesh, patches)
+    return {
+        name: Port(vector[free], area, impedance * area)
+        for name, vector, area in zip(patches, vectors, areas, strict=True)
+    }
 
 
 def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
@@ -154,11 +160,23 @@ def average(mesh: PlateMesh, patch: Patch, name: str = "port") -> Array:
     Raises:
         ModelError: a point of the patch that lies off the plate.
     """
-    cells, inside = _located(mesh, patch.points, name)
-    vector = np.zeros(len(mesh.points))
-    shares = _shapes(inside)[0] * (patch.weights / patch.weights.sum())[:, None]
-    np.add.at(vector, mesh.cells[cells], shares)
-    return np.asarray(np.kron(vector, [1.0, 0.0, 0.0]))
+    return _averages(mesh, {name: patch})[0]
+
+
+def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
+    """`average` of each; all points are located at once."""
+    ends = np.cumsum([len(patch.weights) for patch in patches.values()])
+    if not len(ends):
+        return []
+    names = np.repeat(list(patches), np.diff(ends, prepend=0))
+    cells, inside = _located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
+    found = []
+    for patch, here in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
+        vector = np.zeros(len(mesh.points))
+        shares = _shapes(inside[here])[0] * (patch.weights / patch.weights.sum())[:, None]
+        np.add.at(vector, mesh.cells[cells[here]], shares)
+        found.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
+    return found
 
 
 def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
@@ -294,12 +312,32 @@ def _check_shape(mesh: PlateMesh) -> None:
         )
 
 
-def _located(mesh: PlateMesh, points: Array, name: str) -> tuple[Integers, Array]:
-    """The element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method."""
+def _located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[Integers, Array]:
+    """The element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method.
+
+    Elements are tried in the order of their centres' distance. ``names``: (q,) whose points they are.
+    """
     count = min(_NEAREST, len(mesh.cells))
     near = np.reshape(cKDTree(mesh.points[mesh.cells[:, 8]]).query(points, k=count)[1], (len(points), count))
-    corners = mesh.points[mesh.cells[near.ravel()]]
-    targets = np.repeat(points, count, axis=0)
+    best, inside = near[:, 0].astype(np.int64), np.full((len(points), 2), 2.0)
+    lost = np.arange(len(points))
+    for k in range(count):
+        found = _inside(mesh.points[mesh.cells[near[lost, k]]], points[lost])
+        better = np.abs(found).max(axis=1) < np.abs(inside[lost]).max(axis=1)
+        best[lost[better]], inside[lost[better]] = near[lost[better], k], found[better]
+        lost = lost[np.abs(inside[lost]).max(axis=1) > 1 + _INSIDE]
+        if not len(lost):
+            return best, inside
+    x, y = 1e3 * points[lost[0]]
+    name = names[lost[0]]
+    raise ModelError(
+        f"plate: {str(name)!r} reaches off it: {np.sum(names[lost] == name)} of its {np.sum(names == name)} points lie "
+        f"outside, the first at ({x:.4g}, {y:.4g}) mm"
+    )
+
+
+def _inside(corners: Array, targets: Array) -> Array:
+    """(q, 2) reference coordinates of points (q, 2) in elements of nodes (q, 9, 2), or beyond."""
     inside = np.zeros_like(targets)
     for _ in range(_NEWTON):
         shapes, slopes = _shapes(inside)
@@ -307,13 +345,6 @@ def _located(mesh: PlateMesh, points: Array, name: str) -> tuple[Integers, Array
         tangents = np.einsum("qks,qkc->qcs", slopes, corners)
         step = np.linalg.solve(tangents + 1e-12 * np.abs(tangents).max() * np.eye(2), off[..., None])[..., 0]
         inside = np.clip(inside - step, -1.5, 1.5)
-    over = np.abs(inside).max(axis=1).reshape(-1, count)
-    best = np.argmin(over, axis=1)
-    rows = np.arange(len(points))
-    if len(outside := np.flatnonzero(over[rows, best] > 1 + _INSIDE)):
-        x, y = 1e3 * points[outside[0]]
-        raise ModelError(
-            f"plate: {name!r} reaches off it: {len(outside)} of its {len(points)} points lie outside, the first at "
-            f"({x:.4g}, {y:.4g}) mm"
-        )
-    return near[rows, best], inside.reshape(-1, count, 2)[rows, best]
+        if np.abs(step).max() < _SETTLED:
+            break
+    return inside

@@ -13,7 +13,7 @@ from seatfem.structures.counts.element_counts import Sizes, predicted_sizes
 from seatfem.structures.counts.memory_need import KRYLOV_VECTORS, MATRIX_ENTRY, counts_of, memory_need
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import COARSENING, Method
+from seatfem.structures.method import BEYOND, COARSENING, Method
 from seatfem.structures.rings import rings_behind
 from seatfem.structures.shapes.profile import profile_of
 
@@ -25,6 +25,7 @@ SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a t
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
 SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
+OF_ARCS: Final = 0.4  # harmonics more, for each arc of a lip
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
 PORTS_POWER: Final = 0.6  # of the number of rings in the number of vectors
@@ -46,6 +47,8 @@ class Numbers:
         section: whether it is a half section.
         hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
+        ports: of its patch.
+        kept: poles of its Green's function, where not all of the reductions' are kept.
     """
 
     sizes: Sizes
@@ -54,6 +57,8 @@ class Numbers:
     section: bool = False
     hexahedra: bool = False
     drawn: bool = True
+    ports: int = 1
+    kept: float | None = None
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class SeatModel(Numbers):
     @property
     def poles(self) -> float:
         """Poles of its Green's function."""
-        return 0.85 * self.vectors * self.runs
+        return 0.85 * self.vectors * self.runs if self.kept is None else self.kept
 
 
 def seat_model(structure: Structure, method: Method, duration: float, coarser: float = 1.0) -> SeatModel | None:
@@ -89,7 +94,7 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
 def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     """Of a body that gmsh meshes, by what is known of its size field."""
     assert method.bandwidth is not None
-    level, spec = body.discrete(method.level), body.mesh_spec(method)
+    level, spec = body.elements_of(method), body.mesh_spec(method)
     spec = replace(spec, size=coarser * spec.size, contact_size=coarser * spec.patch_size)
     sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
     section, inside = level in ("axisymmetric", "harmonics"), body.measures_inside(level)
@@ -98,7 +103,11 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
         around = max(FEWEST_HARMONICS, 0.9 * lengths)
-    return Numbers(sizes, modes, around, section, spec.shape == "hex")
+    if method.lip is None or not method.in_arcs:
+        return Numbers(sizes, modes, around, section, spec.shape == "hex")
+    ports = method.lip.arcs * method.lip.rings
+    kept = modes_of_volume(body.measures_inside("3d"), BEYOND * method.bandwidth, body.slowest) + ports
+    return Numbers(sizes, modes, around + OF_ARCS * method.lip.arcs, section, ports=ports, kept=kept)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:

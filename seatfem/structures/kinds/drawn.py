@@ -140,7 +140,7 @@ class Drawn(Elastic):
     def mesh_spec(self, method: Method) -> MeshSpec:
         """The mesh of a method; sizes it leaves open follow the slowest shear wave at the band edge."""
         assert method.bandwidth is not None
-        per_wavelength = PER_WAVELENGTH[self.discrete(method.level)]
+        per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
         contact = method.contact_size or 0.4 * size
         return MeshSpec(size, contact, order=method.order, shape=self.mesh.shape, rings=method.rings or 1)

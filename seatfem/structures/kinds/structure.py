@@ -82,7 +82,7 @@ class Structure(Striking):
 
     @property
     def struck_ring(self) -> tuple[float, float] | None:
-        """Mean radius and width of the flat ring that is struck [m]; ``None`` where another face is, or a part of it."""
+        """Mean radius and width of the flat ring that is struck [m]; ``None`` where another face is."""
         return None
 
     # How it is modelled
@@ -126,6 +126,10 @@ class Structure(Striking):
     def discrete(self, level: AnyLevel) -> Level:
         """The level of the finite elements: a spring's are of the cheapest that leaves nothing out."""
         return "3d"
+
+    def elements_of(self, method: Method) -> Level:
+        """The level of a method's finite elements: the arcs of a lip need harmonics."""
+        return "harmonics" if method.in_arcs else self.discrete(method.level)
 
     def memory(self, method: Method, duration: float) -> float:
         """How long its g must be right in a run of ``duration`` [s]."""

@@ -172,19 +172,20 @@ def _statics(
     of_rings = model.port_matrix.T @ factorize(model.K, backend=aims.backend, name="K").solve(model.port_matrix)
     places = [rings.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
-    tail = Tail(patches, rings, 0)
-    while tail.doubt() > aims.tolerance / 6 * np.abs(whole).max():
+    tail, compliance = Tail(patches, rings, 0), whole
+    while tail.doubt() > aims.tolerance / 6 * np.abs(compliance).max():
         if tail.last >= max_harmonic:
             raise ConvergenceError(f"{tail.last} harmonics: make the patches wider or raise max_harmonic")
         tail.add(build(tail.next), aims.backend)
+        compliance = whole + tail.compliance()
         progress("harmonics", tail.last / (tail.last + 12))
     impedance = np.array([float(model.ports[patch.boundary].impedance or math.inf) for patch in patches.values()])
     widths = np.array([patch.width for patch in patches.values()])
     damping = model.damping.plus(damping_ratio)
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    rest = relaxation(whole + tail.compliance(), start, damping.beta)
+    rest = relaxation(compliance, start, damping.beta)
     none = np.zeros(0)
-    error = ErrorEstimate(reduction=float(tail.doubt() / np.abs(whole + tail.compliance()).max()))
+    error = ErrorEstimate(reduction=float(tail.doubt() / np.abs(compliance).max()))
     origin = {"method": "statics", "static_harmonics": tail.last, "dof": model.size}
     return ModalGreens(none, none, np.zeros((0, len(patches))), rest, tuple(patches), error, origin)
 

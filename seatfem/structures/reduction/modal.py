@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -91,9 +92,15 @@ class Modal(Reducer):
         return Reduction(_told(greens, error, found, cutoff), modes)
 
 
-def with_modes(model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims) -> ModalGreens:
-    """The Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see `Modal`."""
-    greens, error = _of_modes(model, damping, modes, cutoff, aims, _static(model, modes, aims.backend))
+def with_modes(
+    model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
+) -> ModalGreens:
+    """The Green's function of a model's ports by ``modes`` that are known, all up to ``cutoff`` [Hz]; see `Modal`.
+
+    ``pushed``: numbers of the ports under whose impulses its error is judged.
+    """
+    static = _static(model, modes, aims.backend)
+    greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
     return _told(greens, error, len(modes.omega), cutoff)
 
 
@@ -104,13 +111,14 @@ def _of_modes(
     cutoff: float,
     aims: Aims,
     static: tuple[float, Array],
+    pushed: Sequence[int] | None = None,
 ) -> tuple[ModalGreens, float]:
     """The function and its error."""
     shapes = modes.shapes.T @ model.port_matrix
     extra = _left_out(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
     greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
-    return greens, _modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff)
+    return greens, _modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
 
 
 def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> ModalGreens:
@@ -120,7 +128,9 @@ def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> Modal
     return greens.with_error(ErrorEstimate(reduction=error), origin)
 
 
-def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float) -> float:
+def _modal_error(
+    greens: ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
+) -> float:
     """Error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""
     left_out = greens.residual.static()
     spring = replace(greens, residual=Residual.spring(left_out))
@@ -133,9 +143,9 @@ def _modal_error(greens: ModalGreens, t: Array, bandwidth: float, cutoff: float)
         shapes=greens.shapes[~top],
         residual=Residual.spring(left_out + dropped.T @ dropped),
     )
-    full, bare = greens.filtered_matrix(t, 1 / bandwidth), spring.filtered_matrix(t, 1 / bandwidth)
+    full, bare, less = (each.filtered_matrix(t, 1 / bandwidth, pushed) for each in (greens, spring, lower))
     bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
-    rings = 2 * float(np.abs(bare - lower.filtered_matrix(t, 1 / bandwidth)).max()) if np.sum(top) >= 10 else bound
+    rings = 2 * float(np.abs(bare - less).max()) if np.sum(top) >= 10 else bound
     lag = float(np.abs(full - bare).max())
     return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / float(np.abs(full).max())  # ratios scatter
 

@@ -13,12 +13,12 @@ from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, with_body
 from impact.runs.variations import of_g as of_body
-from seatfem.structures.rings import left_by, rings_of, with_fewer_rings
+from seatfem.structures.rings import OF_TWICE, Division, divided_less, left_by, parts_behind, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
-from seatfem.study.impacts.touches import stopper_in
+from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
@@ -32,9 +32,8 @@ def error_budget(
     method: RunMethod,
     seat: Solved,
     striker: impact.Body,
-    result: ImpactResult,
+    touches: Touches,
     stress: ReedStress | None = None,
-    stopper: ImpactResult | None = None,
     reed: Solved | None = None,
 ) -> Budget:
     """What mesh, reduction, time step, model and patch, and a computed striker, leave in the measures of ``result``.
@@ -53,9 +52,10 @@ def error_budget(
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``result``, if wanted. ``stopper``:
-    what happened at the stopper, where the scene has one; it stays as it is in all runs, and no bar knows its errors.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted. A stopper
+    stays as it is in all runs, and no bar knows its errors.
     """
+    result, stopper = touches.seat, touches.stopper
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
     found: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
@@ -71,7 +71,7 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt)
 
-    values, finer = measured(result, width, stress), _finer_step(scene, method, problem, result, stopper)
+    values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
     names = (*SOURCES, *([] if reed is None else [STRIKER]))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
@@ -150,13 +150,27 @@ def _of_reed(scene: Scene, reed: Solved, problem: ContactProblem) -> Mapping[str
 
 
 def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
-    rings, model = rings_of(seat.greens), seat.in_rings
+    division, model = Division.of(seat.greens), seat.in_rings
+    rings = division.rings
+    if division.arcs > 1:
+        return _of_arcs(scene, seat, problem)
     if rings > 2:
         return ((_with_seat(scene, problem, with_fewer_rings(seat.greens, 1), left_by(rings)),),)
     if model is None:
         return () if seat.plane else None
     divided, same = (_with_seat(scene, problem, g).problem for g in (model, with_fewer_rings(model, rings)))
     return ((Variation(divided, 1 + left_by(rings_of(model)), same),),)
+
+
+def _of_arcs(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
+    """What twice as many arcs of the lip change, on both bodies."""
+    division, finer = Division.of(seat.greens), seat.in_rings
+    if finer is None or Division.of(finer) != parts_behind(division):
+        return None
+    striker = striker_of(scene, ports=2 * division.arcs) if scene.reed.meets_lips else problem.striker
+    stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
+    as_before = problem_of(scene, problem.striker, same, stopper)
+    return ((Variation(problem_of(scene, striker, impact.Body(finer), stopper), OF_TWICE, as_before),),)
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:

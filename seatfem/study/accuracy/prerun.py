@@ -25,11 +25,12 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
+from seatfem.study.impacts.lips import line_of
 from seatfem.study.impacts.measures import values_of
-from seatfem.study.impacts.touches import displacement_of, force_of, stopper_force_of
+from seatfem.study.impacts.touches import displacement_of, force_of, parts_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import any_needs_displacement, any_needs_stress
+from seatfem.study.scene.measures import Blow, any_needs_displacement, any_needs_stress
 
 FEW: Final = 16  # reed modes of the first look
 LOOK: Final = 20_000  # steps of the first look ...
@@ -63,6 +64,8 @@ def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | N
     """What pre-runs take for a striker that has to be computed: nothing is, unless nothing stands for it."""
     if not scene.reed.is_solved:
         return None
+    if scene.reed.meets_lips and (solved := solved_striker(scene, progress)) is not None:
+        return solved.greens
     with in_role("reed", scene.reed):
         found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
     if found is None and (solved := solved_striker(scene, progress)) is not None:
@@ -154,7 +157,8 @@ class Bench:
         if any_needs_stress(asked):
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
-        return values_of(force, dt, width, displacement, stress)
+        line = line_of(self.scene, problem, parts_of(stepper))
+        return values_of(Blow(force, dt, width, displacement, stress, line))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""

@@ -18,7 +18,8 @@ import numpy as np
 import impact
 from impact.runs.budget import Values, larger, times
 from impact.runs.variations import NARROWER, left_by_step, narrowed
-from seatfem.structures.rings import face_compliance
+from seatfem.structures.rings import Division, face_compliance
+from seatfem.structures.statics import at_once, bed
 from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.prerun import Bench, relative_changes
 from seatfem.study.method import MODES as REED_MODES
@@ -217,7 +218,9 @@ class Sensitivity:
 
     @cached_property
     def spring(self) -> Changes:
-        """What a spring of the same static stiffness changes."""
+        """What a spring of the same static stiffness changes; of a lip in arcs, its statics without waves."""
+        if Division.of(self.bench.seat).arcs > 1:
+            return relative_changes(self.base, self._with(at_once(self.bench.seat)))
         return self._spring_of(1.0)
 
     @cached_property
@@ -230,6 +233,9 @@ class Sensitivity:
         compliance = face_compliance(self.bench.seat)
         if not (math.isfinite(compliance) and compliance > 0):
             return dict.fromkeys(self.base, math.inf)
+        division = Division.of(self.bench.seat)
+        if division.arcs > 1:
+            return relative_changes(self.base, self._with(bed(division, factor / compliance)))
         return relative_changes(self.base, self._with(impact.spring(stiffness=factor / compliance)))
 
     def between(self, one: impact.GreensFunction, other: impact.GreensFunction) -> Changes:

@@ -23,12 +23,20 @@ from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.lips import gaps_of, lip_of, on_the_reed
+from seatfem.study.impacts.lips import gaps_of, line_of, lip_of, on_the_reed
 from seatfem.study.impacts.measures import values_of
-from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
+from seatfem.study.impacts.touches import (
+    Touches,
+    displacement_of,
+    force_of,
+    parts_of,
+    pushes,
+    stopper_force_of,
+    taken_apart,
+)
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import any_needs_stress
+from seatfem.study.scene.measures import Blow, any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -147,7 +155,7 @@ def run_contacts(
     """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
-    return taken_apart(problem, result)
+    return taken_apart(scene, problem, result)
 
 
 def problem_of(
@@ -191,7 +199,8 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     wanted = any_needs_stress(scene.accuracy.measures)
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
-    return values_of(force, dt, scene.run.filter_width, displacement, stress)
+    line = line_of(scene, problem, parts_of(stepper))
+    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line))
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:

@@ -8,8 +8,11 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
+from impact.march.problem import ContactProblem
 from seatfem.structures.lip import Lip
+from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import Line
 
 USUAL: Final = 32  # arcs, where nothing else is known
 POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
@@ -56,3 +59,13 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
     return np.asarray(contact.gap + (height - height.min()).reshape(arcs, each).mean(axis=1))
+
+
+def line_of(scene: Scene, problem: ContactProblem, parts: Array | None) -> Line | None:
+    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N]; ``None`` where
+    it has no arcs."""
+    division, ring = Division.of(problem.target.greens), scene.seat.struck_ring
+    if parts is None or ring is None or division.arcs == 1:
+        return None
+    force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
+    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi))

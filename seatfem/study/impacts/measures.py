@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Final, Literal
 
-from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
-from impact.greens.base import Array
 from impact.runs.budget import Budget, Values
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.measures import Blow, all_measures, key_of
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch"]
@@ -17,21 +16,16 @@ STRIKER: Final = "striker"
 """What is left by one that was computed: no plan makes it finer."""
 
 
-def measured(result: ImpactResult, filter_width: float, stress: ReedStress | None = None) -> Values:
+def measured(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Values:
     """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted."""
-    return values_of(result.force, result.dt, filter_width, result.target_displacement, stress)
+    result = touches.seat
+    blow = Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line)
+    return values_of(blow)
 
 
-def values_of(
-    force: Array, dt: float, filter_width: float, displacement: Array | None, stress: ReedStress | None
-) -> dict[str, float]:
-    """The measures, from the force of one contact and the seat's displacement, (n + 1,) both, as far as known."""
-    blow = Blow(force, dt, filter_width, displacement, stress)
-    return {
-        name: each.of(blow)
-        for name, each in all_measures().items()
-        if not (each.needs_displacement and displacement is None) and not (each.needs_stress and stress is None)
-    }
+def values_of(blow: Blow) -> dict[str, float]:
+    """The measures, as far as the run tells them."""
+    return {name: each.of(blow) for name, each in all_measures().items() if each.is_known(blow)}
 
 
 def bar_keys(budget: Budget, without: Collection[str] = ()) -> dict[str, object]:

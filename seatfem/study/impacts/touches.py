@@ -13,6 +13,9 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.motion import port_displacement
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.lips import line_of
+from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import Line
 
 
 @dataclass(frozen=True)
@@ -23,11 +26,13 @@ class Touches:
         seat: its patch, all parts seen as one contact.
         parts: part by part, where it is divided into arcs and rings.
         stopper: where there is one.
+        line: along the lip, where it has several arcs.
     """
 
     seat: ImpactResult
     parts: ImpactResult | None = None
     stopper: ImpactResult | None = None
+    line: Line | None = None
 
     @property
     def stopper_force(self) -> Array | None:
@@ -35,7 +40,7 @@ class Touches:
         return None if self.stopper is None else self.stopper.force
 
 
-def taken_apart(problem: impact.ContactProblem, result: ImpactResult) -> Touches:
+def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResult) -> Touches:
     """``result`` of a problem of a scene: the seat's columns come first, the stopper's last."""
     shares = Division.of(problem.target.greens).shares
     if result.force.ndim == 1:
@@ -45,7 +50,7 @@ def taken_apart(problem: impact.ContactProblem, result: ImpactResult) -> Touches
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper)
     parts = of_contacts(result, slice(of_seat))
-    return Touches(as_one(parts, shares), parts, stopper)
+    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force))
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
@@ -60,8 +65,13 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
 
 def force_of(stepper: impact.ContactStepper) -> Array:
     """(n + 1,) contact force of the seat's whole patch at every step done [N]."""
+    return np.asarray(parts_of(stepper).sum(axis=1))
+
+
+def parts_of(stepper: impact.ContactStepper) -> Array:
+    """(n + 1, parts) contact force of each part of the seat's patch at every step done [N]."""
     seat = seat_contacts(stepper.prepared.problem)
-    return np.concatenate([[stepper.prepared.rest[:seat].sum()], stepper.force[: stepper.done, :seat].sum(axis=1)])
+    return np.concatenate([stepper.prepared.rest[None, :seat], stepper.force[: stepper.done, :seat]])
 
 
 def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:

@@ -41,6 +41,8 @@ CLOSED_RUNS: Final = 2.0  # of a closed form, which has no error of mesh and red
 COARSE_STRESS: Final = 0.4  # of the search for the stress, where only its size is asked for
 ARRAYS: Final = 44  # histories that live at once
 SAVED: Final = 22  # histories written to the file
+OF_A_PORT: Final = 6  # histories more with each port of a lip
+PORT: Final = 0.9  # time of a pole's step with each further port, over that with one (benchmarks/lips.py)
 WEIGHTS: Final = 30  # poles that take as long as exact step weights
 
 
@@ -128,6 +130,7 @@ class ContactModel:
         coarse_poles: of the seat at a step twice as long.
         runs: behind the error bars.
         bends: whether the reed is a beam, whose stress is looked for.
+        ports: of the lip that both touch along.
     """
 
     steps: float
@@ -136,11 +139,12 @@ class ContactModel:
     coarse_poles: float
     runs: float
     bends: bool = True
+    ports: int = 1
 
     @property
     def memory(self) -> float:
         """Bytes of the histories."""
-        return 8 * ARRAYS * self.steps
+        return 8 * (ARRAYS + OF_A_PORT * (self.ports - 1)) * self.steps
 
 
 def _contact(scene: Scene, method: RunMethod, seat: SeatModel | None) -> ContactModel:
@@ -169,7 +173,7 @@ def with_striker(
     """The same march with the scene's striker; ``known``: what stands for one that has to be computed."""
     poles = striker_poles(scene, method, dt, model.steps, known)
     reed = _weights(model.steps) if poles is None else float(poles)
-    return replace(model, reed=reed, bends=method.reed.n_modes is not None)
+    return replace(model, reed=reed, bends=method.reed.n_modes is not None, ports=method.ports or 1)
 
 
 def _poles(greens: GreensFunction, dt: float, steps: float) -> float:
@@ -196,7 +200,8 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
     stress = rates.stress * model.reed if model.bends and model.reed > 1 else 0.0
 
     def run(poles: float) -> float:
-        return rates.step + rates.pole * (poles + model.reed)
+        each = rates.pole * (1 + PORT * (model.ports - 1))
+        return rates.step + each * (poles + model.reed + (model.ports if model.ports > 1 else 0))
 
     n = model.steps
     return {
@@ -204,7 +209,7 @@ def contact_seconds(model: ContactModel, rates: Machine) -> Mapping[str, float]:
         "spring baseline": n * run(0.0),
         "reed stress": (2 * rates.compiled if stress else 0.0) + 2 * n * stress,
         "error budget": model.runs / 2 * n * (run(model.coarse_poles) + COARSE_STRESS * stress),
-        "files": SAVED * n * rates.value,
+        "files": (SAVED + OF_A_PORT * (model.ports - 1)) * n * rates.value,
     }
 
 

@@ -19,6 +19,7 @@ from seatfem.study.method import (
     MODEL,
     MODES,
     ORDER,
+    PORTS,
     REDUCTION,
     RINGS,
     SEAT_MODES,
@@ -45,7 +46,7 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
-        if (key in _OF_THE_MESH and not of_the_mesh) or (key == RINGS and RINGS not in decision.changes):
+        if (key in _OF_THE_MESH and not of_the_mesh) or (key in (RINGS, PORTS) and key not in decision.changes):
             continue
         found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key)))
     if at_hand:
@@ -183,6 +184,10 @@ def _rings(decision: Decision, method: RunMethod) -> str:
     return f"a patch that moves as its mean changes {_most(left)}"
 
 
+def _ports(decision: Decision, method: RunMethod) -> str:
+    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}"
+
+
 def _modes(decision: Decision, method: RunMethod) -> str:
     many = f", or {MANY}" if method.value(MODES) < FEW else ""
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
@@ -243,6 +248,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
     MODES: _modes,
     STEP: _step,
     RINGS: _rings,
+    PORTS: _ports,
 }
 _OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)
 _UNITS: Final[Mapping[str, Callable[[Any], str]]] = {

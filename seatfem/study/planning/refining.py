@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.rates import Machine
+from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, RINGS, SEAT_MODES, SIZE, STEP, TOLERANCE
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, PORTS, RINGS, SEAT_MODES, SIZE, STEP, TOLERANCE
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
@@ -22,7 +23,7 @@ KEYS: Final[Mapping[str, tuple[str, ...]]] = {
     "reduction": (BAND, TOLERANCE),
     "time_step": (STEP,),
     "model": (MODES, SEAT_MODES),
-    "patch": (RINGS,),
+    "patch": (RINGS, PORTS),
 }
 """What is made finer for the sake of a source of error."""
 MOST_MODES: Final = 1000
@@ -52,8 +53,12 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     """``plan`` with the keys behind ``source`` made finer; ``None`` where the file states them or none can be finer."""
     factor = min(max(factor, LEAST_FINER), MOST_FINER)
     values = {
-        key: _finer(plan, key, factor) for key in KEYS.get(source, ()) if plan.is_open(key) and plan.method.value(key)
+        key: _finer(plan, key, factor)
+        for key in KEYS.get(source, ())
+        if plan.is_open(key) and plan.method.value(key) and not (key == RINGS and plan.method.ports is not None)
     }
+    if PORTS in values:
+        return _in_more_arcs(plan, factor, machine)
     if CONTACT_SIZE not in values and SIZE in values:
         values[SIZE] = max(values[SIZE], plan.method.seat.contact_size or 0.0)
     method = plan.method.replaced(values)
@@ -76,6 +81,22 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
     kept = source in ("time_step", "model")  # the seat is there from the round before
     cost = predict_cost(plan.scene, method, machine, kept=kept)
     return replace(plan, method=method, choices=choices, shares=shares, error=error, cost=cost, kept=kept)
+
+
+def _in_more_arcs(plan: Plan, factor: float, machine: Machine | None) -> Plan | None:
+    """With twice as many arcs of the lip; ``None`` where that is more than can be."""
+    arcs = 2 * (plan.method.ports or 1)
+    if arcs * (plan.method.seat.rings or 1) > MOST_PORTS:
+        return None
+    method = plan.method.along(plan.scene, arcs)
+    reason = f"made finer: the patch's share of the error was {factor:.2g} times too large"
+    choices = tuple(
+        replace(choice, value=described(PORTS, arcs), reason=reason) if choice.key == PORTS else choice
+        for choice in plan.choices
+    )
+    halved = {name: value / 2 for name, value in plan.shares.get("patch", {}).items()}
+    cost = predict_cost(plan.scene, method, machine)
+    return replace(plan, method=method, choices=choices, shares={**plan.shares, "patch": halved}, cost=cost, kept=False)
 
 
 def _finer(plan: Plan, key: str, factor: float) -> float | int:

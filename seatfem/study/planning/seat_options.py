@@ -19,7 +19,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
 from seatfem.structures.method import Method
 from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
-from seatfem.study.method import BAND, MODEL, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
+from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
 from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
@@ -56,6 +56,8 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     if not seen.reduced:
         return (SeatOption(seen.stated.seat, f"seat.{seen.scene.seat.level(0.0).reason}", _left_by_modes(seen)),)
     waves = _levels(seen, without) if seen.drawn else _waves(seen, seen.stated.seat, seen.scene.seat.level(0.0).reason)
+    if seen.arcs is not None:
+        return tuple(replace(option, changes={**option.changes, PORTS: seen.arcs.left}) for option in waves)
     left = _left_by_rings(seen) if seen.patch is not None else {}
     return tuple(divided for option in waves for divided in _divided(option, left))
 

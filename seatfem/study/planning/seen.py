@@ -24,6 +24,7 @@ from seatfem.study.method import (
     BAND,
     MODEL,
     MODES,
+    PORTS,
     RINGS,
     SEAT_MODES,
     SIZE,
@@ -33,12 +34,13 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
+from seatfem.study.planning.lips import Arcs, in_some_arcs
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
     MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch", SEAT_MODES: "model",
+    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model",
 }  # fmt: skip
 """The source of error that a key is behind."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -57,6 +59,7 @@ class Seen:
         surrogate: the seat of the pre-runs.
         sensitivity: its pre-runs.
         machine: that will compute it.
+        arcs: of the seat's lip; ``None``: it is struck as a whole.
     """
 
     scene: Scene
@@ -64,18 +67,21 @@ class Seen:
     surrogate: Surrogate
     sensitivity: Sensitivity
     machine: Machine
+    arcs: Arcs | None = None
 
     @staticmethod
     def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
+        arcs = in_some_arcs(scene, surrogate, progress)
+        asked, surrogate = (scene, surrogate) if arcs is None else (arcs.scene, arcs.surrogate)
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        seat, striker = surrogate.greens, stand_in_of(scene, progress)
-        bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
+        seat, striker = surrogate.greens, stand_in_of(asked, progress)
+        bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
-        return Seen(scene, stated_method(scene), surrogate, sensitivity, machine)
+        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs)
 
     @property
     def patch(self) -> Patch | None:

@@ -20,7 +20,8 @@ from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
-from seatfem.structures.rings import as_a_whole, face_compliance
+from seatfem.structures.rings import Division, as_a_whole, face_compliance
+from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
@@ -99,8 +100,8 @@ def run_scene(
             baseline = _baseline(done, watch)
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
-            name = "rings" if done.plan.method.ports is None else "lip"
-            more = {name: done.parts, "stopper": done.stopper, "spring_stopper": baseline.touches.stopper}
+            touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
+            more = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
             all_of_them = {"wave": done.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in more.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
@@ -139,7 +140,9 @@ class _Baseline:
 def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
     stiffness, scene = _static_stiffness(done.seat.greens), done.plan.scene
     with watch("spring baseline"):
-        touches = run_contacts(scene, done.striker, impact.spring(stiffness=stiffness), done.result.dt)
+        division = Division.of(done.seat.greens)
+        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+        touches = run_contacts(scene, done.striker, spring, done.result.dt)
     with watch("reed stress"):
         coarsely = not any_needs_stress(scene.accuracy.measures)
         force, met = touches.seat.force, touches.stopper_force
@@ -151,7 +154,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
     width = scene.run.filter_width
     return {
         "title": scene.title,
-        **_measured(Touches(done.result, done.parts, done.stopper), width, done.stress),
+        **_measured(done.touches, width, done.stress),
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
@@ -171,7 +174,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
 
 def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:
     """The keys of the seat and of the stopper."""
-    return {**summarise(touches.seat, width, stress, touches.stopper), **stopper_keys(touches.stopper, width)}
+    return {**summarise(touches, width, stress), **stopper_keys(touches.stopper, width)}
 
 
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:

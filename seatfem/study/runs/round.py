@@ -13,6 +13,7 @@ from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import STRIKER
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
@@ -37,10 +38,8 @@ class Round:
         seat: its answer, and whether it was there before (``reused``).
         striker: of the run.
         reed: its Green's function and what is known of it, where that was computed.
-        result, stress: what came out, and the reed's largest stresses.
+        touches, stress: what came out, and the reed's largest stresses.
         left: the errors in it.
-        parts: ``result`` part by part, where the patch is divided.
-        stopper: what happened at the stopper, where there is one.
         number: 1, 2, ...
         stopped: why no further round follows; "" where the target is met.
         spent: wall time of this round by stage [s].
@@ -51,17 +50,20 @@ class Round:
     plan: Plan
     seat: Solved
     striker: impact.Body
-    result: ImpactResult
+    touches: Touches
     stress: ReedStress | None
     left: Budget
-    parts: ImpactResult | None = None
-    stopper: ImpactResult | None = None
     reed: Solved | None = None
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
     paces: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def result(self) -> ImpactResult:
+        """Of the seat's patch, seen as one contact."""
+        return self.touches.seat
 
     @property
     def met(self) -> bool:
@@ -87,6 +89,8 @@ def missed(done: Round) -> tuple[str, ...]:
         if (bar := done.left.relative(name)) > target:
             source = done.left.dominant(name)
             remedy = REMEDIES.get(source, "")
+            if source == "patch" and done.plan.method.ports is not None:
+                remedy = "divide the lip by more contact.ports"
             if source == "model" and done.plan.method.seat.n_modes is not None:
                 remedy = "keep more seat.n_modes or reed.n_modes"
             found.append(

@@ -166,7 +166,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     reed = None if before is None else before.reed
     if reed is None and scene.reed.is_solved:
         with watch(STRIKER):
-            reed = solved_striker(scene, progress)
+            reed = solved_striker(scene, progress, method.ports)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:
@@ -182,9 +182,9 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):
         wanted_stress = stress if wanted else None
-        left = error_budget(scene, method, seat, striker, result, wanted_stress, touches.stopper, reed)
+        left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)
     left = _at_least_planned(plan, left)
-    return Round(plan, seat, striker, result, stress, left, touches.parts, touches.stopper, reed)
+    return Round(plan, seat, striker, touches, stress, left, reed)
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:

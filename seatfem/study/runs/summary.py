@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact import measures
+from impact.after.along import line_force_peak, line_impulse_peak
 from impact.after.regime import in_words, regime
 from impact.after.result import ImpactResult
 from impact.after.stresses import PeakStress, ReedStress
@@ -21,24 +23,24 @@ from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
-from seatfem.study.scene.measures import all_measures, key_of
+from seatfem.study.scene.measures import Line, all_measures, key_of
 
 FREQUENCIES: Final = 10  # of the striker that are told
 
 
-def summarise(
-    result: ImpactResult, filter_width: float, stress: ReedStress | None = None, stopper: ImpactResult | None = None
-) -> dict[str, object]:
-    """The keys of one contact; ``None`` where there was no contact, and where a rigid mass bears no bending stress.
+def summarise(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> dict[str, object]:
+    """The keys of the seat's contact; ``None`` where there was none, and where a rigid mass bears no bending stress.
 
-    ``stopper``: what else met the striker: the impulses of a free one, which came back from it, tell no restitution.
+    A stopper may meet the striker, too: the impulses of a free one, which came back from it, tell no restitution.
     """
+    result, stopper = touches.seat, touches.stopper
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
-    values = measured(result, filter_width, stress)
+    values = measured(touches, filter_width, stress)
     keys = {each.key: values.get(name) for name, each in all_measures().items()}
     return keys | {
         "peak_force_N": measures.peak_force(result),
@@ -60,7 +62,33 @@ def summarise(
         "contact_loss_J": float(result.energy.contact_loss[-1]),
         "time_step_s": result.dt,
         "history_engine": result.engine,
+        **_line_keys(touches.line, result.dt, filter_width),
     }
+
+
+def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
+    """Of a contact along a lip, beside its measures: its arcs, over what it is averaged, where it is largest."""
+    if line is None:
+        return {}
+    _, force_at = line_force_peak(line.force[1:], dt, width, line.length, line.share)
+    _, impulse_at = line_impulse_peak(line.force[1:], dt, line.length, line.share)
+    pressed = line.force > 0
+    first = int(np.argmax(pressed.any(axis=1)))
+    return {
+        "ports": line.force.shape[1],
+        "line_force_arc_m": line.share * line.length,
+        "line_force_width_s": width,
+        "line_force_peak_at_deg": 360 * force_at if pressed.any() else None,
+        "line_impulse_peak_at_deg": 360 * impulse_at if pressed.any() else None,
+        "first_touch_at_deg": 360 * _mean_place(pressed[first]) if pressed.any() else None,
+        "largest_share_of_lip_pressed": float(pressed.mean(axis=1).max()),
+    }
+
+
+def _mean_place(pressed: NDArray[np.bool_]) -> float:
+    """Of arcs around a line, as a share of it."""
+    turns = 2 * np.pi * (np.flatnonzero(pressed) + 0.5) / len(pressed)
+    return float(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()) / (2 * np.pi)) % 1.0
 
 
 def _known(value: float) -> float | None:

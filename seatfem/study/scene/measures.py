@@ -10,9 +10,25 @@ from typing import ClassVar
 import numpy as np
 
 from impact import measures
+from impact.after.along import line_force_peak, line_impulse_peak
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
+
+
+@dataclass(frozen=True)
+class Line:
+    """A contact along a lip.
+
+    Attributes:
+        force: (n + 1, arcs) of its equal arcs [N].
+        length: of its centre line [m].
+        share: of it over which forces are averaged.
+    """
+
+    force: Array
+    length: float
+    share: float
 
 
 @dataclass(frozen=True)
@@ -25,6 +41,7 @@ class Blow:
         filter_width: of the run [s].
         displacement: (n + 1,) of the seat's patch [m]; ``None``: not known.
         stress: the reed's; ``None``: not known.
+        line: arc by arc, of a contact along a lip; ``None`` of others.
     """
 
     force: Array
@@ -32,6 +49,7 @@ class Blow:
     filter_width: float
     displacement: Array | None = None
     stress: ReedStress | None = None
+    line: Line | None = None
 
 
 class Measure(ABC):
@@ -41,7 +59,7 @@ class Measure(ABC):
         name: in ``accuracy.measures``.
         key: in summary.json, with its unit.
         words: in the tables of a run.
-        needs_displacement, needs_stress: what it takes of the run beside the force.
+        needs_displacement, needs_stress, needs_line: what it takes of the run beside the force.
     """
 
     name: ClassVar[str]
@@ -49,6 +67,15 @@ class Measure(ABC):
     words: ClassVar[str]
     needs_displacement: ClassVar[bool] = False
     needs_stress: ClassVar[bool] = False
+    needs_line: ClassVar[bool] = False
+
+    def is_known(self, blow: Blow) -> bool:
+        """Whether the run tells it."""
+        return not (
+            (self.needs_displacement and blow.displacement is None)
+            or (self.needs_stress and blow.stress is None)
+            or (self.needs_line and blow.line is None)
+        )
 
     @abstractmethod
     def of(self, blow: Blow) -> float:
@@ -102,6 +129,29 @@ class Stress(Measure):
     def of(self, blow: Blow) -> float:
         peak = blow.stress.after_contact if blow.stress else None
         return peak.value if peak else 0.0
+
+
+class LineForce(Measure):
+    """Largest force per length of a lip, averaged over a part of it and over the filter's width."""
+
+    name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
+    needs_line = True
+
+    def of(self, blow: Blow) -> float:
+        assert blow.line is not None
+        line = blow.line
+        return line_force_peak(line.force[1:], blow.dt, blow.filter_width, line.length, line.share)[0]
+
+
+class LineImpulse(Measure):
+    """Largest impulse per length of a lip, averaged over a part of it."""
+
+    name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
+    needs_line = True
+
+    def of(self, blow: Blow) -> float:
+        assert blow.line is not None
+        return line_impulse_peak(blow.line.force[1:], blow.dt, blow.line.length, blow.line.share)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:

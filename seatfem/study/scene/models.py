@@ -62,6 +62,7 @@ class Contact(Table):
     offset: tuple[Position, Position] = default(
         ("0 mm", "0 mm"), "of the lip's centre from the reed's contact, along and across the reed"
     )
+    line_arc: Angle = default("45 deg", "part of the lip over which forces per length are averaged")
     waviness: tuple[tuple[Angle, Position], ...] = Field(
         (),
         max_length=1000,
@@ -88,6 +89,8 @@ class Contact(Table):
             raise KeyProblem(
                 "ports", f"{self.ports} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer of either"
             )
+        if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
+            raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg is not above 0 and up to 360 deg")
         angles = [angle for angle, _ in self.waviness]
         if any(b <= a for a, b in itertools.pairwise(angles)) or (angles and angles[-1] - angles[0] >= 2 * math.pi):
             raise KeyProblem("waviness", "its angles must rise from one entry to the next, within 360 deg")

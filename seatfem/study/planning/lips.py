@@ -1,0 +1,91 @@
+"""In how many arcs a lip is divided: pre-runs with ever fewer, of the striker itself on a half-space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from impact.progress import Progress
+from impact.runs.budget import larger, safety, times
+from seatfem.structures.estimates.arcs import in_arcs
+from seatfem.structures.estimates.surrogate import Surrogate
+from seatfem.structures.rings import OF_TWICE, Division, arcs_joined, divided_less
+from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
+from seatfem.study.accuracy.sensitivity import COARSE, Changes
+from seatfem.study.impacts.lips import lip_of
+from seatfem.study.method import PORTS, as_stated, is_given, stated_method
+from seatfem.study.safety import ARCS_SHARE
+from seatfem.study.scene import Scene
+
+FEWEST: Final = 16  # arcs: fewer tell nothing of how they converge
+MOST: Final = 64  # that are chosen without being asked for
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """A scene with its lip in arcs.
+
+    Attributes:
+        scene: with their number stated.
+        surrogate: its seat in pre-runs.
+        left: what the arcs leave, relative, measure by measure.
+    """
+
+    scene: Scene
+    surrogate: Surrogate
+    left: Changes
+
+
+def in_some_arcs(scene: Scene, surrogate: Surrogate, progress: Progress) -> Arcs | None:
+    """The lip in as many arcs as the accuracy asks for, or as the file states; ``None``: it is struck as a whole."""
+    usual = stated_method(scene).ports
+    if usual in (None, 1) or surrogate.exact or surrogate.patch is None:
+        return None
+    assert usual is not None
+    stated = is_given(scene, PORTS)
+    most = usual if stated else MOST
+    finest = _with(scene, 2 * most)
+    seat = surrogate_in_arcs(finest, surrogate).greens
+    striker, there = stand_in_of(finest, progress), Division.of(seat)
+    bench = Bench(finest, seat, first_look(finest, seat, striker), striker)
+    dt = bench.affordable(scene.run.filter_width / COARSE)
+    found: dict[int, Mapping[str, float]] = {}
+
+    def measures(arcs: int) -> Mapping[str, float]:
+        if arcs not in found:
+            fewer = None if striker is None else arcs_joined(striker, there, arcs)
+            less = divided_less(seat, Division(arcs, there.rings))
+            found[arcs] = Bench(finest, less, bench.window, fewer).measures(dt=dt)
+        return found[arcs]
+
+    def left_by(arcs: int) -> Changes:
+        """What twice as many change, as the budget states it, and all that the most looked at do."""
+        of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
+        return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
+
+    chosen, aim = most, ARCS_SHARE * scene.accuracy.target
+    while not stated and chosen // 2 >= FEWEST:
+        left = left_by(chosen // 2)
+        if any(safety(name) * left[name] > aim for name in scene.accuracy.measures):
+            break
+        chosen //= 2
+    here = _with(scene, chosen)
+    return Arcs(here, surrogate_in_arcs(here, surrogate), left_by(chosen))
+
+
+def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
+    """The surrogate of a seat whose lip is in the arcs that the scene states."""
+    lip, whole, patch = lip_of(scene), surrogate.greens.modal, surrogate.patch
+    assert lip is not None
+    assert whole is not None
+    assert patch is not None
+    squared = (patch.c_p / patch.c_s) ** 2
+    poisson = (squared - 2) / (2 * (squared - 1))
+    young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
+    greens = in_arcs(whole, lip, young, poisson, patch.impedance)
+    return Surrogate(greens, False, f"{surrogate.words}, in {lip.arcs} arcs", patch)
+
+
+def _with(scene: Scene, arcs: int) -> Scene:
+    return as_stated(scene, stated_method(scene).along(scene, arcs))
