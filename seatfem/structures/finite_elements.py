@@ -10,7 +10,6 @@ import numpy as np
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.progress import Progress
-from impact.runs.variations import narrowed
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.counts.memory_need import check_elastic
 from seatfem.structures.discretise import (
@@ -21,22 +20,23 @@ from seatfem.structures.discretise import (
     sliding_faces,
     supports_of,
 )
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
-from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
-from seatfem.structures.method import BEYOND, COARSENING, NAMES, Method
+from seatfem.structures.method import COARSENING, NAMES, Aims, Method
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.harmonics import ring_greens
+from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import Division, as_a_whole, divided_less, parts_behind, rings_behind
+from seatfem.structures.rings import Division, as_a_whole, divided_less, parts_behind, ring_names, rings_behind
 from seatfem.structures.solved import Solved
 from seatfem.structures.statics import spring_of, without_waves
 
@@ -44,6 +44,7 @@ LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
 RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
 LIP: Final = "a body of revolution, struck in arcs of its lip: Fourier harmonics in the angle"
+LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each arc"
 AT_ONCE: Final = "static compliance of the finite elements, arc by arc, and the first velocity of each"
 SPRING: Final = "static compliance of the finite elements, a spring"
 
@@ -127,6 +128,8 @@ def _solved(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
     level = body.elements_of(method)
+    if method.in_arcs:
+        return _along(body, mesh, method, duration, watch, progress)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
     check_elastic(body, mesh, level, method.reduction)
@@ -145,15 +148,16 @@ def _solved(
 def _around(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """An arc of the ring, or all of it in arcs, by Fourier harmonics."""
+    """An arc of the ring, by Fourier harmonics."""
+    arc = body.struck_arc
+    assert arc is not None
     assert method.bandwidth is not None
     with watch("reduction"):
         try:
             greens = ring_greens(
                 mesh,
                 body.solids(regions_of(mesh)),
-                _patches(body, method.lip),
-                static=method.static and method.in_arcs,
+                {"contact": RingPatch(0.0, arc)},
                 bandwidth=method.bandwidth,
                 duration=body.memory(method, duration),
                 tolerance=method.tolerance,
@@ -168,33 +172,44 @@ def _around(
         except ConvergenceError as error:
             raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
     about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
-    if method.in_arcs:
-        greens = greens if method.static else _in_the_band(greens, method.bandwidth)
-        about = {**about, "seat_model": AT_ONCE} if method.static else about
-    elif method.static:
+    if method.static:
         greens, about = without_waves(greens), {**about, "seat_model": SPRING}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
 
 
-def _in_the_band(greens: ModalGreens, band: float) -> ModalGreens:
-    """Without the pairs above `BEYOND` times the band, which carry the statics of the harmonics: an exponential does.
+def _along(
+    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
+) -> Solved:
+    """All of the ring in arcs, by Fourier harmonics."""
+    lip, solids = method.lip, body.solids(regions_of(mesh))
+    assert lip is not None
+    assert method.bandwidth is not None
 
-    Every arc feels each of the thousands of them. What that changes within the band is part of the stated error.
-    """
-    kept = narrowed(greens, BEYOND * band)
-    t = np.linspace(0.0, 60 / band, 600)
-    full, less = (each.filtered_matrix(t, 1 / band, [0]) for each in (greens, kept))
-    changed = float(np.abs(full - less).max() / np.abs(full).max())
-    return kept.with_error(replace(greens.error, reduction=(greens.error.reduction or 0.0) + changed), greens.origin)
+    def build(harmonic: int) -> SecondOrderModel:
+        return assemble_axisymmetric(
+            mesh,
+            solids,
+            harmonic=harmonic,
+            sliding=sliding_faces(body),
+            supports=supports_of(body),
+            rayleigh=rayleigh_of(body),
+            rings=lip.rings,
+        )
 
-
-def _patches(body: Elastic, lip: Lip | None) -> dict[str, RingPatch]:
-    if lip is None:
-        assert body.struck_arc is not None
-        return {"contact": RingPatch(0.0, body.struck_arc)}
-    width = 2 * np.pi / lip.arcs
-    names = lip.division.arc_names
-    return {name: RingPatch(float(angle), width) for name, angle in zip(names, lip.angles, strict=True)}
+    width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
+    patches = [RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
+    aims = Aims(method.bandwidth, body.memory(method, duration), method.tolerance)
+    with watch("reduction"):
+        greens = lip_greens(
+            build,
+            dict(zip(lip.division.names, patches, strict=True)),
+            aims,
+            body.damping_ratio,
+            static=method.static,
+            progress=progress,
+        )
+    about = {"seat_model": AT_ONCE if method.static else LIP_MODES, **_mesh_keys(mesh)}
+    return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:

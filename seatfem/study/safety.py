@@ -35,6 +35,7 @@ HALF: Final = 2.0  # ... another one, whose change is taken for twice of what is
 FEW: Final = 10  # reed modes below which leaving some of them out tells little; ...
 MANY: Final = 40  # ... then this number does
 MUCH_SHORTER: Final = 8  # a stated step over the shortest that it is compared with: waves may cross within the step
+OF_MODES: Final = 0.65  # error of a plate's modes, over what those above 1/1.6 of the highest change: second order
 SHORT: Final = 0.3  # part of the run up to which an impact is marched again with half the step
 SHEAR_SHARE: Final = 0.05  # of the target, from which on the shear of the reed counts
 

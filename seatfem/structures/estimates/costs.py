@@ -25,7 +25,6 @@ SECTION_ELEMENT, HEXAHEDRON = 0.5, 3.0  # effort of making one, over that of a t
 SECTION_ENTRY: Final = 10.0  # of assembling an entry of a section's matrix, over that of a solid's
 SECTION_FACTOR: Final = 0.5  # of factor and solves of a section, over those of a solid
 FEWEST_HARMONICS, STATIC_HARMONICS = 5, 3
-OF_ARCS: Final = 0.4  # harmonics more, for each arc of a lip
 ROOM: Final = 32  # Krylov vectors at first; their number is doubled where it does not do
 FAST: Final = 1.8  # speed of pressure waves over that of shear waves
 PORTS_POWER: Final = 0.6  # of the number of rings in the number of vectors
@@ -102,12 +101,12 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     around = 1.0
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
-        around = max(FEWEST_HARMONICS, 0.9 * lengths)
+        around = max(FEWEST_HARMONICS, 0.9 * lengths * (BEYOND if method.in_arcs else 1.0))
     if method.lip is None or not method.in_arcs:
         return Numbers(sizes, modes, around, section, spec.shape == "hex")
     ports = method.lip.arcs * method.lip.rings
     kept = modes_of_volume(body.measures_inside("3d"), BEYOND * method.bandwidth, body.slowest) + ports
-    return Numbers(sizes, modes, around + OF_ARCS * method.lip.arcs, section, ports=ports, kept=kept)
+    return Numbers(sizes, modes, around, section, ports=ports, kept=kept)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:

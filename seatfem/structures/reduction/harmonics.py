@@ -25,7 +25,7 @@ from seatfem.structures.elements.supports import Support
 from seatfem.structures.materials import Solid
 from seatfem.structures.method import AUTO, Aims
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.greens import reduced
 from seatfem.structures.reduction.harmonic_tail import Tail, static_lag
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -56,14 +56,12 @@ def ring_greens(
     backend: Backend = "auto",
     rings: int = 1,
     max_harmonic: int = 1000,
-    static: bool = False,
     progress: Progress = silent,
 ) -> ModalGreens:
     """Green's function of ``patches``, one port each, on a solid of revolution meshed in its meridian.
 
     Arguments as `assemble_axisymmetric` and `reduce_model`; see `combine_harmonics`. With ``rings`` > 1 every patch
-    has so many ports, NAME_1, NAME_2, ... With ``static`` no waves are kept: g is the exponential of the static
-    compliance between the patches that begins with 1/(rho c_p A) on each.
+    has so many ports, NAME_1, NAME_2, ...
     """
     faces = {patch.boundary: patch.boundary for patch in patches.values()}
     patches = {
@@ -88,8 +86,6 @@ def ring_greens(
         )
 
     aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
-    if static:
-        return _statics(build, patches, aims, damping_ratio, max_harmonic, progress)
     return combine_harmonics(build, patches, aims, damping_ratio, method, max_harmonic=max_harmonic, progress=progress)
 
 
@@ -155,39 +151,6 @@ def combine_harmonics(
         },
         limit,
     )
-
-
-def _statics(
-    build: Callable[[int], SecondOrderModel],
-    patches: Mapping[str, RingPatch],
-    aims: Aims,
-    damping_ratio: float,
-    max_harmonic: int,
-    progress: Progress,
-) -> ModalGreens:
-    """All harmonics as the tail of `combine_harmonics`: they answer at once."""
-    check_patches(patches)
-    rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
-    model = build(0)
-    of_rings = model.port_matrix.T @ factorize(model.K, backend=aims.backend, name="K").solve(model.port_matrix)
-    places = [rings.index(patch.boundary) for patch in patches.values()]
-    whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
-    tail, compliance = Tail(patches, rings, 0), whole
-    while tail.doubt() > aims.tolerance / 6 * np.abs(compliance).max():
-        if tail.last >= max_harmonic:
-            raise ConvergenceError(f"{tail.last} harmonics: make the patches wider or raise max_harmonic")
-        tail.add(build(tail.next), aims.backend)
-        compliance = whole + tail.compliance()
-        progress("harmonics", tail.last / (tail.last + 12))
-    impedance = np.array([float(model.ports[patch.boundary].impedance or math.inf) for patch in patches.values()])
-    widths = np.array([patch.width for patch in patches.values()])
-    damping = model.damping.plus(damping_ratio)
-    start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    rest = relaxation(compliance, start, damping.beta)
-    none = np.zeros(0)
-    error = ErrorEstimate(reduction=float(tail.doubt() / np.abs(compliance).max()))
-    origin = {"method": "statics", "static_harmonics": tail.last, "dof": model.size}
-    return ModalGreens(none, none, np.zeros((0, len(patches))), rest, tuple(patches), error, origin)
 
 
 def _static_tail(

@@ -118,7 +118,7 @@ def _of_modes(
     extra = _left_out(model, modes, shapes, *static)
     zeta = damping.ratios(modes.omega, damping.losses(modes.shapes))
     greens = truncate(modes.omega, zeta, shapes, 2 * np.pi * cutoff, extra, model, damping)
-    return greens, _modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
+    return greens, modal_error(greens, error_times(aims.duration, aims.width), aims.bandwidth, cutoff, pushed)
 
 
 def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> ModalGreens:
@@ -128,7 +128,7 @@ def _told(greens: ModalGreens, error: float, found: int, cutoff: float) -> Modal
     return greens.with_error(ErrorEstimate(reduction=error), origin)
 
 
-def _modal_error(
+def modal_error(
     greens: ModalGreens, t: Array, bandwidth: float, cutoff: float, pushed: Sequence[int] | None = None
 ) -> float:
     """Error of a modal Green's function with modes up to ``cutoff`` [Hz], see `Modal`."""

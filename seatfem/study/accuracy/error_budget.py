@@ -11,7 +11,7 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, with_body
+from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, narrower, with_body
 from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import OF_TWICE, Division, divided_less, left_by, parts_behind, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
@@ -20,7 +20,7 @@ from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, s
 from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod
-from seatfem.study.safety import FEW, FEWER, HALF, MANY, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
@@ -146,6 +146,8 @@ def _of_reed(scene: Scene, reed: Solved, problem: ContactProblem) -> Mapping[str
         coarser = striker_of(scene, greens=reed.coarser)
         mesh = ((Variation(with_body(problem, striker, coarser), 1 / (reed.refinement - 1)),),)
     reduction = of_body(problem, striker, stated.reduction)
+    if reduction is not None and scene.reed.meets_lips and (fewer := narrower(striker)) is not None:
+        reduction = (*reduction, (Variation(with_body(problem, striker, fewer), OF_MODES),))
     return {"mesh": mesh, "reduction": reduction, "level": of_body(problem, striker, reed.level_error)}
 
 

@@ -78,7 +78,7 @@ class Seen:
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        seat, striker = surrogate.greens, stand_in_of(asked, progress)
+        seat, striker = surrogate.greens, stand_in_of(scene, progress) if arcs is None else arcs.striker
         bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
         return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs)
@@ -120,7 +120,9 @@ class Seen:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Tolerances of the reduction to choose from; the stated one alone."""
+        """Tolerances of the reduction to choose from; the stated one alone, and what modes leave of a lip in arcs."""
+        if self.arcs is not None:
+            return TOLERANCES[:1]
         return (self.stated.seat.tolerance,) if is_given(self.scene, TOLERANCE) else TOLERANCES
 
     def elements(self, band: float, tolerance: float, error: float) -> Method:

@@ -163,7 +163,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
-    reed = None if before is None else before.reed
+    reed = None if before is None or before.plan.method.reed.lip != method.reed.lip else before.reed
     if reed is None and scene.reed.is_solved:
         with watch(STRIKER):
             reed = solved_striker(scene, progress, method.ports)
