@@ -148,7 +148,7 @@ def problem_of(
     if scene.stopper is not None:
         target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
         assert target is not None
-        law, gap = scene.stopper.law, scene.stopper.gap
+        law, gap = scene.stopper.law, scene.stopper_gap
         contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 

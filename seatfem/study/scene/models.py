@@ -117,6 +117,15 @@ class Scene(Table):
         """Whether seat and stopper meet the reed at different places: the second is a port of its own."""
         return isinstance(self.contact_at, tuple)
 
+    @property
+    def stopper_gap(self) -> float:
+        """From the undeformed reed to the stopper, lift - contact.gap where its lift is stated [m]."""
+        assert self.stopper is not None
+        if self.stopper.lift is not None:
+            return self.stopper.lift - self.contact.gap
+        assert self.stopper.gap is not None
+        return self.stopper.gap
+
     @model_validator(mode="after")
     def _in_their_roles(self) -> Self:
         """What is struck is at rest, and what strikes moves."""
@@ -146,13 +155,28 @@ class Scene(Table):
         if (stopper := self.stopper) is None:
             return self
         self.reed.check_contact(stopper.at, "stopper.at")
-        start = self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
-        if start > stopper.gap * (1 + 1e-9):
+        by_lift = stopper.lift is not None
+        if by_lift and self.has_two_places and self.contact.gap > 0:
             raise KeyProblem(
-                "stopper.gap",
-                f"{1e3 * stopper.gap:.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
-                f"place there, inside the stopper (limit: stopper.gap); make the gap at least {1e3 * start:.6g} mm, or "
-                "release the reed from a smaller deflection",
+                "stopper.lift",
+                f"with contact.gap = {1e3 * self.contact.gap:g} mm the closed reed is bent, and where it stands at "
+                "stopper.at depends on what holds it there; give stopper.gap, from the undeformed reed",
+            )
+        gap, start = self.stopper_gap, self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
+        key = "stopper.lift" if by_lift else "stopper.gap"
+        more = self.contact.gap if by_lift else 0.0
+        if gap < 0:
+            raise KeyProblem(
+                key,
+                f"{1e3 * (gap + more):.6g} mm is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would "
+                f"stand inside the stopper; make the lift at least {1e3 * more:.6g} mm",
+            )
+        if start > gap + 1e-9 * abs(start):
+            raise KeyProblem(
+                key,
+                f"{1e3 * (gap + more):.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
+                f"place there, inside the stopper (limit: {key}); make the {key.removeprefix('stopper.')} at least "
+                f"{1e3 * (start + more):.6g} mm, or release the reed from a smaller deflection",
             )
         return self
 
