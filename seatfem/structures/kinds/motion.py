@@ -17,7 +17,7 @@ from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
 
-def _as_value(given: object) -> object:
+def as_value(given: object) -> object:
     """pressure = "0.2 bar" is pressure = { value = "0.2 bar" }."""
     return given if isinstance(given, Mapping | Table) else {"value": given}
 
@@ -70,9 +70,9 @@ class PointForce(ForceCourse):
     at: Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
 
 
-AnyPressure = Annotated[PressureCourse, BeforeValidator(_as_value)]
-AnyForce = Annotated[ForceCourse, BeforeValidator(_as_value)]
-AnyPointForce = Annotated[PointForce, BeforeValidator(_as_value)]
+AnyPressure = Annotated[PressureCourse, BeforeValidator(as_value)]
+AnyForce = Annotated[ForceCourse, BeforeValidator(as_value)]
+AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
 class Moving(Structure):

@@ -168,8 +168,8 @@ class Scene(Table):
         if gap < 0:
             raise KeyProblem(
                 key,
-                f"{1e3 * (gap + more):.6g} mm is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would "
-                f"stand inside the stopper; make the lift at least {1e3 * more:.6g} mm",
+                f"{1e3 * (gap + more):.6g} mm is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed "
+                f"would stand inside the stopper; make the lift at least {1e3 * more:.6g} mm",
             )
         if start > gap + 1e-9 * abs(start):
             raise KeyProblem(
