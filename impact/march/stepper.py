@@ -28,6 +28,7 @@ from impact.march.motion import Discrete, LiveLoads
 from impact.march.problem import ContactError, ContactProblem
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
+FOLLOW = 8  # steps for which a load that depends on the opening is held
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
@@ -199,6 +200,8 @@ class ContactStepper:
         self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
+        seats = np.array([c.side > 0 for c in contacts])
+        self._seats = seats if np.any(seats) else ~seats
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
         self._laws = (
             np.array([c.law.code for c in contacts]),
@@ -240,9 +243,17 @@ class ContactStepper:
     def advance(self, steps: int = 1) -> None:
         """March up to ``steps`` steps (less at the end of the run)."""
         stop = min(self.done + steps, self.prepared.steps)
+        while self.live.follows and self.done < stop:
+            first = self.done - self.done % FOLLOW
+            edge = min(first + FOLLOW, stop)
+            self.live.follow(self.done, edge, float(self.gap[first, self._seats].mean()))
+            self._advance(edge)
+        self._advance(stop)
+
+    def _advance(self, stop: int) -> None:
+        """March up to step ``stop``, the amplitudes of all loads known."""
         if self.live.awake:
-            for n in range(self.done, stop):
-                self._free[n] += self.live.advance(n)
+            self._free[self.done : stop] += self.live.advance(self.done, stop)
         block = self._past.block
         while self.done < stop:
             edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // block + 1) * block)

@@ -74,8 +74,6 @@ class Flapper(LoadedPlate):
             )
         if self.pressure_radius is not None and self.pressure_radius > paddle:
             raise KeyProblem("pressure_radius", f"{self.pressure_radius:g} m is more than the paddle's, {paddle:g} m")
-        if self.point_force is not None and (self.point_force.at or 0.0) > outline.length:
-            raise KeyProblem("point_force.at", f"it lies beyond the reed, which ends at {outline.length:g} m")
         if self.velocity is not None:
             raise KeyProblem("velocity", 'a clamped reed cannot translate; write release = { velocity = "-2 m/s" }')
         return self
@@ -86,6 +84,10 @@ class Flapper(LoadedPlate):
 
     def made_by(self) -> tuple[type, ...]:
         return (*super().made_by(), Outline)
+
+    @property
+    def axis(self) -> float:
+        return self.geometry().length
 
     @property
     def radius(self) -> float:

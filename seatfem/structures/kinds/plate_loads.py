@@ -80,6 +80,8 @@ class LoadedPlate(Moving):
         "gravity",
     )
 
+    has_weight: ClassVar[bool] = True
+
     release: PlateRelease | None = Field(None, description="as a striker: how it starts; absent: at rest")
     pressure: AnyPressure | None = Field(
         None, description="on the whole plate, or on a disc; a constant one may be written as text"
@@ -98,6 +100,8 @@ class LoadedPlate(Moving):
     def _one_start(self) -> LoadedPlate:
         if self.release is not None and self.deflection is not None:
             raise KeyProblem("release", "deflection is given too; keep one of the two")
+        if self.point_force is not None:
+            self.check_place(self.point_force.at, "point_force.at")
         if self.pressure_radius is not None and not self._has_pressed_disc:
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
         return self
@@ -127,7 +131,24 @@ class LoadedPlate(Moving):
         found = self.solved()
         body = super().body(found.greens if greens is None else greens, n_modes, at)
         state = body.state if self.release is None else self._state(found, self.release)
-        return replace(body, state=state, loads=(*body.loads, *self._loads(found)))
+        return replace(body, state=state, loads=(*body.loads, *self._loads(found, body)))
+
+    @property
+    @abstractmethod
+    def axis(self) -> float:
+        """Length along which a force may lie [m]."""
+
+    def check_place(self, at: float | None, key: str) -> None:
+        if at is not None and at > self.axis:
+            raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
+
+    def pushed_at(self, body: Body, at: float | None) -> Array:
+        found = self.solved()
+        return found.centre if at is None else found.plate.at_point(at, "the point of a force")
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        plate = self.solved().plate
+        return plate.mean, plate.mass
 
     def _pressed(self, found: SolvedSheet) -> tuple[Array, float]:
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
@@ -136,17 +157,16 @@ class LoadedPlate(Moving):
         (patch,) = Lip.disc(self.pressure_radius).patches(found.plate.sheet.shape.centre).values()
         return found.plate.at(patch, "pressure_radius"), float(patch.weights.sum())
 
-    def _loads(self, found: SolvedSheet) -> tuple[Load, ...]:
+    def _loads(self, found: SolvedSheet, body: Body) -> tuple[Load, ...]:
         loads: list[Load] = []
         if self.pressure is not None:
             mean, area = self._pressed(found)
             loads.append(Load(mean, scaled(self.pressure.course, area)))
         if self.point_force is not None:
-            at = self.point_force.at
-            place = found.centre if at is None else found.plate.at_point(at, "point_force.at")
-            loads.append(Load(place, self.point_force.course))
+            loads.append(Load(self.pushed_at(body, self.point_force.at), self.point_force.course))
         if self.gravity is not None:
-            loads.append(Load(found.plate.mean, scaled(constant(self.gravity), found.plate.mass)))
+            shape, mass = self.weight(body)
+            loads.append(Load(shape, scaled(constant(self.gravity), mass)))
         return tuple(loads)
 
     def _state(self, found: SolvedSheet, release: PlateRelease) -> ModalState:

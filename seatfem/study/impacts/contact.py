@@ -20,6 +20,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import ring_shares, rings_of
+from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import Touches, displacement_of, force_of, pushes, stopper_force_of, taken_apart
 from seatfem.study.method import stated_method
@@ -62,7 +63,7 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     if greens is None and (solved := solved_striker(scene)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
-        return scene.reed.body(greens, n_modes, scene.contact_at)
+        return loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
 
 
 def solved_striker(scene: Scene, progress: Progress = silent) -> Solved | None:
@@ -116,7 +117,9 @@ def stress_of(
     stopper: Array | None = None,
 ) -> ReedStress | None:
     """The reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None`` for a
-    rigid mass."""
+    rigid mass, and under a load that depends on the lift, which the march alone knows."""
+    if scene.is_blown_by_lift:
+        return None
     return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
 
 

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from seatfem.fields import Fraction, Gap, KeyProblem, Length, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_RINGS
+from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
@@ -93,6 +94,7 @@ class Scene(Table):
     reed: Body = Field(description="what strikes")
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
+    load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
 
@@ -134,7 +136,7 @@ class Scene(Table):
         reed, moved_by = self.reed, self.reed.moved_by
         if not moved_by:
             raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
-        if not reed.motion:
+        if not reed.motion and not self.load:
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -143,6 +145,33 @@ class Scene(Table):
         except KeyProblem as problem:
             raise KeyProblem(f"reed.{problem.key}", str(problem)) from None
         return self
+
+    @model_validator(mode="after")
+    def _loads_on_the_reed(self) -> Self:
+        for number, load in enumerate(self.load):
+            self.reed.check_place(load.at, f"load.{number}.at")
+            if load.needs_weight and not self.reed.has_weight:
+                raise KeyProblem(
+                    f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
+                    f"of a reed of kind {self.reed.kind!r} it is not known how its mass is spread; give a force",
+                )
+            if load.by_lift and any_needs_stress(self.accuracy.measures):
+                raise KeyProblem(
+                    f"load.{number}.area",
+                    "by the lift it leaves the stress of the reed unknown; state one area, or remove stress from "
+                    "accuracy.measures",
+                )
+        return self
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether known forces drive the reed."""
+        return bool(self.load) or self.reed.is_loaded
+
+    @property
+    def is_blown_by_lift(self) -> bool:
+        """Whether any load depends on how far the reed is off its seat."""
+        return any(load.by_lift for load in self.load)
 
     @model_validator(mode="after")
     def _contact_on_the_reed(self) -> Self:
