@@ -16,6 +16,10 @@ from seatfem.study.scene import Scene, SceneError, load_scene
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "1 mm"\n'
 REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { tip_deflection = "0.2 mm" }\n'
+ROD = (
+    '[reed]\nkind = "rod"\nyoung = "2 GPa"\ndensity = "7 g/cm^3"\nlength = "9 mm"\narea = "3 mm^2"\n'
+    'far_end = "free"\nvelocity = "-1 m/s"\n'
+)
 RUN = '[run]\nduration = "3 ms"\ntime_step = "0.5 us"\n'
 
 
@@ -136,7 +140,7 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         ),
         (MASS, 'forse = "1 N"\n', "load.0.forse: unknown key; did you mean 'force'?"),
         (
-            '[reed]\nkind = "rod"\nyoung = "2 GPa"\ndensity = "7 g/cm^3"\nlength = "9 mm"\narea = "3 mm^2"\nforce = "1 N"\n',
+            ROD,
             'gravity = "1 m/s^2"\n',
             "load.0.gravity: of a reed of kind 'rod' it is not known how its mass is spread",
         ),
