@@ -207,6 +207,6 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:
-    stepper = impact.ContactStepper(prepared)
+    stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper

@@ -162,7 +162,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     for body in problem.targets:
         problem = with_body(problem, body, impact.Body(body.greens.forces_only()))
     prepared = impact.prepare(problem, dt, scene.run.duration)
-    stepper = impact.ContactStepper(prepared)
+    stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
     wanted = any_needs_stress(scene.accuracy.measures)
