@@ -109,6 +109,22 @@ def test_released_from_a_static_shape(shape: str, tmp_path: Path) -> None:
     assert scene.reed.start_at(None) == pytest.approx(5e-4)
 
 
+@pytest.mark.parametrize(
+    ("own", "load"),
+    [
+        ('pressure = "-20 mbar"\npressure_radius = "5.5 mm"\n', 'pressure = "-20 mbar"\narea = "95.0331777711 mm^2"\n'),
+        ('gravity = "-9.81 m/s^2"\n', 'base_motion = "9.81 m/s^2"\n'),
+        ('point_force = { value = "-0.2 N", at = "12 mm" }\n', 'force = "-0.2 N"\nat = "12 mm"\n'),
+        ('point_force = "-0.2 N"\n', 'force = "-0.2 N"\n'),
+    ],
+)
+def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path: Path) -> None:
+    """An effective area is spread over the disc that the ring of the contact encloses, pi (5.5 mm)^2."""
+    stated, _ = still(scene_of(tmp_path, own))
+    loaded, _ = still(scene_of(tmp_path, f"[[load]]\n{load}"))
+    np.testing.assert_allclose(loaded, stated, rtol=1e-9, atol=1e-12 * np.abs(stated).max())
+
+
 def test_energy_under_loads_and_contact(tmp_path: Path) -> None:
     """Blown against its seat from a static shape: the ledger closes, and the loads have worked."""
     more = (
@@ -133,6 +149,7 @@ def test_energy_under_loads_and_contact(tmp_path: Path) -> None:
         ),
         ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection is given too"),
         ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: the shape is that of the mode"),
+        ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 0.04 m lies beyond the reed, which ends at 0.0304"),
         ("release = { mode = 2 }\n", "reed.release.velocity: required key is missing"),
     ],
 )

@@ -138,6 +138,11 @@ class LoadedPlate(Moving):
     def axis(self) -> float:
         """Length along which a force may lie [m]."""
 
+    @property
+    @abstractmethod
+    def radius(self) -> float:
+        """Of the disc that touches, or mean radius of the ring [m]."""
+
     def check_place(self, at: float | None, key: str) -> None:
         if at is not None and at > self.axis:
             raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
@@ -145,6 +150,9 @@ class LoadedPlate(Moving):
     def pushed_at(self, body: Body, at: float | None) -> Array:
         found = self.solved()
         return found.centre if at is None else found.plate.at_point(at, "the point of a force")
+
+    def blown(self, body: Body) -> Array:
+        return self._on_disc(self.solved(), self.radius)[0]
 
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.solved().plate
@@ -154,8 +162,13 @@ class LoadedPlate(Moving):
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
             return found.plate.mean, found.plate.mesh.area
-        (patch,) = Lip.disc(self.pressure_radius).patches(found.plate.sheet.shape.centre).values()
-        return found.plate.at(patch, "pressure_radius"), float(patch.weights.sum())
+        return self._on_disc(found, self.pressure_radius)
+
+    @staticmethod
+    def _on_disc(found: SolvedSheet, radius: float) -> tuple[Array, float]:
+        """The same of a disc about the paddle's centre."""
+        (patch,) = Lip.disc(radius).patches(found.plate.sheet.shape.centre).values()
+        return found.plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
     def _loads(self, found: SolvedSheet, body: Body) -> tuple[Load, ...]:
         loads: list[Load] = []

@@ -94,6 +94,12 @@ class Striking(Table):
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
         return np.asarray(modal.shapes[:, 0])
 
+    def blown(self, body: Body) -> Array:
+        """(M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
+
+        Raises as `pushed_at`."""
+        return self.pushed_at(body, None)
+
     def weight(self, body: Body) -> tuple[Array, float]:
         """(M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
         raise NotImplementedError

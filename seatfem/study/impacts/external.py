@@ -36,4 +36,4 @@ def _blown(scene: Scene, load: ExternalLoad, body: Body) -> Load:
     assert load.area is not None
     area, closed = load.area, load.area(0.0)
     by_opening = (lambda opening: area(opening) / closed) if load.by_lift else None
-    return Load(scene.reed.pushed_at(body, None), scaled(load.pressure.course, closed), by_opening)
+    return Load(scene.reed.blown(body), scaled(load.pressure.course, closed), by_opening)

@@ -48,8 +48,9 @@ class AreaByLift(Table):
 
 
 class ExternalLoad(Table):
-    """One load on the reed: a pressure on an effective area at the contact, a force, gravity, or the acceleration of
-    the frame that holds it (the reed alone feels it: its mass times the acceleration, the other way round)."""
+    """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
+    contact covers or encloses), a force, gravity, or the acceleration of the frame that holds it (the reed alone feels
+    it: its mass times the acceleration, the other way round)."""
 
     pressure: AnyPressure | None = Field(
         None, description="over the reed, on area, at its contact; a constant one may be written as text"
