@@ -105,6 +105,11 @@ class PlateModes:
         return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
 
     @property
+    def centre(self) -> Array:
+        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
+        return self.at(Patch(np.array([self.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+
+    @property
     def mean(self) -> Array:
         """(m,) of the modes, their mean over the whole plate [1/sqrt(kg)]."""
         dofs = self.model.dofs
@@ -159,7 +164,7 @@ class SolvedSheet:
     @property
     def centre(self) -> Array:
         """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.plate.at(Patch(np.array([self.plate.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+        return self.plate.centre
 
 
 def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progress = silent) -> SolvedSheet:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 
@@ -19,7 +19,7 @@ from seatfem.structures.kinds.striking import At
 from seatfem.structures.lip import Lip
 
 if TYPE_CHECKING:
-    from seatfem.structures.sheets import SolvedSheet
+    from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
 AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
 
@@ -114,6 +114,17 @@ class LoadedPlate(Moving):
     def solved(self, lip: Lip | None = None) -> SolvedSheet:
         """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
 
+    @abstractmethod
+    def sheet(self) -> Sheet:
+        """What its modes and its Green's function depend on."""
+
+    @property
+    def plate(self) -> PlateModes:
+        """Its modes, whatever touches it; found once in a process."""
+        from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
+
+        return plate_modes(self.sheet())[0]
+
     @property
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "deflection", "force", "pressure", "point_force", "gravity")
@@ -128,10 +139,9 @@ class LoadedPlate(Moving):
         return super().start_at(at)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
-        found = self.solved()
-        body = super().body(found.greens if greens is None else greens, n_modes, at)
-        state = body.state if self.release is None else self._state(found, self.release)
-        return replace(body, state=state, loads=(*body.loads, *self._loads(found, body)))
+        body = super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        state = body.state if self.release is None else self._state(self.plate, self.release)
+        return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
     @property
     @abstractmethod
@@ -148,45 +158,40 @@ class LoadedPlate(Moving):
             raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
 
     def pushed_at(self, body: Body, at: float | None) -> Array:
-        found = self.solved()
-        return found.centre if at is None else found.plate.at_point(at, "the point of a force")
+        return self.plate.centre if at is None else self.plate.at_point(at, "the point of a force")
 
     def blown(self, body: Body) -> Array:
-        return self._on_disc(self.solved(), self.radius)[0]
+        return self._on_disc(self.radius)[0]
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        plate = self.solved().plate
-        return plate.mean, plate.mass
+        return self.plate.mean, self.plate.mass
 
-    def _pressed(self, found: SolvedSheet) -> tuple[Array, float]:
+    def _pressed(self) -> tuple[Array, float]:
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
-            return found.plate.mean, found.plate.mesh.area
-        return self._on_disc(found, self.pressure_radius)
+            return self.plate.mean, self.plate.mesh.area
+        return self._on_disc(self.pressure_radius)
 
-    @staticmethod
-    def _on_disc(found: SolvedSheet, radius: float) -> tuple[Array, float]:
+    def _on_disc(self, radius: float) -> tuple[Array, float]:
         """The same of a disc about the paddle's centre."""
-        (patch,) = Lip.disc(radius).patches(found.plate.sheet.shape.centre).values()
-        return found.plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
+        (patch,) = Lip.disc(radius).patches(self.plate.sheet.shape.centre).values()
+        return self.plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
-    def _loads(self, found: SolvedSheet, body: Body) -> tuple[Load, ...]:
-        loads: list[Load] = []
+    def _loads(self, body: Body) -> Iterator[Load]:
         if self.pressure is not None:
-            mean, area = self._pressed(found)
-            loads.append(Load(mean, scaled(self.pressure.course, area)))
+            mean, area = self._pressed()
+            yield Load(mean, scaled(self.pressure.course, area))
         if self.point_force is not None:
-            loads.append(Load(self.pushed_at(body, self.point_force.at), self.point_force.course))
+            yield Load(self.pushed_at(body, self.point_force.at), self.point_force.course)
         if self.gravity is not None:
             shape, mass = self.weight(body)
-            loads.append(Load(shape, scaled(constant(self.gravity), mass)))
-        return tuple(loads)
+            yield Load(shape, scaled(constant(self.gravity), mass))
 
-    def _state(self, found: SolvedSheet, release: PlateRelease) -> ModalState:
-        centre, omega = found.centre, found.modes.omega
+    def _state(self, plate: PlateModes, release: PlateRelease) -> ModalState:
+        centre, omega = plate.centre, plate.modes.omega
         none = np.zeros_like(omega)
         if release.deflection is not None:  # q_k = F s_k/omega_k^2
-            each = (centre if release.shape == "force" else self._pressed(found)[0]) / omega**2
+            each = (centre if release.shape == "force" else self._pressed()[0]) / omega**2
             return ModalState(release.deflection / float(centre @ each) * each, none)
         assert release.velocity is not None
         if (mode := release.mode - 1) >= len(omega):
