@@ -29,7 +29,7 @@ from impact.march.problem import ContactError, ContactProblem
 from impact.march.strides import Strides
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
-FOLLOW = 8  # steps for which a load that depends on the opening is held
+FOLLOW = 32  # steps for which a load that depends on the opening keeps what it has in their middle
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
@@ -252,9 +252,14 @@ class ContactStepper:
         while self.live.follows and self.done < stop:
             first = self.done - self.done % FOLLOW
             edge = min(first + FOLLOW, stop)
-            self.live.follow(self.done, edge, float(self.gap[first, self._seats].mean()))
+            self.live.follow(self.done, edge, self._foreseen(first))
             self._advance(edge)
         self._advance(stop)
+
+    def _foreseen(self, step: int) -> float:
+        """The seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present rate."""
+        now, before = (float(self.gap[n, self._seats].mean()) for n in (step, max(step - 1, 0)))
+        return now + FOLLOW / 2 * (now - before)
 
     def _advance(self, stop: int) -> None:
         """March up to step ``stop``, the amplitudes of all loads known."""

@@ -57,7 +57,7 @@ def test_loads_add_up(tmp_path: Path) -> None:
 def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
     """F = p A0 (1 - x/L) under a mass that never lands: x = L + (x0 - L) cos wt - v/w sin wt, w^2 = p A0/(m L).
 
-    Held for eight steps, the load lags by h/2 to 15 h/2: of first order, and the ledger counts its work.
+    Held for 32 steps at what the opening will be in their middle: of second order, and the ledger counts its work.
     """
     load = '[[load]]\npressure = "10 bar"\narea = [["0 mm", "4 mm^2"], ["2 mm", "0.000001 mm^2"]]\n'
     scene = scene_of(tmp_path, MASS + load)
@@ -69,8 +69,8 @@ def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
         assert not np.any(result.force)
         assert result.energy.residual < 1e-9
         errors.append(result.gap[-1] - exact)
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
-    assert abs(errors[1]) < 4e-3 * abs(exact)
+    assert errors[0] / errors[1] == pytest.approx(4.0, abs=0.3)
+    assert abs(errors[1]) < 4e-4 * abs(exact)
     assert abs(1e-3 - t + 2e3 * t**2 - exact) > 0.1 * exact  # what the area at the seat alone would do
 
 
