@@ -621,8 +621,10 @@ def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, us
     q, p = state
     code, rule, a, b, c = law
     level, n, wait = 0, start, start
-    psi, ahead, line = np.ones((1, q.size)), np.empty((2, q.size)), np.empty((3, 1))
-    carried, opens, gaps = np.full(1, w0 * rest), free.reshape(-1, 1), gap.reshape(-1, 1)
+    psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
+    carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
+    for k in range(q.size):
+        psi[0, k] = 1.0
     while n < stop:
         if strides[0].size > 0 and n >= wait and n > 0 and force[n - 1] == 0.0 and gap[n] > 0.0:
             flown, level = _flight(n, stop, strides, level, psi, q, p, ahead, line, opens, carried, gaps)
