@@ -207,7 +207,8 @@ class ContactStepper:
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
         seats = np.array([c.side > 0 for c in contacts])
-        self._seats = seats if np.any(seats) else ~seats
+        seats = seats if np.any(seats) else ~seats
+        self._seats = seats / np.count_nonzero(seats)
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
         self._laws = (
             np.array([c.law.code for c in contacts]),
@@ -258,8 +259,8 @@ class ContactStepper:
 
     def _foreseen(self, step: int) -> float:
         """The seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present rate."""
-        now, before = (float(self.gap[n, self._seats].mean()) for n in (step, max(step - 1, 0)))
-        return now + FOLLOW / 2 * (now - before)
+        before, now = self.gap[[step - 1 if step else 0, step]] @ self._seats
+        return float(now + FOLLOW / 2 * (now - before))
 
     def _advance(self, stop: int) -> None:
         """March up to step ``stop``, the amplitudes of all loads known."""
