@@ -165,7 +165,10 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
     if elements[1:] == (Ellipsis,):
-        return f"list of {_one_of(first)}"
+        if get_origin(first) is not Annotated or (measured := _measured(get_args(first)[1:])) is None:
+            return f"list of {_one_of(first)}"
+        dimension = measured.partition(",")[0]
+        return f"list of {dimension}s, `{_toml([DIMENSIONS[dimension].example] * 2)}`"
     if get_origin(first) is tuple:
         return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
     measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(leaves(first)))]

@@ -30,10 +30,14 @@ class Load:
     Attributes:
         shape: (M,) participation of each mode; the mode shapes at x for a point force [1/sqrt(kg)].
         amplitude: force at the times given, (n,) s -> (n,) N; taken at the middle of each step.
+        by_opening: factor on it by the opening of the contacts with seats, their mean [m] (a jet that a lifting reed
+            turns away); 1 for ``None``. Only the march knows it, foreseen for some steps at a time; what is prepared
+            takes 1.
     """
 
     shape: Array
     amplitude: Callable[[Array], Array]
+    by_opening: Callable[[float], float] | None = None
 
     __repr__ = brief
 

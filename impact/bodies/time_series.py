@@ -8,7 +8,7 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -16,16 +16,18 @@ from impact.brief import brief
 from impact.files.input_files import CSV_LIMIT, check_file
 from impact.greens.base import Array
 
-Outside = Literal["forbid", "hold", "zero"]
-Quantity = Literal["pressure", "force"]
+Outside = Literal["forbid", "hold", "zero", "repeat"]
+Quantity = Literal["pressure", "force", "acceleration"]
 
 MOST_COLUMNS, MOST_LINES = 64, 2_000_000
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+TURN = 360.0  # degrees of crank angle after which a record in angles repeats
 _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "acceleration": {"m/s^2": 1.0, "mm/s^2": 1e-3},
 }
-_HEADER = re.compile(r"\s*(\w+)\s*\[\s*(\w+)\s*\]\s*")
+_HEADER = re.compile(r"\s*(\w+)\s*\[\s*([\w/^]+)\s*\]\s*")
 
 
 class TimeSeriesError(ValueError):
@@ -39,26 +41,36 @@ class TimeSeries:
     Attributes:
         time: (n,) strictly increasing [s].
         value: (n,) SI.
-        outside: before the first and after the last sample: "hold" the end value, "zero", or "forbid" (raise).
+        outside: before the first and after the last sample: "hold" the end value, "zero", "repeat" or "forbid" (raise).
         name: for messages.
+        period: after which it repeats [s], with "repeat"; between last and first sample it is a line.
     """
 
     time: Array
     value: Array
     outside: Outside = "forbid"
     name: str = "time series"
+    period: float = 0.0
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        if self.outside not in ("forbid", "hold", "zero"):
-            raise TimeSeriesError(f"{self.name}: outside = {self.outside!r} is unknown; choose forbid, hold or zero")
+        if self.outside not in get_args(Outside):
+            raise TimeSeriesError(
+                f"{self.name}: outside = {self.outside!r} is unknown; choose forbid, hold, zero or repeat"
+            )
         if self.time.ndim != 1 or self.time.shape != self.value.shape or len(self.time) < 2:
             raise TimeSeriesError(f"{self.name}: needs two or more samples, time and value of equal length")
         if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
             raise TimeSeriesError(f"{self.name}: has samples that are not finite")
         if not np.all(np.diff(self.time) > 0):
             raise TimeSeriesError(f"{self.name}: the time must increase from sample to sample")
+        span = self.time[-1] - self.time[0]
+        if self.outside == "repeat" and not (math.isfinite(self.period) and span <= self.period * (1 + 1e-9)):
+            raise TimeSeriesError(
+                f"{self.name}: its samples cover {span:g} s, more than the period of {self.period:g} s after which it "
+                "repeats; cut the record to one period"
+            )
 
     def __call__(self, t: Array) -> Array:
         """Values at the times ``t`` [s]; `TimeSeriesError` beyond the samples under ``outside="forbid"``."""
@@ -69,21 +81,34 @@ class TimeSeries:
                 f"{self.name}: covers {first:g}..{last:g} s, the run asks for {t.min():g}..{t.max():g} s; "
                 'give a longer record, or outside="hold" or "zero"'
             )
+        if self.outside == "repeat":
+            inside = first + np.mod(t - first, self.period)
+            return np.asarray(
+                np.interp(inside, np.append(self.time, first + self.period), np.append(self.value, self.value[0]))
+            )
         beyond = 0.0 if self.outside == "zero" else None
         return np.asarray(np.interp(t, self.time, self.value, left=beyond, right=beyond))
 
 
 def read_time_series(
-    path: str | os.PathLike[str], quantity: Quantity, *, outside: Outside = "forbid", delimiter: str = ","
+    path: str | os.PathLike[str],
+    quantity: Quantity,
+    *,
+    outside: Outside = "forbid",
+    delimiter: str = ",",
+    rpm: float | None = None,
+    start: float = 0.0,
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
 
-    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN. Empty lines and lines that begin with #
-    are skipped.
+    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN; acceleration in m/s^2, mm/s^2. Empty
+    lines and lines that begin with # are skipped. With ``rpm``, the speed of a crank [1/min], the first column is
+    ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record repeats every 360 deg.
 
     Raises:
         TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time
-            that does not increase, fewer than two samples; the message names file, line and column.
+            that does not increase, fewer than two samples, angles without a speed or the other way round; the
+            message names file, line and column.
     """
     name = Path(path)
     if not name.exists():
@@ -91,7 +116,9 @@ def read_time_series(
     rows = csv_rows(name, delimiter)
     if not rows:
         raise TimeSeriesError(f"{name}: is empty; the first line must be like 'time [s],{quantity} [SI unit]'")
-    factors = _factors(name, quantity, *rows[0])
+    if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
+        raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")
+    factors = _factors(name, quantity, rpm, *rows[0])
     samples = np.zeros((len(rows) - 1, 2))
     for sample, (line, cells) in zip(samples, rows[1:], strict=True):
         if len(cells) != 2:
@@ -105,7 +132,12 @@ def read_time_series(
         raise TimeSeriesError(f"{name}, line {line}, column 1: time {now:g} does not exceed the one before, {before:g}")
     if len(samples) < 2:
         raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
-    return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
+    if rpm is None:
+        return TimeSeries(samples[:, 0] * factors[0], samples[:, 1] * factors[1], outside, str(name))
+    if (covered := samples[-1, 0] - samples[0, 0]) > TURN * (1 + 1e-9):
+        raise TimeSeriesError(f"{name}: covers {covered:g} deg, more than one turn of {TURN:g}; cut the record to one")
+    time = (samples[:, 0] - start) * factors[0]
+    return TimeSeries(time, samples[:, 1] * factors[1], "repeat", str(name), period=TURN * factors[0])
 
 
 def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
@@ -128,8 +160,9 @@ def csv_rows(name: Path, delimiter: str) -> list[tuple[int, list[str]]]:
     return rows
 
 
-def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[float, float]:
-    wanted = (("time", SECONDS), (quantity, _UNITS[quantity]))
+def _factors(name: Path, quantity: str, rpm: float | None, line: int, cells: list[str]) -> tuple[float, float]:
+    first = ("time", SECONDS) if rpm is None else ("angle", {"deg": 60 / (TURN * rpm)})
+    wanted = (first, (quantity, _UNITS[quantity]))
     if len(cells) != 2:
         raise TimeSeriesError(f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed")
     found = []
@@ -138,10 +171,18 @@ def _factors(name: Path, quantity: str, line: int, cells: list[str]) -> tuple[fl
         if match is None or match[1].lower() != word or match[2] not in units:
             raise TimeSeriesError(
                 f"{name}, line {line}, column {column}: header {cell.strip()!r} must be '{word} [unit]' "
-                f"with the unit {', '.join(units)}"
+                f"with the unit {', '.join(units)}" + _in_the_other(match, rpm)
             )
         found.append(units[match[2]])
     return found[0], found[1]
+
+
+def _in_the_other(match: re.Match[str] | None, rpm: float | None) -> str:
+    """What to do about times where angles are expected, and the other way round."""
+    found = "" if match is None else match[1].lower()
+    if rpm is None and found == "angle":
+        return "; of a record in crank angle state rpm, too"
+    return "; rpm is for records in crank angle: remove it" if rpm is not None and found == "time" else ""
 
 
 def csv_number(name: Path, line: int, column: int, cell: str) -> float:

@@ -25,6 +25,7 @@ from impact.march.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI,
 
 LANES = 16  # scenes marched side by side
 RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
+WAIT = 32  # steps before a stride is tried again that was too long
 FLOOR = 1e-140  # added to every state at every step: damped-out modes never reach slow denormal numbers
 
 
@@ -544,16 +545,93 @@ def displaced(rows, state, w0, force):  # type: ignore[no-untyped-def]  # pragma
     return out
 
 
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
+def _stride(power, swing, psi, q, p, ahead, line):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Where one stride of `impact.march.strides` would take all poles, in ``ahead`` (2, K); of each contact in ``line``
+    (3, p) their part of the gap now and then, and how far it may stray from the line between; psi (p, K)."""
+    b11, b12, b21, b22, err = power[0], power[1], power[2], power[3], power[4]
+    q0, p0, u, v = swing[0], swing[1], swing[2], swing[3]
+    far, near = ahead[0], ahead[1]
+    for k in range(q.size):
+        x, y = q[k] - q0[k], p[k] - p0[k]
+        z = v[k] * y + u[k] * x
+        far[k] = err[k] * math.sqrt(x * x + z * z)
+    for c in range(psi.shape[0]):
+        seen, now, strays = psi[c], 0.0, 0.0
+        for k in range(q.size):
+            now += seen[k] * q[k]
+            strays += abs(seen[k]) * far[k]
+        line[0, c], line[2, c] = now, strays
+    for k in range(q.size):
+        x, y = q[k] - q0[k], p[k] - p0[k]
+        far[k] = q0[k] + b11[k] * x + b12[k] * y
+        near[k] = p0[k] + b21[k] * x + b22[k] * y
+    for c in range(psi.shape[0]):
+        seen, then = psi[c], 0.0
+        for k in range(q.size):
+            then += seen[k] * far[k]
+        line[1, c] = then
+
+
+@njit(cache=True, fastmath={"reassoc", "contract", "nsz", "nnan"})
+def _least(n, m, line, free, carried):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The least gap that any contact may have in ``m`` steps from ``n`` on; free (n, p)."""
+    contacts, least = carried.size, np.inf
+    slope, base = np.empty(contacts), np.empty(contacts)
+    for c in range(contacts):
+        slope[c], base[c] = (line[1, c] - line[0, c]) / m, line[0, c] - line[2, c] - carried[c]
+    for j in range(m):
+        for c in range(contacts):
+            least = min(least, free[n + j, c] + base[c] + slope[c] * (j + 1))
+    return least
+
+
+@njit(cache=True)
+def _flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """One stride from step ``n`` on, of ``level`` or shorter: (steps flown, level for the next one).
+
+    gap (n + 1, p) is filled, on the way by the line.
+    """
+    lengths, powers, swing = strides
+    while level >= 0:
+        m = lengths[level]
+        if n + m <= stop:
+            _stride(powers[level], swing, psi, q, p, ahead, line)
+            if _least(n, m, line, free, carried) > 0.0:
+                for k in range(q.size):
+                    q[k], p[k] = ahead[0, k], ahead[1, k]
+                for j in range(m):
+                    share = (j + 1) / m
+                    for c in range(carried.size):
+                        part = line[0, c] + share * (line[1, c] - line[0, c])
+                        gap[n + j + 1, c] = free[n + j, c] + part - carried[c]
+                return m, min(level + 1, lengths.size - 1)
+        level -= 1
+    return 0, 0
+
+
 @njit(cache=True, nogil=True)
-def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, strides, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
     finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). rest: force carried since ever.
+    strides: lengths, powers and swing of `Strides`; where there are any, force is zero beforehand.
     """
     q, p = state
     code, rule, a, b, c = law
-    for n in range(start, stop):
+    level, n, wait = 0, start, start
+    psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
+    carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
+    for k in range(q.size):
+        psi[0, k] = 1.0
+    while n < stop:
+        if strides[0].size > 0 and n >= wait and n > 0 and force[n - 1] == 0.0 and gap[n] > 0.0:
+            flown, level = _flight(n, stop, strides, level, psi, q, p, ahead, line, opens, carried, gaps)
+            n += flown
+            if flown > 0:
+                continue
+            wait = n + WAIT
         last = force[n - 1] - rest if n > 0 else 0.0
         opening = free[n] + _advance(rows, q, p, last)
         if recent.size > 0:
@@ -562,10 +640,11 @@ def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, us
         f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
+        n += 1
 
 
 @njit(cache=True, nogil=True)
-def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, strides, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
     w0 (p, p). Returns how many steps' forces were not found to 1e-14."""
     rows, psi = poles
@@ -587,7 +666,19 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
                 if recent[c, d, m] != 0.0:
                     heard[c, d] = True
                     break
-    for n in range(start, stop):
+    level, n, wait = 0, start, start
+    ahead, line = np.empty((2, q.size)), np.empty((3, contacts))
+    while n < stop:
+        if strides[0].size > 0 and n >= wait and n > 0:
+            apart = True
+            for c in range(contacts):
+                apart = apart and force[c, n - 1] == 0.0 and gap[n, c] > 0.0
+            if apart:
+                flown, level = _flight(n, stop, strides, level, psi, q, v, ahead, line, free, carried, gap)
+                n += flown
+                if flown > 0:
+                    continue
+                wait = n + WAIT
         for c in range(contacts):
             last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
             opening[c] = free[n, c] - carried[c]
@@ -606,6 +697,7 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
         for c in range(contacts):
             force[c, n] = warm[c]
             gap[n + 1, c] = opening[c] + _dot(w0[c], warm, contacts)
+        n += 1
     return unsolved
 
 

@@ -17,7 +17,7 @@ from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history
-from impact.march.loop import displaced
+from impact.march.loop import FLOOR, displaced
 from impact.march.problem import ContactError
 from impact.march.replay import Replay, blocks
 
@@ -235,10 +235,13 @@ class LiveLoads:
         amplitudes: (L, n) given so far, beyond the loads' own courses [N].
         state: (2, M) modal coordinates and rates due to them.
         awake: whether any amplitude was ever not zero.
+        follows: whether any load depends on how far the contacts are open.
     """
 
     def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:
         loads = striker.body.loads
+        self._striker = striker
+        self.follows = any(load.by_opening is not None for load in loads)
         self.amplitudes = np.zeros((len(loads), steps))
         self.awake = False
         self.state = np.zeros((2, 0))
@@ -259,8 +262,31 @@ class LiveLoads:
         self.amplitudes[:, step] = amplitudes
         self.awake = self.awake or bool(np.any(self.amplitudes[:, step]))
 
-    def advance(self, step: int) -> Array:
-        """Over one step; returns (p,) what it adds to the gaps at its end [m]."""
-        f = self.amplitudes[:, step] @ self._shapes
-        self.state[...] = np.einsum("abm,bm->am", self._a, self.state) + self._b * f
-        return np.asarray(self._seen @ self.state[0])
+    def follow(self, start: int, stop: int, opening: float) -> None:
+        """Add to the amplitudes of these steps what the loads have more at an ``opening`` [m] than was prepared."""
+        for row, own, load in zip(self.amplitudes, self._striker.loads, self._striker.body.loads, strict=True):
+            if load.by_opening is not None:
+                row[start:stop] += own[start:stop] * (load.by_opening(opening) - 1.0)
+                self.awake = self.awake or bool(np.any(row[start:stop]))
+
+    def advance(self, start: int, stop: int) -> Array:
+        """Over these steps; returns (stop - start, p) what it adds to the gaps at the end of each [m]."""
+        out = np.zeros((stop - start, len(self._seen)))
+        _carry(self._a, self._b, self._shapes, self._seen, self.amplitudes, start, self.state, out)
+        return out
+
+
+@njit(cache=True)
+def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Oscillators under known amplitudes, from step ``start`` on; out (m, p) is filled."""
+    steps, contacts = out.shape
+    for m in range(steps):
+        for k in range(state.shape[1]):
+            f = 0.0
+            for i in range(shapes.shape[0]):
+                f += shapes[i, k] * amplitudes[i, start + m]
+            q, v = state[0, k], state[1, k]
+            state[0, k] = a[0, 0, k] * q + a[0, 1, k] * v + b[0, k] * f + FLOOR
+            state[1, k] = a[1, 0, k] * q + a[1, 1, k] * v + b[1, k] * f + FLOOR
+            for c in range(contacts):
+                out[m, c] += seen[c, k] * state[0, k]

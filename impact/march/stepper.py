@@ -26,8 +26,10 @@ from impact.march.flight import Flight, Flying, Pilot, parted
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, PlainLaw, Signorini, no_user_law
 from impact.march.motion import Discrete, LiveLoads
 from impact.march.problem import ContactError, ContactProblem
+from impact.march.strides import Strides
 
 RULES = {"passive": PASSIVE, "conserving": CONSERVING, "blended": BLENDED}
+FOLLOW = 32  # steps for which a load that depends on the opening keeps what it has in their middle
 MOST_STEPS = 2e8  # histories of a run: some 10 arrays of this length
 
 
@@ -180,7 +182,9 @@ class ContactStepper:
         unsolved: steps (since a restart) whose several forces were not found to 1e-14.
     """
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:
+        """``flying``: take flight in long strides where all is marched by poles (`impact.march.strides`); the forces
+        are the same to round-off, ``gap`` is exact at their ends and interpolated in between."""
         p, n = len(prepared.rest), prepared.steps
         self.prepared = prepared
         self.done = 0
@@ -197,8 +201,14 @@ class ContactStepper:
             self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
         self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
+        self._strides = Strides.none()
+        if flying and prepared.weights.size == 0 and not self.live.follows:
+            self._strides = Strides.of(poles.folded() if p == 1 else poles.steps, _carried(prepared), n)
         self._past = history.BlockedSum(prepared.weights, prepared.plan.block)
         contacts = prepared.problem.contacts
+        seats = np.array([c.side > 0 for c in contacts])
+        seats = seats if np.any(seats) else ~seats
+        self._seats = seats / np.count_nonzero(seats)
         self._user = next((c.law.compiled for c in contacts if hasattr(c.law, "compiled")), None) or no_user_law()
         self._laws = (
             np.array([c.law.code for c in contacts]),
@@ -240,9 +250,22 @@ class ContactStepper:
     def advance(self, steps: int = 1) -> None:
         """March up to ``steps`` steps (less at the end of the run)."""
         stop = min(self.done + steps, self.prepared.steps)
+        while self.live.follows and self.done < stop:
+            first = self.done - self.done % FOLLOW
+            edge = min(first + FOLLOW, stop)
+            self.live.follow(self.done, edge, self._foreseen(first))
+            self._advance(edge)
+        self._advance(stop)
+
+    def _foreseen(self, step: int) -> float:
+        """The seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present rate."""
+        before, now = self.gap[[step - 1 if step else 0, step]] @ self._seats
+        return float(now + FOLLOW / 2 * (now - before))
+
+    def _advance(self, stop: int) -> None:
+        """March up to step ``stop``, the amplitudes of all loads known."""
         if self.live.awake:
-            for n in range(self.done, stop):
-                self._free[n] += self.live.advance(n)
+            self._free[self.done : stop] += self.live.advance(self.done, stop)
         block = self._past.block
         while self.done < stop:
             edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // block + 1) * block)
@@ -305,21 +328,29 @@ class ContactStepper:
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
         memory, recent, block = self._past.memory, self._past.recent, self._past.block
+        strides = (self._strides.lengths, self._strides.powers, self._strides.swing)
         codes, rules, numbers = self._laws
         if len(codes) == 1:
             law = (codes[0], rules[0], *numbers[0])
             march.march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, self._user, s.dt, s.rest[0], force[0], self.gap[:, 0],
+                block, s.own[0, 0], law, self._user, s.dt, s.rest[0], strides, force[0], self.gap[:, 0],
             )  # fmt: skip
         else:
             self.unsolved += march.march_many(
                 start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._user, s.dt, s.rest, force, self.gap,
+                block, s.own, self._laws, self._user, s.dt, s.rest, strides, force, self.gap,
             )  # fmt: skip
         for contact in s.problem.contacts:
             if isinstance(contact.law, PlainLaw):
                 contact.law.check()
+
+
+def _carried(prepared: Prepared) -> Array:
+    """(K,) what drives the poles while nothing touches: the force carried since ever, missing."""
+    if len(prepared.rest) == 1:  # folded
+        return np.full(prepared.poles.steps.shape[1], -prepared.rest[0])
+    return np.asarray(-prepared.rest @ prepared.poles.psi)
 
 
 def _preloaded(

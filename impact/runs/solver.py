@@ -46,7 +46,7 @@ def solve(
             the law cannot follow; an engine that a body cannot be run by; a preload on bodies that nothing holds.
     """
     prepared = prepare(problem, dt, duration, rule, engine, block)
-    stepper = ContactStepper(prepared)
+    stepper = ContactStepper(prepared, flying=True)
     chunk = max(512, -(-prepared.steps // 50))
     while stepper.done < prepared.steps:
         stepper.advance(chunk)

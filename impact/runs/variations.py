@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.bodies.body import Body, Load, ModalState
+from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, larger, times, total
@@ -133,7 +133,7 @@ def enlarged(body: Body, factor: float) -> Body:
     root, rest = np.where(g.omega > 0, np.sqrt(factor), 1.0), g.residual
     residual = Residual(np.sqrt(factor) * rest.shapes, rest.rates, factor * rest.compliance)
     state = None if body.state is None else ModalState(body.state.displacement / root, body.state.velocity / root)
-    loads = tuple(Load(load.shape / root, load.amplitude) for load in body.loads)
+    loads = tuple(replace(load, shape=load.shape / root) for load in body.loads)
     return replace(
         body, greens=replace(g, shapes=root[:, None] * g.shapes, residual=residual), state=state, loads=loads
     )
@@ -148,7 +148,7 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
     kept, state = _below(g, highest), body.state
     if state is not None:
         state = ModalState(state.displacement[kept], state.velocity[kept])
-    loads = tuple(Load(load.shape[kept], load.amplitude) for load in body.loads)
+    loads = tuple(replace(load, shape=load.shape[kept]) for load in body.loads)
     return replace(body, greens=narrowed(g, highest), state=state, loads=loads)
 
 

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.model import Array
 from seatfem.structures.rings import Division, ring_borders, ring_names
 
 MOST_PORTS: Final = 256

@@ -13,7 +13,7 @@ import numpy as np
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.progress import Progress, silent
-from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, plate_ports
+from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, everywhere, plate_ports
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
@@ -102,6 +102,27 @@ class PlateModes:
         assert isinstance(dofs, DofMap)
         return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
 
+    def at_point(self, along: float, name: str) -> Array:
+        """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""
+        return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
+
+    @property
+    def centre(self) -> Array:
+        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
+        return self.at(Patch(np.array([self.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+
+    @property
+    def mean(self) -> Array:
+        """(m,) of the modes, their mean over the whole plate [1/sqrt(kg)]."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        return np.asarray(self.modes.shapes.T @ everywhere(self.mesh)[dofs.free])
+
+    @property
+    def mass(self) -> float:
+        """rho h A [kg]."""
+        return self.sheet.material.density * self.sheet.shape.thickness * self.mesh.area
+
     def with_ports(self, lips: Sequence[Lip]) -> SecondOrderModel:
         """The model with a port for each part of the lips. Raises `ModelError` of one that reaches off the plate."""
         patches = patches_of(self.sheet, lips)
@@ -147,7 +168,7 @@ class SolvedSheet:
     @property
     def centre(self) -> Array:
         """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.plate.at(Patch(np.array([self.plate.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+        return self.plate.centre
 
 
 def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:

@@ -16,6 +16,7 @@ from seatfem.verification.rods import end_of_contact, first_impact
 _HUNT = "Hunt & Crossley, J. Appl. Mech. 42 (1975) 440; the phase plane integrates"
 _PAD = "Schwager & Poeschel, Granular Matter 9 (2007) 465: no tension at the end of contact"
 _WEIGHT = "Timoshenko, Strength of Materials: impact of a falling weight"
+_JET = "a load that falls with the opening is a spring: F (1 - x/L)"
 _CHAIN = "Herrmann & Schmaelzle, Am. J. Phys. 49 (1981) 761: beads with springs"
 _PROP = "Timoshenko, Strength of Materials: propped cantilever, 3 q L/8"
 _ZENER = "Zener, Phys. Rev. 59 (1941) 669: first order in lambda"
@@ -25,9 +26,9 @@ _STEPS = 800  # per unit of time, coarsest of three
 def lumped_cases() -> tuple[Case, ...]:
     """Masses, springs and dashpots, gravity and preload: impacts with elementary solutions.
 
-    Restitution of damped contacts, falling weight, chain of masses, pressed reed; m = k = V = 1.
+    Restitution of damped contacts, falling and blown weights, chain of masses, pressed reed; m = k = V = 1.
     """
-    return (*_hunt_crossley(), *_pad(), *_falling_weight(), *_chain(), *_pressed_reed(), _slow_plate())
+    return (*_hunt_crossley(), *_pad(), *_falling_weight(), _blown_mass(), *_chain(), *_pressed_reed(), _slow_plate())
 
 
 def _on_rigid(law: impact.HuntCrossley, steps: int, rule: str = "auto") -> impact.ImpactResult:
@@ -114,6 +115,19 @@ def _falling_weight() -> tuple[Case, Case, Case]:
         case(name, "w times contact duration", 2 * (math.pi - math.atan(fall)), duration),
         case("weight laid on a spring at once", "largest N/(m g)", 2.0, laid),
     )
+
+
+def _blown_mass() -> Case:
+    """Let go at x = 1/2 under the load 1 - x that its opening takes from it: x = 1 - cos(t)/2."""
+
+    def lifted(strength: float, steps: int) -> float:
+        jet = impact.Load(np.ones(1), lambda t: np.full_like(t, strength), lambda opening: 1.0 - opening)
+        body = impact.Body(impact.rigid_mass(mass=1.0, velocity=0.0).greens, loads=(jet,))
+        problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=1.0)), gap=0.5)
+        return float(impact.solve(problem, dt=1 / steps, duration=1.0).gap[-1])
+
+    name = "mass under a load that falls with its opening"
+    return Case(name, "opening/L at w t = 1", 1 - math.cos(1) / 2, 1e-6, _JET, stepped(lifted, 4 * _STEPS, 2))
 
 
 def _chain() -> tuple[Case, Case]:

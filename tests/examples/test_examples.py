@@ -171,6 +171,25 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.usefixtures("numbers_alone")
+def test_suction_flapper(tmp_path: Path) -> None:
+    """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
+    scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
+    summary: Any = run_scene(scene, tmp_path).summary
+    results = load_results(tmp_path / "result.h5")
+    seat, stopper = results["wave"], results["stopper"]
+    assert seat.force[0] > 1.0
+    assert summary["stopper_contact_count"] >= 1
+    lift = 2e-3 + stopper.force.max() / 20e6
+    assert stopper.striker_displacement.max() == pytest.approx(lift, rel=1e-9)
+    closed = measures.contact_groups(seat)[1, 0]
+    assert 145 < 30 + closed / 20e-3 * 360 < 185  # it closes about the bottom dead centre
+    shut = np.abs(seat.time - 300 / 360 * 20e-3) < 1e-4  # 330 deg, 10 bar on 95 mm^2 and 0.65 g
+    weight = 9.81 * 7800 * 0.3e-3 * scene.reed.geometry().area  # type: ignore[union-attr]
+    assert seat.force[shut].mean() == pytest.approx(95.0 + weight, rel=5e-3)
+    assert summary["energy_residual"] < 1e-9
+
+
 def test_the_struck_plate_has_no_symmetry() -> None:
     """Nothing less than three dimensions describes it: one port of several, off the centre."""
     seat = load_scene(ROOT / "examples" / "flapper_on_valve_plate.toml").seat

@@ -11,6 +11,7 @@ import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law, no_user_law
 from impact.march.loop import active_set, contact_forces, march_many, march_one
+from impact.march.strides import Strides
 
 SEAT = ModalGreens(
     np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)
@@ -128,16 +129,17 @@ def test_several_contacts_of_which_there_is_one_are_one_contact() -> None:
     force, gap = np.zeros((2, n)), np.zeros((2, n + 1))
     nothing, weights, law = np.zeros((1, n)), np.zeros((1, 1, 0)), impact.Hertz(stiffness=800.0)
     free, own = prepared.free[1:], prepared.own
-    k = poles.psi.shape[1]
+    k, still = poles.psi.shape[1], Strides.none()
+    strides = (still.lengths, still.powers, still.swing)
     march_one(
         0, n, poles.folded(), (np.zeros(k), np.zeros(k)), free[:, 0], nothing[0], weights[0, 0], 1, own[0, 0],
-        (law.code, 0, *law.parameters), no_user_law(), 1e-3, 0.0, force[0], gap[0],
+        (law.code, 0, *law.parameters), no_user_law(), 1e-3, 0.0, strides, force[0], gap[0],
     )  # fmt: skip
     gaps = np.zeros((n + 1, 1))
     march_many(
         0, n, (poles.steps, poles.psi), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
         (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), no_user_law(), 1e-3,
-        np.zeros(1), force[1:], gaps,
+        np.zeros(1), strides, force[1:], gaps,
     )  # fmt: skip
     assert force[0].max() > 1.0
     np.testing.assert_allclose(force[1], force[0], atol=1e-12 * force[0].max(), rtol=0)

@@ -86,3 +86,43 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
 def test_impossible_series_are_refused(time: list[float], value: list[float], outside: object, words: str) -> None:
     with pytest.raises(TimeSeriesError, match=words):
         TimeSeries(np.array(time), np.array(value), outside)
+
+
+TURN = "angle [deg],pressure [bar]\n0,1\n90,3\n180,1\n270,-1\n"
+
+
+def test_crank_angles_repeat(tmp_path: Path) -> None:
+    """3000 rpm: 20 ms a turn, 90 deg are 5 ms; the line from 270 deg goes on to the first sample of the next turn."""
+    path = written(tmp_path, TURN)
+    series = read_time_series(path, "pressure", rpm=3000)
+    t = np.array([0.0, 5e-3, 17.5e-3, 20e-3, 45e-3, -15e-3])
+    np.testing.assert_allclose(series(t), np.array([1, 3, 0, 1, 3, 3]) * 1e5, rtol=1e-12, atol=1e-6)
+    late = read_time_series(path, "pressure", rpm=1500, start=90.0)  # 10 ms for 90 deg
+    np.testing.assert_allclose(late(np.array([0.0, 5e-3, 30e-3])), np.array([3, 2, 1]) * 1e5, rtol=1e-12)
+    whole = read_time_series(written(tmp_path, TURN + "360,1\n"), "pressure", rpm=3000)
+    fine = np.linspace(0, 60e-3, 1001)
+    np.testing.assert_allclose(whole(fine), series(fine), rtol=1e-9, atol=1e-3)
+
+
+def test_accelerations(tmp_path: Path) -> None:
+    series = read_time_series(written(tmp_path, "time [ms],acceleration [m/s^2]\n0,1\n1,2\n"), "acceleration")
+    assert series(np.array([5e-4]))[0] == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "rpm", "words"),
+    [
+        (TURN, None, "header 'angle [deg]' must be 'time [unit]'.*state rpm, too"),
+        (GOOD, 3000.0, "header 'time [ms]' must be 'angle [unit]'.*rpm is for records in crank angle"),
+        (TURN + "400,1\n", 3000.0, "covers 400 deg, more than one turn of 360; cut the record"),
+        (TURN, 0.0, "rpm = 0 must be positive"),
+    ],
+)
+def test_angles_that_cannot_be(text: str, rpm: float | None, words: str, tmp_path: Path) -> None:
+    with pytest.raises(TimeSeriesError, match=words.replace("[", r"\[").replace("]", r"\]")):
+        read_time_series(written(tmp_path, text), "pressure", rpm=rpm)
+
+
+def test_a_period_shorter_than_the_samples() -> None:
+    with pytest.raises(TimeSeriesError, match="more than the period of 1 s"):
+        TimeSeries(np.array([0.0, 2.0]), np.zeros(2), "repeat", period=1.0)

@@ -14,10 +14,11 @@ from seatfem.structures.elements.mindlin import (
     assemble_plate,
     average,
     elements_patch,
+    everywhere,
 )
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
-from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -284,3 +285,27 @@ def test_a_patch_of_its_own_points() -> None:
     mesh = grid((2, 2), (1.0, 1.0))
     b = average(mesh, Patch(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([1.0, 3.0])))
     assert b @ np.kron(mesh.points[:, 1], [1.0, 0.0, 0.0]) == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize("load", ["pressure", "gravity"])
+def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
+    """q L^4/(8 E I) at the tip, no Poisson effect; shear adds E h^2/(3 kappa G L^2) = 2e-5. By K, and by modes."""
+    length, width, thickness = 50e-3, 5e-3, 0.25e-3
+    material = Material(206e9, 0.0, 7800.0)
+    mesh = grid((20, 2), (length, width))
+    model = assemble_plate(mesh, material, thickness, clamped="left")
+    assert isinstance(model.dofs, DofMap)
+    mean = everywhere(mesh)[model.dofs.free]
+    force = 100.0 * mesh.area if load == "pressure" else 9.81 * material.density * thickness * mesh.area
+    beam = force / length * length**4 / (8 * material.young * width * thickness**3 / 12)
+    tip = average(mesh, Patch(np.array([[length, width / 2]]), np.ones(1)))[model.dofs.free]
+    assert tip @ scipy.sparse.linalg.spsolve(model.K.tocsc(), force * mean) == pytest.approx(beam, rel=1e-3)
+    modes = solve_modes(model, up_to_hz=2e4)
+    seen = modes.shapes.T @ np.stack([tip, mean], axis=1)
+    assert force * np.sum(seen[:, 0] * seen[:, 1] / modes.omega**2) == pytest.approx(beam, rel=1e-3)
+    if load == "gravity":  # the weight by the consistent mass: the same, but for what the clamped nodes carry
+        fallen = assemble_plate(mesh, material, thickness)
+        assert isinstance(fallen.dofs, DofMap)
+        np.testing.assert_allclose(
+            fallen.M @ fallen.dofs.rigid[:, 0], material.density * thickness * mesh.area * everywhere(mesh), atol=1e-18
+        )

@@ -133,7 +133,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             'title = "test"',
             '"" = "test"',
-            "scene.toml:1: unknown key; known here: title, seat, reed, contact, stopper, run, accuracy",
+            "scene.toml:1: unknown key; known here: title, seat, reed, contact, stopper, load, run, accuracy",
         ),
         (
             "[run]\n",

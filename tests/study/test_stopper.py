@@ -246,6 +246,25 @@ REFUSED = [
     ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: unknown key; did you mean 'gap'?"),
     ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' is a length"),
     ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' is negative"),
+    ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap is given too; keep one of the two"),
+    ("", STOPPER.replace('gap = "0.2', 'lift = "-0.2'), "stopper.lift: -0.2 mm: the stopper would lie below the seat"),
+    ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: the stopper would lie below the seat"),
+    (
+        "",
+        STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'),
+        "stopper.lift: 0.09 mm is less than contact.gap = 0.1 mm: the undeformed reed",
+    ),
+    (
+        REED + '[contact]\ngap = "0.1 mm"\n',
+        ABOVE.replace("gap", "lift"),
+        "stopper.lift: with contact.gap = 0.1 mm the closed reed is bent",
+    ),
+    (
+        REED + '[contact]\ngap = "0.1 mm"\n',
+        ABOVE.replace('gap = "0.8 mm"', 'lift = "1.05 mm"').replace('at = "18 mm"\n', ""),
+        "stopper.lift: 1.05 mm: at the start the reed stands 1 mm off its undeformed place there, inside the stopper "
+        "(limit: stopper.lift); make the lift at least 1.1 mm",
+    ),
     ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz' is not one of"),
     ("", STOPPER + 'at = "1 mm"\n', "stopper.at: a rigid mass has no positions; remove the key"),
     ("", "stopper = 3\n", "stopper"),
@@ -291,6 +310,19 @@ def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str,
     assert scene_of(tmp_path, with_gap(1.002 * limit)).stopper is not None
 
 
+def test_a_lift_is_counted_from_the_seat(tmp_path: Path) -> None:
+    """The mass travels exactly the lift between leaving the seat and meeting the stopper, and the runs are the same."""
+    lifted = scene_of(tmp_path, SEAT + MASS + STOPPER.replace('gap = "0.2 mm"', 'lift = "0.3 mm"') + RUN)
+    stated = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
+    assert lifted.stopper_gap == pytest.approx(stated.stopper_gap, rel=1e-12)
+    touches = bounced(lifted, 1e-7)
+    assert touches.stopper is not None
+    both = touches.seat.gap + touches.stopper.gap  # each opening, where neither body is pressed: the lift
+    free = (touches.seat.force == 0) & (touches.stopper.force == 0) & (np.arange(len(both)) * 1e-7 < 1e-4)
+    assert np.count_nonzero(free) > 500
+    np.testing.assert_allclose(both[free], 3e-4, rtol=1e-9)
+
+
 def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
     """Its body's keys beside its own; no kind has a key of the same name, and it is written as it was read."""
     own = set(Stopper.model_fields) - {"body"}
@@ -298,5 +330,5 @@ def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SEAT + MASS + STOPPER + RUN)
     written = json.loads(plan_json(plan_scene(scene)))["scene"]["stopper"]
     assert written == {
-        "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "at": None, "law": {"kind": "signorini"},
+        "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "lift": None, "at": None, "law": {"kind": "signorini"},
     }  # fmt: skip

@@ -179,6 +179,14 @@ def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
     return found
 
 
+def everywhere(mesh: PlateMesh) -> Array:
+    """(3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per newton."""
+    _, weights, shapes = _jacobians(mesh, *_gauss(3))
+    vector = np.zeros(len(mesh.points))
+    np.add.at(vector, mesh.cells, weights @ shapes)
+    return np.asarray(np.kron(vector / weights.sum(), [1.0, 0.0, 0.0]))
+
+
 def _free(mesh: PlateMesh, held: Mapping[str, Sequence[Unknown]]) -> Integers:
     """Unknowns that are free to move among all, three a node."""
     free = np.ones((len(mesh.points), 3), dtype=bool)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import GreensFunction
+from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, Approach, DampingRatio, KeyProblem, Length, Position, Table, default
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.materials import Material
@@ -64,6 +64,8 @@ class Release(Table):
 
 class Beam(Structure):
     """What all beams have that bend about their thin side."""
+
+    has_weight: ClassVar[bool] = True
 
     length: Length = Field(description="free length")
     width: Length = default("10 mm", "width")
@@ -140,6 +142,22 @@ class Beam(Structure):
             release=self._release() if moved else None,
             loads=self._loads() if moved else (),
         )
+
+    def pushed_at(self, body: Body, at: float | None) -> Array:
+        if at is None:
+            return super().pushed_at(body, at)
+        modal = body.greens.modal
+        assert modal is not None
+        return self.beam().modes(len(modal.omega)).deflection(at)
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        from impact.bodies.loads import Gravity  # as above
+
+        modal = body.greens.modal
+        assert modal is not None
+        modes = self.beam().modes(len(modal.omega))
+        (load,) = Gravity(1.0).modal(modes)
+        return load.shape, modes.line_density * modes.length
 
     def _release(self) -> reeds.Release | None:
         from impact.bodies.reeds import ModeShape, StaticShape  # as above

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from impact.advice import Advice
-from impact.bodies.body import Body, ModalState
-from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from seatfem.fields import Approach, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
+from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.stopwatch import Stopwatch
-from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate
 from seatfem.structures.kinds.materials import Material
-from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.plate_loads import LoadedPlate
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.striking import At
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.shapes.flapper import Flapper as Outline
@@ -28,15 +23,7 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
     from seatfem.structures.sheets import Sheet, SolvedSheet
 
-AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
-
-
-class ModeRelease(Table):
-    """How a plate starts: undeformed, with the velocities of one of its modes."""
-
-    mode: int = Field(1, strict=True, ge=1, description="number of the mode")
-    velocity: Approach = Field(description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"')
 
 
 class SheetMesh(Table):
@@ -51,13 +38,12 @@ class PlateGreens(Table):
     bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
 
 
-class Flapper(Moving):
+class Flapper(LoadedPlate):
     """A flat reed of even thickness: a clamped root that tapers to a neck, and a round paddle; it touches with a disc
     or a ring about the paddle's centre. By Mindlin plate elements: it twists, and its paddle bends across."""
 
     needs_gmsh: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
-    not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
 
     kind: Literal["flapper"]
     root_width: Length = Field(description="width where it is clamped")
@@ -74,9 +60,6 @@ class Flapper(Moving):
     contact_width: Length | None = Field(None, description="radial width of the ring that touches; absent: a disc does")
     greens: PlateGreens = default({}, "how the Green's function is computed")
     mesh: SheetMesh = default({}, "how fine the elements are")
-    release: ModeRelease | None = Field(
-        None, description="as a striker: undeformed, with the velocities of one of its modes"
-    )
 
     @model_validator(mode="after")
     def _as_drawn(self) -> Self:
@@ -90,14 +73,10 @@ class Flapper(Moving):
             raise KeyProblem(
                 "contact_radius", f"the contact reaches {reach:g} m from the paddle's centre, the paddle {paddle:g} m"
             )
+        if self.pressure_radius is not None and self.pressure_radius > paddle:
+            raise KeyProblem("pressure_radius", f"{self.pressure_radius:g} m is more than the paddle's, {paddle:g} m")
         if self.velocity is not None:
             raise KeyProblem("velocity", 'a clamped reed cannot translate; write release = { velocity = "-2 m/s" }')
-        return self
-
-    @model_validator(mode="after")
-    def _one_motion(self) -> Self:
-        if self.release is not None and self.deflection is not None:
-            raise KeyProblem("release", "deflection is given too; keep one of the two")
         return self
 
     def geometry(self) -> Outline:
@@ -106,6 +85,10 @@ class Flapper(Moving):
 
     def made_by(self) -> tuple[type, ...]:
         return (*super().made_by(), Outline)
+
+    @property
+    def axis(self) -> float:
+        return self.geometry().length
 
     @property
     def radius(self) -> float:
@@ -119,10 +102,6 @@ class Flapper(Moving):
     @property
     def loss(self) -> float:
         return self.damping_ratio
-
-    @property
-    def moved_by(self) -> tuple[str, ...]:
-        return ("release", "deflection", "force")
 
     def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, "kind = 'flapper': the modes of a plate"),)
@@ -181,21 +160,3 @@ class Flapper(Moving):
 
         with watch("modes"):
             return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
-
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
-        found = self.solved()
-        body = super().body(found.greens if greens is None else greens, n_modes, at)
-        if self.release is None:
-            return body
-        modal = body.greens.modal
-        assert modal is not None
-        if (mode := self.release.mode - 1) >= len(modal.omega):
-            raise ModelError(
-                f"reed.release.mode = {mode + 1}: there are {len(modal.omega)} modes below three times "
-                "reed.greens.bandwidth"
-            )
-        if abs(found.centre[mode]) < AT_REST * np.abs(found.centre).max():
-            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move the paddle's centre; release another")
-        rate = np.zeros(len(modal.omega))
-        rate[mode] = self.release.velocity / found.centre[mode]
-        return Body(body.greens, 0.0, ModalState(np.zeros_like(rate), rate), body.loads)

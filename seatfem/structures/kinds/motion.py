@@ -11,13 +11,24 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from seatfem.fields import Approach, ExistingFile, Force, KeyProblem, Length, Position, SignedPressure, Table
+from seatfem.fields import (
+    Acceleration,
+    Angle,
+    Approach,
+    ExistingFile,
+    Force,
+    KeyProblem,
+    Length,
+    Position,
+    SignedPressure,
+    Table,
+)
 from seatfem.structures.estimates.surrogate import Face
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
 
 
-def _as_value(given: object) -> object:
+def as_value(given: object) -> object:
     """pressure = "0.2 bar" is pressure = { value = "0.2 bar" }."""
     return given if isinstance(given, Mapping | Table) else {"value": given}
 
@@ -25,9 +36,15 @@ def _as_value(given: object) -> object:
 class _Course(Table):
     """Constant, or in time from a CSV file."""
 
-    quantity: ClassVar[Literal["pressure", "force"]]
+    quantity: ClassVar[Literal["pressure", "force", "acceleration"]]
 
-    file: ExistingFile | None = Field(None, description="CSV file, its header as in `time [ms],pressure [bar]`")
+    file: ExistingFile | None = Field(
+        None,
+        description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
+        "in `angle [deg],pressure [bar]`, repeated every 360 deg",
+    )
+    rpm: float | None = Field(None, gt=0, description="speed of the crank (1/min) for a file in crank angle")
+    angle: Angle | None = Field(None, description="crank angle at the start of the run, with rpm; 0 where absent")
 
     value: float | None = None
 
@@ -35,6 +52,10 @@ class _Course(Table):
     def _one_of_two(self) -> Self:
         if (self.value is None) == (self.file is None):
             raise KeyProblem("value", "give exactly one of value and file")
+        if self.rpm is not None and self.file is None:
+            raise KeyProblem("rpm", "there is no file in crank angle; remove the key")
+        if self.angle is not None and self.rpm is None:
+            raise KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
         return self
 
     @property
@@ -45,13 +66,14 @@ class _Course(Table):
             return lambda t: np.full(np.shape(t), value)
         from impact.bodies.time_series import read_time_series  # of scenes with records only
 
-        return read_time_series(self.file, self.quantity, outside="hold")
+        start = math.degrees(self.angle or 0.0)
+        return read_time_series(self.file, self.quantity, outside="hold", rpm=self.rpm, start=start)
 
 
 class PressureCourse(_Course):
     """A pressure, constant or in time; positive away from the seat."""
 
-    quantity: ClassVar[Literal["pressure", "force"]] = "pressure"
+    quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "pressure"
 
     value: SignedPressure | None = Field(None, description="where it is constant; negative towards the seat")
 
@@ -59,9 +81,17 @@ class PressureCourse(_Course):
 class ForceCourse(_Course):
     """A force, constant or in time; positive away from the seat."""
 
-    quantity: ClassVar[Literal["pressure", "force"]] = "force"
+    quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "force"
 
     value: Force | None = Field(None, description="where it is constant; negative towards the seat")
+
+
+class AccelerationCourse(_Course):
+    """An acceleration, constant or in time; positive away from the seat."""
+
+    quantity: ClassVar[Literal["pressure", "force", "acceleration"]] = "acceleration"
+
+    value: Acceleration | None = Field(None, description="where it is constant; negative towards the seat")
 
 
 class PointForce(ForceCourse):
@@ -70,9 +100,10 @@ class PointForce(ForceCourse):
     at: Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
 
 
-AnyPressure = Annotated[PressureCourse, BeforeValidator(_as_value)]
-AnyForce = Annotated[ForceCourse, BeforeValidator(_as_value)]
-AnyPointForce = Annotated[PointForce, BeforeValidator(_as_value)]
+AnyPressure = Annotated[PressureCourse, BeforeValidator(as_value)]
+AnyForce = Annotated[ForceCourse, BeforeValidator(as_value)]
+AnyAcceleration = Annotated[AccelerationCourse, BeforeValidator(as_value)]
+AnyPointForce = Annotated[PointForce, BeforeValidator(as_value)]
 
 
 class Moving(Structure):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 import impact
 from impact.bodies.body import Body
-from impact.greens.base import GreensFunction
+from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Approach, Mass
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.structure import Structure
@@ -16,6 +16,8 @@ from seatfem.structures.kinds.structure import Structure
 
 class RigidMass(Structure):
     """A rigid striker in free flight, as in a drop test."""
+
+    has_weight: ClassVar[bool] = True
 
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
@@ -31,6 +33,9 @@ class RigidMass(Structure):
 
     def closed_form(self) -> GreensFunction | None:
         return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        return self.pushed_at(body, None), self.mass
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
+
 from impact.advice import Advice
 from impact.bodies.body import Body
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from seatfem.fields import KeyProblem, Table
 from seatfem.structures.estimates.surrogate import Face
 
@@ -26,6 +28,8 @@ class Striking(Table):
     """Whether its Green's function must be computed or read before it strikes."""
     meets_lips: ClassVar[bool] = False
     """Whether it bends under a lip, arc by arc; else it touches with one rigid face."""
+    has_weight: ClassVar[bool] = False
+    """Whether `weight` is known."""
     has_stress: ClassVar[bool] = False
     """Whether its bending stress is known."""
 
@@ -78,6 +82,29 @@ class Striking(Table):
             raise KeyProblem(key, f"a {self.kind.replace('_', ' ')} has no positions; remove the key")
         if at > self.reach:
             raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.reach:g} m")
+
+    def check_place(self, at: float | None, key: str) -> None:
+        """Raises `KeyProblem`, of ``key``, for a force at a place that it does not have."""
+        self.check_contact(at, key)
+
+    def pushed_at(self, body: Body, at: float | None) -> Array:
+        """(M,) how a force at a place moves the modes of its ``body`` [1/sqrt(kg)]; ``None``: where it is touched.
+
+        Raises `GreensFunctionError` of a body without modes.
+        """
+        if (modal := body.greens.modal) is None or len(modal.omega) == 0:
+            raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
+        return np.asarray(modal.shapes[:, 0])
+
+    def blown(self, body: Body) -> Array:
+        """(M,) how a pressure on an effective area at the contact moves the modes, per newton [1/sqrt(kg)].
+
+        Raises as `pushed_at`."""
+        return self.pushed_at(body, None)
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        """(M,) how a force spread like its mass moves the modes [1/sqrt(kg)], and the mass [kg]."""
+        raise NotImplementedError
 
     def check_motion(self) -> None:
         """Raises `KeyProblem` for a motion that it is known not to be capable of."""

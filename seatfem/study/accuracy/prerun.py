@@ -107,7 +107,7 @@ def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Arr
     if stopper is not None and np.any(stopper):
         first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
-    if scene.reed.is_loaded or scene.contact.preload or striker.greens.modal is None:
+    if scene.is_loaded or scene.contact.preload or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
@@ -211,6 +211,6 @@ def relative_changes(one: Values, other: Values) -> Mapping[str, float]:
 
 
 def _marched(prepared: Prepared) -> impact.ContactStepper:
-    stepper = impact.ContactStepper(prepared)
+    stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     return stepper

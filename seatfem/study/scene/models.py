@@ -13,6 +13,7 @@ from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, T
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.rings import MOST_RINGS
+from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
@@ -140,6 +141,7 @@ class Scene(Table):
     reed: Body = Field(description="what strikes")
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
+    load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
 
@@ -164,6 +166,15 @@ class Scene(Table):
         """Whether seat and stopper meet the reed at different places: the second is a port of its own."""
         return isinstance(self.contact_at, tuple)
 
+    @property
+    def stopper_gap(self) -> float:
+        """From the undeformed reed to the stopper, lift - contact.gap where its lift is stated [m]."""
+        assert self.stopper is not None
+        if self.stopper.lift is not None:
+            return self.stopper.lift - self.contact.gap
+        assert self.stopper.gap is not None
+        return self.stopper.gap
+
     @model_validator(mode="after")
     def _in_their_roles(self) -> Self:
         """What is struck is at rest, and what strikes moves."""
@@ -172,7 +183,7 @@ class Scene(Table):
         reed, moved_by = self.reed, self.reed.moved_by
         if not moved_by:
             raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
-        if not reed.motion:
+        if not reed.motion and not self.load:
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -181,6 +192,33 @@ class Scene(Table):
         except KeyProblem as problem:
             raise KeyProblem(f"reed.{problem.key}", str(problem)) from None
         return self
+
+    @model_validator(mode="after")
+    def _loads_on_the_reed(self) -> Self:
+        for number, load in enumerate(self.load):
+            self.reed.check_place(load.at, f"load.{number}.at")
+            if load.needs_weight and not self.reed.has_weight:
+                raise KeyProblem(
+                    f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
+                    f"of a reed of kind {self.reed.kind!r} it is not known how its mass is spread; give a force",
+                )
+            if load.by_lift and any_needs_stress(self.accuracy.measures):
+                raise KeyProblem(
+                    f"load.{number}.area",
+                    "by the lift it leaves the stress of the reed unknown; state one area, or remove stress from "
+                    "accuracy.measures",
+                )
+        return self
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether known forces drive the reed."""
+        return bool(self.load) or self.reed.is_loaded
+
+    @property
+    def is_blown_by_lift(self) -> bool:
+        """Whether any load depends on how far the reed is off its seat."""
+        return any(load.by_lift for load in self.load)
 
     @model_validator(mode="after")
     def _contact_on_the_reed(self) -> Self:
@@ -193,13 +231,28 @@ class Scene(Table):
         if (stopper := self.stopper) is None:
             return self
         self.reed.check_contact(stopper.at, "stopper.at")
-        start = self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
-        if start > stopper.gap * (1 + 1e-9):
+        by_lift = stopper.lift is not None
+        if by_lift and self.has_two_places and self.contact.gap > 0:
             raise KeyProblem(
-                "stopper.gap",
-                f"{1e3 * stopper.gap:.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
-                f"place there, inside the stopper (limit: stopper.gap); make the gap at least {1e3 * start:.6g} mm, or "
-                "release the reed from a smaller deflection",
+                "stopper.lift",
+                f"with contact.gap = {1e3 * self.contact.gap:g} mm the closed reed is bent, and where it stands at "
+                "stopper.at depends on what holds it there; give stopper.gap, from the undeformed reed",
+            )
+        gap, start = self.stopper_gap, self.reed.start_at(self.contact.at if stopper.at is None else stopper.at)
+        key = "stopper.lift" if by_lift else "stopper.gap"
+        more = self.contact.gap if by_lift else 0.0
+        if gap < 0:
+            raise KeyProblem(
+                key,
+                f"{1e3 * (gap + more):.6g} mm is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed "
+                f"would stand inside the stopper; make the lift at least {1e3 * more:.6g} mm",
+            )
+        if start > gap + 1e-9 * abs(start):
+            raise KeyProblem(
+                key,
+                f"{1e3 * (gap + more):.6g} mm: at the start the reed stands {1e3 * start:.6g} mm off its undeformed "
+                f"place there, inside the stopper (limit: {key}); make the {key.removeprefix('stopper.')} at least "
+                f"{1e3 * (start + more):.6g} mm, or release the reed from a smaller deflection",
             )
         return self
 

@@ -1,0 +1,215 @@
+"""How a plate starts and what loads it: pressure, gravity and forces, by the plate's own integrals over its modes."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from impact.bodies.body import Body, Load, ModalState
+from impact.greens.base import Array, GreensFunction
+from seatfem.fields import Acceleration, Approach, KeyProblem, Length, Position, Table
+from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, Moving, as_value
+from seatfem.structures.kinds.striking import At
+from seatfem.structures.lip import Lip
+
+if TYPE_CHECKING:
+    from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
+
+AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
+
+
+class PlateRelease(Table):
+    """How a plate starts: undeformed, with the velocities of one of its modes, or at rest in a static shape."""
+
+    mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")
+    velocity: Approach | None = Field(
+        None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
+    )
+    deflection: Position | None = Field(None, description="in place of velocity: of the paddle's centre, at rest")
+    shape: Literal["force", "pressure"] = Field(
+        "force",
+        description="with deflection: static, under a force at the paddle's centre or a uniform pressure where "
+        "pressure acts",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_way(cls, given: object) -> object:
+        if not isinstance(given, Mapping):
+            return given
+        if "deflection" in given:
+            for key in ("velocity", "mode"):
+                if key in given:
+                    raise KeyProblem(key, "deflection is given too; keep one of the two")
+        elif "velocity" not in given:
+            raise KeyProblem("velocity", "required key is missing: at the paddle's centre; or give deflection")
+        elif "shape" in given:
+            raise KeyProblem("shape", "the shape is that of the mode; remove the key, or give deflection")
+        return given
+
+
+class PlateForce(ForceCourse):
+    """A force at one place of a plate, constant or in time; positive away from the seat."""
+
+    at: Length | None = Field(None, description="distance from the root, along the axis; absent: the paddle's centre")
+
+
+class LoadedPlate(Moving):
+    """What all plates have that are clamped at their root and strike with their paddle.
+
+    Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
+    16 mm by 0.3 mm on a neck of 15 mm, 3e-6 of the static deflection of paddle or lip under a uniform pressure, on the
+    whole plate or a disc of 10 mm, with the 16 modes of a band of 10 kHz, and 3e-4 under a force at the centre; with
+    the 117 modes of 100 kHz 2e-7 and 3e-5.
+    """
+
+    not_of_greens: ClassVar[tuple[str, ...]] = (
+        "velocity",
+        "release",
+        "deflection",
+        "force",
+        "pressure",
+        "pressure_radius",
+        "point_force",
+        "gravity",
+    )
+
+    has_weight: ClassVar[bool] = True
+
+    release: PlateRelease | None = Field(None, description="as a striker: how it starts; absent: at rest")
+    pressure: AnyPressure | None = Field(
+        None, description="on the whole plate, or on a disc; a constant one may be written as text"
+    )
+    pressure_radius: Length | None = Field(
+        None, description="radius of the disc about the paddle's centre on which pressure acts, that of the port"
+    )
+    point_force: Annotated[PlateForce, BeforeValidator(as_value)] | None = Field(
+        None, description="on one place of its axis"
+    )
+    gravity: Acceleration | None = Field(
+        None, description="component of the acceleration along the normal; negative presses the reed on the seat"
+    )
+
+    @model_validator(mode="after")
+    def _one_start(self) -> LoadedPlate:
+        if self.release is not None and self.deflection is not None:
+            raise KeyProblem("release", "deflection is given too; keep one of the two")
+        if self.point_force is not None:
+            self.check_place(self.point_force.at, "point_force.at")
+        if self.pressure_radius is not None and not self._has_pressed_disc:
+            raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
+        return self
+
+    @property
+    def _has_pressed_disc(self) -> bool:
+        return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
+
+    @abstractmethod
+    def solved(self, lip: Lip | None = None) -> SolvedSheet:
+        """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
+
+    @abstractmethod
+    def sheet(self) -> Sheet:
+        """What its modes and its Green's function depend on."""
+
+    @property
+    def plate(self) -> PlateModes:
+        """Its modes, whatever touches it; found once in a process."""
+        from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
+
+        return plate_modes(self.sheet())[0]
+
+    @property
+    def moved_by(self) -> tuple[str, ...]:
+        return ("release", "deflection", "force", "pressure", "point_force", "gravity")
+
+    @property
+    def is_loaded(self) -> bool:
+        return any(load is not None for load in (self.force, self.pressure, self.point_force, self.gravity))
+
+    def start_at(self, at: float | None) -> float:
+        if self.release is not None:
+            return self.release.deflection or 0.0
+        return super().start_at(at)
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+        body = super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        state = body.state if self.release is None else self._state(self.plate, self.release)
+        return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
+
+    @property
+    @abstractmethod
+    def axis(self) -> float:
+        """Length along which a force may lie [m]."""
+
+    @property
+    @abstractmethod
+    def radius(self) -> float:
+        """Of the disc that touches, or mean radius of the ring [m]."""
+
+    def check_place(self, at: float | None, key: str) -> None:
+        if at is not None and at > self.axis:
+            raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
+
+    def pushed_at(self, body: Body, at: float | None) -> Array:
+        return self.plate.centre if at is None else self.plate.at_point(at, "the point of a force")
+
+    def blown(self, body: Body) -> Array:
+        return self._on_disc(self.radius)[0]
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        return self.plate.mean, self.plate.mass
+
+    def _pressed(self) -> tuple[Array, float]:
+        """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
+        if self.pressure_radius is None:
+            return self.plate.mean, self.plate.mesh.area
+        return self._on_disc(self.pressure_radius)
+
+    def _on_disc(self, radius: float) -> tuple[Array, float]:
+        """The same of a disc about the paddle's centre."""
+        (patch,) = Lip.disc(radius).patches(self.plate.sheet.shape.centre).values()
+        return self.plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
+
+    def _loads(self, body: Body) -> Iterator[Load]:
+        if self.pressure is not None:
+            mean, area = self._pressed()
+            yield Load(mean, scaled(self.pressure.course, area))
+        if self.point_force is not None:
+            yield Load(self.pushed_at(body, self.point_force.at), self.point_force.course)
+        if self.gravity is not None:
+            shape, mass = self.weight(body)
+            yield Load(shape, scaled(constant(self.gravity), mass))
+
+    def _state(self, plate: PlateModes, release: PlateRelease) -> ModalState:
+        centre, omega = plate.centre, plate.modes.omega
+        none = np.zeros_like(omega)
+        if release.deflection is not None:  # q_k = F s_k/omega_k^2
+            each = (centre if release.shape == "force" else self._pressed()[0]) / omega**2
+            return ModalState(release.deflection / float(centre @ each) * each, none)
+        assert release.velocity is not None
+        if (mode := release.mode - 1) >= len(omega):
+            raise ModelError(
+                f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times reed.greens.bandwidth"
+            )
+        if abs(centre[mode]) < AT_REST * np.abs(centre).max():
+            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move the paddle's centre; release another")
+        rate = none.copy()
+        rate[mode] = release.velocity / centre[mode]
+        return ModalState(none, rate)
+
+
+def constant(value: float) -> Callable[[Array], Array]:
+    """A course that stays."""
+    return lambda t: np.full(np.shape(t), value)
+
+
+def scaled(course: Callable[[Array], Array], factor: float) -> Callable[[Array], Array]:
+    """A pressure as a force, an acceleration as a force."""
+    return lambda t: factor * np.asarray(course(t))

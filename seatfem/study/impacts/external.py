@@ -1,0 +1,39 @@
+"""The loads of a scene's [[load]] tables, on the modes of its striker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from impact.bodies.body import Body, Load
+from seatfem.structures.kinds.plate_loads import constant, scaled
+from seatfem.study.scene import Scene
+from seatfem.study.scene.external import ExternalLoad
+
+
+def loaded(scene: Scene, body: Body) -> Body:
+    """The striker's ``body`` under the scene's loads, beside those that it has. Raises as `Body`."""
+    return replace(body, loads=(*body.loads, *_loads(scene, body))) if scene.load else body
+
+
+def _loads(scene: Scene, body: Body) -> Iterator[Load]:
+    for load in scene.load:
+        if load.pressure is not None:
+            yield _blown(scene, load, body)
+        elif load.force is not None:
+            yield Load(scene.reed.pushed_at(body, load.at), load.force.course)
+        else:
+            shape, mass = scene.reed.weight(body)
+            if load.gravity is not None:
+                yield Load(shape, scaled(constant(load.gravity), mass))
+            if load.base_motion is not None:
+                yield Load(shape, scaled(load.base_motion.course, -mass))
+
+
+def _blown(scene: Scene, load: ExternalLoad, body: Body) -> Load:
+    """p(t) A(0), and by the lift A/A(0) of it; constant areas are 1 of themselves."""
+    assert load.pressure is not None
+    assert load.area is not None
+    area, closed = load.area, load.area(0.0)
+    by_opening = (lambda opening: area(opening) / closed) if load.by_lift else None
+    return Load(scene.reed.blown(body), scaled(load.pressure.course, closed), by_opening)

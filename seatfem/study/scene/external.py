@@ -1,0 +1,92 @@
+"""[[load]]: known loads on the reed, beside those that its own table has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from seatfem.fields import Acceleration, Area, Gap, KeyProblem, Length, Table
+from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
+
+ACTING = ("pressure", "force", "gravity", "base_motion")
+
+
+def _as_table(given: object) -> object:
+    """area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
+    if isinstance(given, Mapping | Table):
+        return given
+    if not isinstance(given, list):
+        return {"lift": ["0 mm"], "area": [given]}
+    if not all(isinstance(row, list) and len(row) == 2 for row in given):
+        raise ValueError('rows of lift and area are needed, as in [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]')
+    return {"lift": [row[0] for row in given], "area": [row[1] for row in given]}
+
+
+class AreaByLift(Table):
+    """The area by which a pressure acts, by how far the reed is off its seat; a line between the lifts, held beyond.
+
+    Written as one area, or as a list of pairs of lift and area.
+    """
+
+    lift: tuple[Gap, ...] = Field(min_length=1, description="opening at the contact, increasing")
+    area: tuple[Area, ...] = Field(min_length=1, description="area at each of them")
+
+    @model_validator(mode="after")
+    def _one_for_each(self) -> Self:
+        if len(self.lift) != len(self.area):
+            raise KeyProblem("area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each")
+        if np.any(np.diff(self.lift) <= 0):
+            raise KeyProblem("lift", "the lifts must increase from one to the next")
+        return self
+
+    def __call__(self, lift: float) -> float:
+        """[m^2] at an opening [m]."""
+        return float(np.interp(lift, self.lift, self.area))
+
+
+class ExternalLoad(Table):
+    """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
+    contact covers or encloses), a force, gravity, or the acceleration of the frame that holds it (the reed alone feels
+    it: its mass times the acceleration, the other way round)."""
+
+    pressure: AnyPressure | None = Field(
+        None, description="over the reed, on area, at its contact; a constant one may be written as text"
+    )
+    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = Field(
+        None,
+        description="effective area of the pressure: one, or by the lift as in "
+        '`[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`',
+    )
+    force: AnyForce | None = Field(None, description="at one place; a constant one may be written as text")
+    at: Length | None = Field(None, description="of the force, from the root; where absent: at the contact")
+    gravity: Acceleration | None = Field(
+        None, description="component of the acceleration along the normal; negative presses the reed on the seat"
+    )
+    base_motion: AnyAcceleration | None = Field(
+        None, description="acceleration of the frame along the normal; a constant one may be written as text"
+    )
+
+    @model_validator(mode="after")
+    def _one_of_all(self) -> Self:
+        if len(given := [key for key in ACTING if getattr(self, key) is not None]) != 1:
+            words = f"{' and '.join(given)} are given" if given else "nothing acts"
+            raise KeyProblem(given[1] if given else ACTING[0], f"{words}: give exactly one of {', '.join(ACTING)}")
+        if (self.area is None) != (self.pressure is None):
+            missing = self.pressure is not None
+            raise KeyProblem("area", "required key is missing: effective area" if missing else "there is no pressure")
+        if self.at is not None and self.force is None:
+            raise KeyProblem("at", "only a force has a place of its own; remove the key")
+        return self
+
+    @property
+    def by_lift(self) -> bool:
+        """Whether it depends on how far the reed is off its seat."""
+        return self.area is not None and len(set(self.area.area)) > 1
+
+    @property
+    def needs_weight(self) -> bool:
+        """Whether it acts on the mass of the reed."""
+        return self.gravity is not None or self.base_motion is not None

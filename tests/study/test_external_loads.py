@@ -1,0 +1,161 @@
+"""[[load]]: falls and oscillations known exactly, the same loads by the reed's own keys, what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.after.result import ImpactResult
+from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
+MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "1 mm"\n'
+REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { tip_deflection = "0.2 mm" }\n'
+ROD = (
+    '[reed]\nkind = "rod"\nyoung = "2 GPa"\ndensity = "7 g/cm^3"\nlength = "9 mm"\narea = "3 mm^2"\n'
+    'far_end = "free"\nvelocity = "-1 m/s"\n'
+)
+RUN = '[run]\nduration = "3 ms"\ntime_step = "0.5 us"\n'
+
+
+def scene_of(folder: Path, text: str) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(SEAT + text + RUN, encoding="utf-8")
+    return load_scene(path)
+
+
+def run(scene: Scene, dt: float = 5e-7, duration: float = 3e-3) -> ImpactResult:
+    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+    return impact.solve(problem, dt=dt, duration=duration)
+
+
+def test_a_fall(tmp_path: Path) -> None:
+    """x = gap - v t + a t^2/2 under gravity, a pressure on an area, a force, and a frame that moves away downwards."""
+    loads = (
+        'gravity = "-200 m/s^2"',
+        'pressure = "-1 bar"\narea = "2 mm^2"',
+        'force = "-0.2 N"',
+        'base_motion = "200 m/s^2"',
+    )
+    t = np.arange(0, 0.8e-3, 5e-7)
+    for load in loads:
+        gap = run(scene_of(tmp_path, f"{MASS}[[load]]\n{load}\n")).gap[: len(t)]
+        np.testing.assert_allclose(gap, 1e-3 - t - 100 * t**2, atol=1e-12)
+
+
+def test_loads_add_up(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, MASS + '[[load]]\nforce = "-0.5 N"\n[[load]]\ngravity = "300 m/s^2"\n')
+    t = np.arange(0, 0.8e-3, 5e-7)
+    np.testing.assert_allclose(run(scene).gap[: len(t)], 1e-3 - t - 100 * t**2, atol=1e-12)
+
+
+def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
+    """F = p A0 (1 - x/L) under a mass that never lands: x = L + (x0 - L) cos wt - v/w sin wt, w^2 = p A0/(m L).
+
+    Held for 32 steps at what the opening will be in their middle: of second order, and the ledger counts its work.
+    """
+    load = '[[load]]\npressure = "10 bar"\narea = [["0 mm", "4 mm^2"], ["2 mm", "0.000001 mm^2"]]\n'
+    scene = scene_of(tmp_path, MASS + load)
+    omega, t = math.sqrt(1e6 * 4e-6 / (1e-3 * 2e-3)), 1e-3
+    exact = 2e-3 - 1e-3 * math.cos(omega * t) - 1 / omega * math.sin(omega * t)
+    errors = []
+    for dt in (1e-6, 5e-7):
+        result = run(scene, dt, t)
+        assert not np.any(result.force)
+        assert result.energy.residual < 1e-9
+        errors.append(result.gap[-1] - exact)
+    assert errors[0] / errors[1] == pytest.approx(4.0, abs=0.3)
+    assert abs(errors[1]) < 4e-4 * abs(exact)
+    assert abs(1e-3 - t + 2e3 * t**2 - exact) > 0.1 * exact  # what the area at the seat alone would do
+
+
+def test_it_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    load = '[[load]]\npressure = "-1 bar"\narea = [["0 mm", "4 mm^2"], ["2 mm", "1 mm^2"]]\n'
+    scene = scene_of(tmp_path, MASS + load)
+    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+    prepared = impact.prepare(problem, 5e-7, 2e-3)
+    whole, first, second = (impact.ContactStepper(prepared) for _ in range(3))
+    whole.advance(prepared.steps)
+    assert whole.force.max() > 0
+    first.advance(1003)
+    second.restore(first.checkpoint())
+    for _ in range(5):
+        second.step()
+    second.advance(prepared.steps)
+    np.testing.assert_array_equal(second.gap, whole.gap)
+
+
+@pytest.mark.parametrize(
+    ("own", "load"),
+    [
+        ('gravity = "-50 m/s^2"\n', 'gravity = "-50 m/s^2"\n'),
+        ('gravity = "-50 m/s^2"\n', 'base_motion = "50 m/s^2"\n'),
+        ('point_force = { value = "-1 N", at = "12 mm" }\n', 'force = "-1 N"\nat = "12 mm"\n'),
+        ('point_force = "-1 N"\n', 'pressure = "-1 bar"\narea = "10 mm^2"\n'),
+    ],
+)
+def test_as_by_the_keys_of_a_beam(own: str, load: str, tmp_path: Path) -> None:
+    stated, loaded = scene_of(tmp_path, REED + own), scene_of(tmp_path, f"{REED}[[load]]\n{load}")
+    one, other = run(stated), run(loaded)
+    assert one.force.max() > 1.0
+    np.testing.assert_allclose(other.gap, one.gap, atol=1e-12)
+
+
+def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
+    """20 mbar on 80 mm^2 at 60 deg, 2 ms a turn, which begins at 300 deg."""
+    (tmp_path / "p.csv").write_text("angle [deg],pressure [mbar]\n0,0\n60,20\n120,0\n", encoding="utf-8")
+    load = '[[load]]\npressure = { file = "p.csv", rpm = 30000, angle = "300 deg" }\narea = "80 mm^2"\n'
+    scene = scene_of(tmp_path, REED + load)
+    assert scene.is_loaded
+    course = striker_of(scene).loads[0].amplitude
+    t = np.array([0.0, 1, 2, 3, 8]) * 1e-3 / 3
+    np.testing.assert_allclose(course(t), [0.0, 0.0, 0.16, 0.0, 0.16], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("reed", "load", "words"),
+    [
+        (MASS, "", "load.0.pressure: nothing acts: give exactly one of pressure, force, gravity, base_motion"),
+        (MASS, 'force = "1 N"\ngravity = "1 m/s^2"\n', "load.0.gravity: force and gravity are given"),
+        (MASS, 'pressure = "1 bar"\n', "load.0.area: required key is missing"),
+        (MASS, 'force = "1 N"\narea = "1 mm^2"\n', "load.0.area: there is no pressure"),
+        (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at: only a force has a place"),
+        (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at: a rigid mass has no positions"),
+        (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 0.026 m lies beyond the reed"),
+        (
+            MASS,
+            'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
+            "load.0.area.lift: the lifts must",
+        ),
+        (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows of lift and area"),
+        (
+            MASS,
+            'pressure = { value = "1 bar", rpm = 3000 }\narea = "1 mm^2"\n',
+            "load.0.pressure.rpm: there is no file",
+        ),
+        (MASS, 'forse = "1 N"\n', "load.0.forse: unknown key; did you mean 'force'?"),
+        (
+            ROD,
+            'gravity = "1 m/s^2"\n',
+            "load.0.gravity: of a reed of kind 'rod' it is not known how its mass is spread",
+        ),
+    ],
+)
+def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, f"{reed}[[load]]\n{load}")
+    assert words in str(caught.value)
+    line = (SEAT + reed).count("\n") + 1
+    assert int(str(caught.value).split("scene.toml:")[1].split(":")[0]) >= line
+
+
+def test_loads_need_no_other_motion(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, REED.split("release")[0] + '[[load]]\nforce = "1 N"\n')
+    assert run(scene).gap.max() > 1e-4
+    with pytest.raises(SceneError, match=r"reed.release: required key is missing"):
+        scene_of(tmp_path, REED.split("release")[0])

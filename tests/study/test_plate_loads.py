@@ -1,0 +1,159 @@
+"""Loads on plates and their releases: by the plate's own integrals, against its stiffness; energy under contact."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg
+
+import impact
+from impact.greens.base import Array
+from seatfem.structures.elements.mindlin import average, everywhere
+from seatfem.structures.kinds.flapper import Flapper
+from seatfem.structures.lip import Lip, Patch
+from seatfem.structures.model import DofMap
+from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+FLAPPER = """[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+contact_radius = "5.5 mm"
+contact_width = "1 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+greens = { bandwidth = "10 kHz" }
+"""
+SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
+RUN = '[run]\nduration = "4 ms"\ntime_step = "0.5 us"\n'
+
+
+def scene_of(folder: Path, more: str) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"{SPRING}{FLAPPER}{more}{RUN}", encoding="utf-8")
+    return load_scene(path)
+
+
+def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
+    """The reed, the mean over the plate and over a disc of 5 mm, of its free unknowns."""
+    assert isinstance(scene.reed, Flapper)
+    plate = scene.reed.solved().plate
+    assert isinstance(plate.model.dofs, DofMap)
+    (disc,) = Lip.disc(5e-3).patches(plate.sheet.shape.centre).values()
+    free = plate.model.dofs.free
+    return scene.reed, everywhere(plate.mesh)[free], average(plate.mesh, disc)[free]
+
+
+def at(reed: Flapper, x: float) -> Array:
+    plate = reed.solved().plate
+    assert isinstance(plate.model.dofs, DofMap)
+    return average(plate.mesh, Patch(np.array([[x, 0.0]]), np.ones(1)))[plate.model.dofs.free]
+
+
+def still(scene: Scene) -> tuple[Array, Array]:
+    """Static modal coordinates under the loads at t = 0, and the centre's modes."""
+    body = striker_of(scene)
+    modal = body.greens.modal
+    assert modal is not None
+    pull = sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in body.loads)
+    return pull / modal.omega**2, scene.reed.solved().centre  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("load", ["pressure", "disc", "gravity", "point", "force"])
+def test_static_deflection_under_each_load(load: str, tmp_path: Path) -> None:
+    """The paddle's centre as K says it, to what the modes left out would yield: 3e-6, under a point force 3e-4."""
+    texts = {
+        "pressure": 'pressure = "-20 mbar"\n',
+        "disc": 'pressure = "-20 mbar"\npressure_radius = "5 mm"\n',
+        "gravity": 'gravity = "-9.81 m/s^2"\n',
+        "point": 'point_force = { value = "-0.2 N", at = "12 mm" }\n',
+        "force": 'point_force = "-0.2 N"\n',
+    }
+    scene = scene_of(tmp_path, texts[load])
+    reed, mean, disc = plate_of(scene)
+    centre, outline = at(reed, reed.geometry().centre[0]), reed.geometry()
+    push = {
+        "pressure": -2000.0 * outline.area * mean,
+        "disc": -2000.0 * np.pi * 25e-6 * disc,
+        "gravity": -9.81 * 7800.0 * 0.3e-3 * outline.area * mean,
+        "point": -0.2 * at(reed, 12e-3),
+        "force": -0.2 * centre,
+    }
+    K = reed.solved().model.K
+    exact = float(centre @ scipy.sparse.linalg.spsolve(K.tocsc(), push[load]))
+    q, seen = still(scene)
+    assert exact < -1e-6
+    assert q @ seen == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("shape", ["force", "pressure"])
+def test_released_from_a_static_shape(shape: str, tmp_path: Path) -> None:
+    """By 0.5 mm at the centre; elsewhere as K says."""
+    scene = scene_of(tmp_path, f'release = {{ deflection = "0.5 mm", shape = "{shape}" }}\n')
+    reed, mean, _ = plate_of(scene)
+    centre = at(reed, reed.geometry().centre[0])
+    u = scipy.sparse.linalg.spsolve(reed.solved().model.K.tocsc(), centre if shape == "force" else mean)
+    state = striker_of(scene).state
+    assert state is not None
+    shapes = reed.solved().plate.modes.shapes
+    assert centre @ shapes @ state.displacement == pytest.approx(5e-4, rel=1e-9)
+    x = at(reed, 12e-3)
+    assert x @ shapes @ state.displacement == pytest.approx(5e-4 * (x @ u) / (centre @ u), rel=1e-3)
+    assert not state.velocity.any()
+    assert scene.reed.start_at(None) == pytest.approx(5e-4)
+
+
+@pytest.mark.parametrize(
+    ("own", "load"),
+    [
+        ('pressure = "-20 mbar"\npressure_radius = "5.5 mm"\n', 'pressure = "-20 mbar"\narea = "95.0331777711 mm^2"\n'),
+        ('gravity = "-9.81 m/s^2"\n', 'base_motion = "9.81 m/s^2"\n'),
+        ('point_force = { value = "-0.2 N", at = "12 mm" }\n', 'force = "-0.2 N"\nat = "12 mm"\n'),
+        ('point_force = "-0.2 N"\n', 'force = "-0.2 N"\n'),
+    ],
+)
+def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path: Path) -> None:
+    """An effective area is spread over the disc that the ring of the contact encloses, pi (5.5 mm)^2."""
+    stated, _ = still(scene_of(tmp_path, own))
+    loaded, _ = still(scene_of(tmp_path, f"[[load]]\n{load}"))
+    np.testing.assert_allclose(loaded, stated, rtol=1e-9, atol=1e-12 * np.abs(stated).max())
+
+
+def test_energy_under_loads_and_contact(tmp_path: Path) -> None:
+    """Blown against its seat from a static shape: the ledger closes, and the loads have worked."""
+    more = (
+        'release = { deflection = "0.5 mm" }\npressure = "-30 mbar"\ngravity = "-9.81 m/s^2"\npoint_force = "-0.05 N"\n'
+    )
+    scene = scene_of(tmp_path, more)
+    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=20e6)))
+    result = impact.solve(problem, dt=5e-7, duration=4e-3)
+    assert result.force.max() > 1.0
+    assert np.ptp(result.energy.input) > 0.1 * result.energy.stored[0]
+    assert result.energy.residual < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 0.009 m is more than the paddle's"),
+        ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: there is no pressure"),
+        (
+            'point_force = { value = "1 N", at = "40 mm" }\n',
+            "reed.point_force.at: 0.04 m lies beyond the reed, which ends at 0.0304",
+        ),
+        ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection is given too"),
+        ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: the shape is that of the mode"),
+        ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 0.04 m lies beyond the reed, which ends at 0.0304"),
+        ("release = { mode = 2 }\n", "reed.release.velocity: required key is missing"),
+    ],
+)
+def test_what_is_wrong_is_named(more: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, more)
+    assert words in str(caught.value)
