@@ -165,6 +165,9 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
     if elements[1:] == (Ellipsis,):
+        if get_origin(first) is tuple:
+            names = [(_measured(get_args(kind)[1:]) or "number").partition(",")[0] for kind in get_args(first)]
+            return f"list of {_NUMBERS[len(names)]}s of {' and '.join(names)}"
         if get_origin(first) is not Annotated or (measured := _measured(get_args(first)[1:])) is None:
             return f"list of {_one_of(first)}"
         dimension = measured.partition(",")[0]

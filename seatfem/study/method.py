@@ -14,9 +14,9 @@ from pydantic import BaseModel
 
 from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.method import Method
-from seatfem.study.impacts.lips import lip_of, on_the_reed
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import lip_of, on_the_reed
 
 _Table = TypeVar("_Table", bound=BaseModel)
 

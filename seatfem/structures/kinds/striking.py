@@ -41,6 +41,11 @@ class Striking(Table):
         return None
 
     @property
+    def states_contact(self) -> bool:
+        """Whether its table says with which part of it it touches."""
+        return False
+
+    @property
     def face(self) -> Face:
         """The face that it touches with."""
         return Face()

@@ -25,11 +25,11 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
-from seatfem.study.impacts.lips import line_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import displacement_of, force_of, parts_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import line_of
 from seatfem.study.scene.measures import Blow, any_needs_displacement, any_needs_stress
 
 FEW: Final = 16  # reed modes of the first look

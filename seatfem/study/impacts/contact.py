@@ -24,7 +24,6 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.external import loaded
-from seatfem.study.impacts.lips import gaps_of, line_of, lip_of, on_the_reed
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import (
     Touches,
@@ -37,6 +36,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import gaps_of, line_of, lip_of, on_the_reed
 from seatfem.study.scene.measures import Blow, any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit

@@ -13,8 +13,8 @@ from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.motion import port_displacement
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.lips import line_of
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import line_of
 from seatfem.study.scene.measures import Line
 
 

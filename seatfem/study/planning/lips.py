@@ -14,10 +14,10 @@ from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.rings import OF_TWICE, Division, arcs_joined, divided_less
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
-from seatfem.study.impacts.lips import lip_of
 from seatfem.study.method import PORTS, as_stated, is_given, stated_method
 from seatfem.study.safety import ARCS_SHARE
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import lip_of
 
 FEWEST: Final = 16  # arcs: fewer tell nothing of how they converge
 MOST: Final = 64  # that are chosen without being asked for

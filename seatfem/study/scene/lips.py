@@ -20,7 +20,8 @@ POINTS: Final = 4096  # of the centre line, at least, on which openings are aver
 
 def usual_ports(scene: Scene) -> int:
     """Arcs of a scene that states none: `USUAL` under a plate that touches where the lip is, else one."""
-    return USUAL if scene.reed.meets_lips and scene.seat.struck_ring is not None else 1
+    touches = scene.reed.meets_lips and not scene.reed.states_contact
+    return USUAL if touches and scene.seat.struck_ring is not None else 1
 
 
 def lip_of(scene: Scene, ports: int | None = None) -> Lip | None:
@@ -30,7 +31,8 @@ def lip_of(scene: Scene, ports: int | None = None) -> Lip | None:
     """
     arcs = ports or scene.contact.ports or usual_ports(scene)
     ring = scene.seat.struck_ring
-    if ring is None or (arcs == 1 and not scene.reed.meets_lips):
+    as_it_states = scene.contact.ports is None and scene.reed.states_contact
+    if ring is None or (arcs == 1 and (as_it_states or not scene.reed.meets_lips)):
         return None
     return Lip(*ring, arcs=arcs, rings=scene.contact.rings)
 
