@@ -44,6 +44,10 @@ class Flapper(Flat):
         return self.neck_length + math.sqrt(self.paddle_diameter**2 - self.neck_width**2) / 2, 0.0
 
     @property
+    def room(self) -> tuple[float, float]:
+        return 0.0, self.paddle_diameter / 2
+
+    @property
     def length(self) -> float:
         """From the root to the tip [m]."""
         return self.centre[0] + self.paddle_diameter / 2

@@ -27,6 +27,11 @@ class Flat(Shape):
 
     @property
     @abstractmethod
+    def room(self) -> tuple[float, float]:
+        """Radii of the smallest and the largest circle about the centre that lie on it [m]; 0: no hole is there."""
+
+    @property
+    @abstractmethod
     def area(self) -> float:
         """Of the outline [m^2]."""
 
