@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.model import Array
 from seatfem.structures.rings import ring_borders, ring_names, ring_shares
 
 CONTACT: Final = "contact"

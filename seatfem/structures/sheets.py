@@ -63,6 +63,10 @@ class Sheet:
         wave = self.bending_wave(CUTOFF * self.bandwidth)
         return min(wave / PER_WAVELENGTH, self.shape.narrowest / ACROSS)
 
+    def weighed(self, mesh: PlateMesh) -> Material:
+        """The material, so that the plate on a mesh has the drawing's mass: a free one flies by nothing else."""
+        return replace(self.material, density=self.material.density * self.shape.area / mesh.area)
+
     def check(self) -> None:
         """Raise `ModelError` of what would take too many modes or elements: A k^2/(4 pi) modes lie below wave k."""
         count = math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
@@ -187,7 +191,7 @@ def model_of(asked: Sheet, lip: Lip) -> SecondOrderModel:
     mesh = mesh_sheet(asked.shape, asked.element_size)
     return assemble_plate(
         mesh,
-        asked.material,
+        asked.weighed(mesh),
         asked.shape.thickness,
         clamped=CLAMPED if asked.shape.is_clamped else (),
         ports=lip.patches(asked.shape.centre),
@@ -196,6 +200,6 @@ def model_of(asked: Sheet, lip: Lip) -> SecondOrderModel:
 
 def _modes_on(mesh: PlateMesh, asked: Sheet) -> PlateModes:
     clamped = CLAMPED if asked.shape.is_clamped else ()
-    model = assemble_plate(mesh, asked.material, asked.shape.thickness, clamped=clamped)
+    model = assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped)
     modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
     return PlateModes(asked, mesh, model, modes)

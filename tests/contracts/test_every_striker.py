@@ -37,6 +37,7 @@ STRIKERS: Final = {
     "cantilever": BEAM,
     "clamped_clamped": BEAM,
     "conical": 'bore_radius = "4 mm"\nface_width = "2 mm"\n' + DRAWN,
+    "disc": 'diameter = "20 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\nvelocity = "-0.1 m/s"\n',
     "flapper": 'root_width = "8 mm"\ntaper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\n'
     'paddle_diameter = "16 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\n' + HELD,
     "frf": 'file = "frf.csv"\n' + HELD,
@@ -48,6 +49,8 @@ STRIKERS: Final = {
     "plate": 'ports = 3\nport_radius = "3 mm"\npitch = "10 mm"\nmargin = "5 mm"\nthickness = "4 mm"\n'
     'land_width = "1 mm"\nclamp_width = "2 mm"\n' + DRAWN,
     "rigid_mass": 'mass = "2 g"\nvelocity = "-0.5 m/s"\n',
+    "ring_plate": 'outer_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\nvelocity = "-0.1 m/s"\n',
     "rod": 'young = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\nfar_end = "free"\n'
     'velocity = "-0.1 m/s"\n',
     "stopper": 'radius = "8 mm"\nthickness = "5 mm"\ncontact_radius = "3 mm"\n' + DRAWN,

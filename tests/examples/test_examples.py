@@ -223,3 +223,14 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["contact_duration_s"] == pytest.approx(echo + end / a, rel=0.02)
     assert summary["spring_impulse_Ns"] > 1.15 * impulse
     assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_ring_plate(tmp_path: Path) -> None:
+    """It lands once and flies off; what it took and what it gives back is the impulse, with the drawing's mass."""
+    summary: Any = run_scene(load_scene(ROOT / "examples" / "ring_plate.toml"), tmp_path).summary
+    momentum = 7850 * 1e-3 * np.pi * 75e-6 * 2.0
+    assert summary["contact_count"] == 1
+    assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
+    assert summary["spring_filtered_peak_force_N"] > 1.15 * summary["filtered_peak_force_N"]
+    assert summary["energy_residual"] < 1e-9

@@ -106,6 +106,12 @@ DRAWN: Final[Mapping[str, str]] = {
     + STEEL
     + RUN
     + TARGET,
+    "ring-plate": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "ring_plate"\n'
+    'outer_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "1 mm"\ndamping_ratio = 0.01\n'
+    'contact_radius = "7 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "30 kHz" }\nmesh = { size = "2 mm" }\n'
+    'velocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
+    "disc": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "disc"\ndiameter = "20 mm"\n'
+    'thickness = "1 mm"\ngreens = { bandwidth = "30 kHz" }\nvelocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
     "bar": '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "4 mm"\nheight = "3 mm"\nfixed = "end"\nmodel = "3d"\n'
     + COARSE
     + BALL

@@ -10,6 +10,7 @@ from seatfem.structures.kinds.cad import Cad as Cad
 from seatfem.structures.kinds.cantilever import Cantilever as Cantilever
 from seatfem.structures.kinds.clamped_clamped import ClampedClamped as ClampedClamped
 from seatfem.structures.kinds.conical import Conical as Conical
+from seatfem.structures.kinds.disc import Disc as Disc
 from seatfem.structures.kinds.flapper import Flapper as Flapper
 from seatfem.structures.kinds.frf import FrequencyResponseFile as FrequencyResponseFile
 from seatfem.structures.kinds.greens_file import GreensFile as GreensFile
@@ -18,6 +19,7 @@ from seatfem.structures.kinds.mesh_file import MeshFile as MeshFile
 from seatfem.structures.kinds.modes import UniversalModes as UniversalModes
 from seatfem.structures.kinds.plate import Plate as Plate
 from seatfem.structures.kinds.rigid_mass import RigidMass as RigidMass
+from seatfem.structures.kinds.ring_plate import RingPlate as RingPlate
 from seatfem.structures.kinds.rod import Rod as Rod
 from seatfem.structures.kinds.spring import Spring as Spring
 from seatfem.structures.kinds.stopper import StopperSeat as StopperSeat

@@ -92,14 +92,12 @@ class ThinPlate(Moving):
             key = "contact_radius" if self.contact_width is None else "contact_width"
             raise KeyProblem(key, f"{width:g} m is more than twice contact_radius, {self.radius:g} m")
         lip = self.own_lip
+        key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
         if lip.outer > most * (1 + ROUND_OFF):
-            raise KeyProblem(
-                "contact_radius", f"the contact reaches {lip.outer:g} m from {self.about}, the plate {most:g} m"
-            )
+            raise KeyProblem(key, f"the contact reaches {lip.outer:g} m from {self.about}, the plate {most:g} m")
         if lip.inner < least * (1 - ROUND_OFF):
             raise KeyProblem(
-                "contact_radius",
-                f"the contact begins {lip.inner:g} m from {self.about}, the hole there reaches to {least:g} m",
+                key, f"the contact begins {lip.inner:g} m from {self.about}, the hole there reaches to {least:g} m"
             )
         return self
 
@@ -180,6 +178,18 @@ class ThinPlate(Moving):
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         return super().body(self.solved().greens if greens is None else greens, n_modes, at)
+
+
+class FreePlate(ThinPlate):
+    """What all flat plates have that nothing holds."""
+
+    @property
+    def loose(self) -> str:
+        return f"seat.kind = {self.kind!r} is free to move"
+
+    def check_motion(self) -> None:
+        if self.deflection is not None:
+            raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")
 
 
 class ClampedPlate(ThinPlate):

@@ -19,6 +19,7 @@ from seatfem.structures.shapes.cad import CadPart as CadPart
 from seatfem.structures.shapes.cad import Group as Group
 from seatfem.structures.shapes.cad import Region as Region
 from seatfem.structures.shapes.conical import ConicalSeat as ConicalSeat
+from seatfem.structures.shapes.disc import Disc as Disc
 from seatfem.structures.shapes.faces import Face as Face
 from seatfem.structures.shapes.flapper import Flapper as Flapper
 from seatfem.structures.shapes.flat import Flat as Flat
@@ -26,6 +27,7 @@ from seatfem.structures.shapes.homes import at_home, home_of
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
 from seatfem.structures.shapes.revolved import Turning as Turning
+from seatfem.structures.shapes.ring_plate import RingPlate as RingPlate
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
 from seatfem.structures.shapes.selectors import SELECTORS

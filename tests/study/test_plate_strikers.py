@@ -1,0 +1,104 @@
+"""Free plates in scenes: they fly, land and give their momentum back."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from seatfem.structures.cache import key_of
+from seatfem.study.impacts.contact import RunError, striker_of
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
+DISC = 'kind = "disc"\ndiameter = "20 mm"\nthickness = "0.5 mm"\n'
+COARSE = 'greens = { bandwidth = "50 kHz" }\n'
+SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+FLIGHT = 'velocity = "-2 m/s"\n'
+RUN = '[contact]\ngap = "1 um"\n[run]\nduration = "12 ms"\ntime_step = "0.5 us"\n[accuracy]\ntarget = "20 %"\n'
+DENSITY, SPEED = 7850.0, 2.0
+MASSES = {RING: DENSITY * 0.5e-3 * math.pi * 75e-6, DISC: DENSITY * 0.5e-3 * math.pi * 1e-4}
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+
+def scene_of(folder: Path, reed: str, seat: str = SPRING) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"[seat]\n{seat}[reed]\n{reed}{RUN}", encoding="utf-8")
+    return load_scene(path)
+
+
+@pytest.mark.parametrize("plate", MASSES)
+def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
+    """Its vibrations die out (exp(-30)), and the centre of mass has left with what the impulse gave it."""
+    scene = scene_of(tmp_path, plate + COARSE + FLIGHT + "damping_ratio = 0.05\n")
+    problem = impact.ContactProblem(striker_of(scene), impact.spring(stiffness=20e6))
+    result = impact.solve(problem, dt=0.5e-6, duration=12e-3)
+    assert not result.force[-20000:].any()
+    u = result.striker_displacement
+    speed = (u[-1] - u[-2001]) / (2000 * result.dt)
+    impulse = impact.measures.impulse(result)
+    assert impulse == pytest.approx(MASSES[plate] * (speed + SPEED), rel=1e-9)
+    assert SPEED / 2 < speed < SPEED
+
+
+@pytest.mark.parametrize("plate", MASSES)
+def test_it_lands_on_a_spring(plate: str, tmp_path: Path) -> None:
+    """As any other striker does in a run; a rigid mass as heavy gives back 2 m v, a plate that rings less."""
+    found = run_scene(scene_of(tmp_path, plate + COARSE + FLIGHT), tmp_path / "out").summary
+    assert found["impact_velocity_m_per_s"] == pytest.approx(SPEED, rel=1e-6)
+    assert MASSES[plate] * SPEED < float(str(found["impulse_Ns"])) <= 2 * MASSES[plate] * SPEED
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+def test_a_force_drives_it(tmp_path: Path) -> None:
+    """u = F t^2/(2 m) of its contact's mean, once its own compliance is small beside that."""
+    scene = scene_of(tmp_path, RING + COARSE + 'damping_ratio = 0.05\nforce = "1 N"\n')
+    problem = impact.ContactProblem(striker_of(scene), impact.spring(stiffness=20e6))
+    result = impact.solve(problem, dt=0.5e-6, duration=2e-3)
+    assert result.striker_displacement[-1] == pytest.approx((2e-3) ** 2 / (2 * MASSES[RING]), rel=1e-3)
+
+
+def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
+    """In the middle of the annulus, a quarter as wide; and what its Green's function depends on."""
+    reeds = [
+        scene_of(tmp_path, RING + COARSE + FLIGHT + more).reed
+        for more in ("", 'contact_radius = "7.5 mm"\ncontact_width = "1.25 mm"\n', 'contact_width = "2 mm"\n')
+    ]
+    first, same, wider = (reed.body().greens for reed in reeds)
+    t = np.linspace(0, 1e-4, 50)
+    assert first.filtered(t, 2e-5) == pytest.approx(same.filtered(t, 2e-5), rel=1e-9)
+    assert np.abs(first.filtered(t, 2e-5) - wider.filtered(t, 2e-5)).max() > 0
+    assert len({key_of(reed, reed.stated()) for reed in reeds}) == 3
+
+
+@pytest.mark.parametrize(
+    ("plate", "change", "key", "message"),
+    [
+        (RING, 'contact_radius = "5.2 mm"\n', "reed.contact_radius", "the hole there reaches to 0.005 m"),
+        (RING, 'contact_radius = "9.8 mm"\n', "reed.contact_radius", "from the plate's centre, the plate 0.01 m"),
+        (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate 0.01 m"),
+        (DISC, 'contact_radius = "11 mm"\n', "reed.contact_radius", "from the plate's centre, the plate 0.01 m"),
+        (DISC, 'contact_width = "3 mm"\n', "reed.contact_width", "more than twice contact_radius, 0.00125 m"),
+        (DISC, 'deflection = "1 mm"\n', "reed.deflection", "give it a velocity"),
+    ],
+)
+def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str, message: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, plate + change + ("" if "deflection" in change else FLIGHT))
+    assert key in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, 'kind = "rigid_mass"\nmass = "1 g"\n' + FLIGHT, DISC)
+    with pytest.raises(RunError, match=r"seat.kind = 'disc' is free to move, so it has no static stiffness"):
+        run_scene(scene, tmp_path / "out")
