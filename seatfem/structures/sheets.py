@@ -13,7 +13,7 @@ from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.progress import Progress, silent
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, plate_port
-from seatfem.structures.lip import Lip, Patch
+from seatfem.structures.lip import CONTACT, Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
@@ -146,8 +146,11 @@ class SolvedSheet:
 
     @property
     def centre(self) -> Array:
-        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.plate.at(Patch(np.array([self.plate.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+        """(m,) of the modes at the contact's centre, or their mean on a ring about the hole there [1/sqrt(kg)]."""
+        shape = self.plate.sheet.shape
+        point, (hole, edge) = Patch(np.array([shape.centre]), np.ones(1)), shape.room
+        ring = None if not hole else Lip((hole + edge) / 2, (edge - hole) / 4).patches(shape.centre)[CONTACT]
+        return self.plate.at(ring or point, "the contact's centre")
 
 
 def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progress = silent) -> SolvedSheet:

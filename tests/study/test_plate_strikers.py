@@ -21,6 +21,16 @@ COARSE = 'greens = { bandwidth = "50 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
 FLIGHT = 'velocity = "-2 m/s"\n'
 RUN = '[contact]\ngap = "1 um"\n[run]\nduration = "12 ms"\ntime_step = "0.5 us"\n[accuracy]\ntarget = "20 %"\n'
+FLAPPER = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+"""
+SLOT, HOLE = 'slot_width = "2 mm"\nslot_length = "8 mm"\n', 'hole_diameter = "6 mm"\n'
+LANDING = 'release = { velocity = "-2 m/s" }\n'
 DENSITY, SPEED = 7850.0, 2.0
 MASSES = {RING: DENSITY * 0.5e-3 * math.pi * 75e-6, DISC: DENSITY * 0.5e-3 * math.pi * 1e-4}
 
@@ -88,12 +98,16 @@ def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
         (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate 0.01 m"),
         (DISC, 'contact_radius = "11 mm"\n', "reed.contact_radius", "from the plate's centre, the plate 0.01 m"),
         (DISC, 'contact_width = "3 mm"\n', "reed.contact_width", "more than twice contact_radius, 0.00125 m"),
+        (FLAPPER, 'slot_width = "2 mm"\n', "reed.slot_length", "slot_width is given, a slot has both"),
+        (FLAPPER, SLOT.replace('"2 mm"', '"6 mm"'), "reed.slot_width", "must be < 0.0054 m (neck_width"),
+        (FLAPPER, 'hole_diameter = "16 mm"\n', "reed.hole_diameter", "must be < 0.0154 m (paddle_diameter"),
+        (FLAPPER, HOLE + 'contact_radius = "3.2 mm"\n', "reed.contact_radius", "the hole there reaches to 0.003 m"),
         (DISC, 'deflection = "1 mm"\n', "reed.deflection", "give it a velocity"),
     ],
 )
 def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str, message: str) -> None:
     with pytest.raises(SceneError) as caught:
-        scene_of(tmp_path, plate + change + ("" if "deflection" in change else FLIGHT))
+        scene_of(tmp_path, plate + change + (LANDING if plate == FLAPPER else FLIGHT if "defl" not in change else ""))
     assert key in str(caught.value)
     assert message in str(caught.value)
 
@@ -102,3 +116,16 @@ def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, 'kind = "rigid_mass"\nmass = "1 g"\n' + FLIGHT, DISC)
     with pytest.raises(RunError, match=r"seat.kind = 'disc' is free to move, so it has no static stiffness"):
         run_scene(scene, tmp_path / "out")
+
+
+def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
+    """On the ring about its hole, at the velocity stated for it, and harder than with a contact that is softer."""
+    scene = scene_of(tmp_path, FLAPPER + SLOT + HOLE + COARSE + LANDING)
+    body = striker_of(scene)
+    start = body.modal_start()
+    assert not start.displacement.any()
+    speed = start.velocity @ body.greens.modal.shapes[:, 0]  # type: ignore[union-attr]
+    assert speed == pytest.approx(-SPEED, rel=1e-6)  # of the contact that is not stated: the ring midway
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] > 0
+    assert float(str(found["energy_residual"])) < 1e-9

@@ -23,8 +23,18 @@ class Flapper(ClampedPlate):
     neck_width: Length = Field(description="width of the neck")
     neck_length: Length = Field(description="from the clamped root to where the neck meets the paddle")
     paddle_diameter: Length = Field(description="diameter of the paddle")
+    slot_width: Length | None = Field(None, description="of a slot along the axis in the straight neck, its ends round")
+    slot_length: Length | None = Field(None, description="of that slot from end to end; it lies in the neck's middle")
+    hole_diameter: Length | None = Field(None, description="of a hole in the paddle's centre")
     contact_radius: Length | None = Field(
-        None, description="radius of the disc that touches, or mean radius of the ring; absent: paddle_diameter/16"
+        None,
+        description="radius of the disc that touches, or mean radius of the ring; absent: paddle_diameter/16, or "
+        "midway between a hole and the paddle's edge",
+    )
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring that touches; absent: a disc does, or about a hole a ring of a quarter "
+        "of what is there",
     )
 
     def geometry(self) -> Outline:
@@ -32,4 +42,9 @@ class Flapper(ClampedPlate):
 
     @property
     def usual_radius(self) -> float:
-        return self.paddle_diameter / 16
+        hole = self.hole_diameter
+        return self.paddle_diameter / 16 if hole is None else (self.paddle_diameter + hole) / 4
+
+    @property
+    def usual_width(self) -> float | None:
+        return None if self.hole_diameter is None else (self.paddle_diameter - self.hole_diameter) / 8
