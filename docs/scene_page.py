@@ -164,14 +164,21 @@ def _elements(field: FieldInfo) -> tuple[Any, ...]:
 def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
-    if elements[1:] == (Ellipsis,):
-        return f"list of {_one_of(first)}"
+    any_number = elements[1:] == (Ellipsis,)
     if get_origin(first) is tuple:
-        return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
-    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(leaves(first)))]
-    dimension = measured.partition(",")[0]
+        count, inner = "" if any_number else f"{_NUMBERS[len(elements)]} ", get_args(first)
+        shown = f", `{_toml(field.examples[0])}`" if field.examples else ""
+        return f"list of {count}lists of {_NUMBERS[len(inner)]} {_dimension(inner[0])}s{shown}"
+    if any_number:
+        return f"list of {_one_of(first)}"
+    dimension = _dimension(first)
     example = (field.examples or [[DIMENSIONS[dimension].example] * len(elements)])[0]
     return f"list of {_NUMBERS[len(elements)]} {dimension}s, `{_toml(example)}`"
+
+
+def _dimension(kind: Any) -> str:
+    """Of a quantity; of a plain value what it is."""
+    return (_measured(get_args(kind)[1:]) or _PLAIN[next(iter(leaves(kind)))]).partition(",")[0]
 
 
 def _one_of(kind: Any) -> str:

@@ -53,6 +53,9 @@ STRIKERS: Final = {
     'greens = { bandwidth = "30 kHz" }\nvelocity = "-0.1 m/s"\n',
     "rod": 'young = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\nfar_end = "free"\n'
     'velocity = "-0.1 m/s"\n',
+    "sheet": 'outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]\n'
+    'clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\n' + HELD,
     "stopper": 'radius = "8 mm"\nthickness = "5 mm"\ncontact_radius = "3 mm"\n' + DRAWN,
     "timoshenko": BEAM,
     "tip_mass": 'tip_mass = "0.05 g"\n' + BEAM,

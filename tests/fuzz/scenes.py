@@ -112,6 +112,13 @@ DRAWN: Final[Mapping[str, str]] = {
     'velocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
     "disc": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "disc"\ndiameter = "20 mm"\n'
     'thickness = "1 mm"\ngreens = { bandwidth = "30 kHz" }\nvelocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
+    "sheet": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "sheet"\n'
+    'outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]\n'
+    'clamped = { normal = [-1, 0], offset = "-2 mm" }\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\nmesh = { size = "2 mm" }\nrelease = { velocity = "-1 m/s" }\n'
+    + STEEL
+    + RUN
+    + TARGET,
     "bar": '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "4 mm"\nheight = "3 mm"\nfixed = "end"\nmodel = "3d"\n'
     + COARSE
     + BALL

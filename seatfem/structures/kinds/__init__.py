@@ -21,6 +21,7 @@ from seatfem.structures.kinds.plate import Plate as Plate
 from seatfem.structures.kinds.rigid_mass import RigidMass as RigidMass
 from seatfem.structures.kinds.ring_plate import RingPlate as RingPlate
 from seatfem.structures.kinds.rod import Rod as Rod
+from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
 from seatfem.structures.kinds.spring import Spring as Spring
 from seatfem.structures.kinds.stopper import StopperSeat as StopperSeat
 from seatfem.structures.kinds.structure import Structure as Structure

@@ -24,6 +24,7 @@ from seatfem.structures.shapes.faces import Face as Face
 from seatfem.structures.shapes.flapper import Flapper as Flapper
 from seatfem.structures.shapes.flat import Flat as Flat
 from seatfem.structures.shapes.homes import at_home, home_of
+from seatfem.structures.shapes.outlined import Outlined as Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
 from seatfem.structures.shapes.revolved import Turning as Turning
