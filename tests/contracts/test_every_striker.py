@@ -56,6 +56,7 @@ STRIKERS: Final = {
     "sheet": 'outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]\n'
     'clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.5 mm"\n'
     'greens = { bandwidth = "30 kHz" }\n' + HELD,
+    "stepped": BEAM.replace('length = "20 mm"', 'widths = [["0 mm", "8 mm"], ["20 mm", "4 mm"]]\nthickness = "0.3 mm"'),
     "stopper": 'radius = "8 mm"\nthickness = "5 mm"\ncontact_radius = "3 mm"\n' + DRAWN,
     "timoshenko": BEAM,
     "tip_mass": 'tip_mass = "0.05 g"\n' + BEAM,

@@ -23,6 +23,7 @@ from seatfem.structures.kinds.ring_plate import RingPlate as RingPlate
 from seatfem.structures.kinds.rod import Rod as Rod
 from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
 from seatfem.structures.kinds.spring import Spring as Spring
+from seatfem.structures.kinds.stepped import Stepped as Stepped
 from seatfem.structures.kinds.stopper import StopperSeat as StopperSeat
 from seatfem.structures.kinds.structure import Structure as Structure
 from seatfem.structures.kinds.structure import kinds_of as kinds_of
