@@ -31,6 +31,7 @@ DRAWN: Final = SOLID + HELD
 BEAM: Final = 'length = "20 mm"\nn_modes = 6\nrelease = { tip_deflection = "20 um" }\n'
 STRIKERS: Final = {
     "annular": 'bore_radius = "4 mm"\nlip_width = "1 mm"\n' + DRAWN,
+    "ball": 'diameter = "10 mm"\n' + SOLID + 'velocity = "-0.1 m/s"\n',
     "bar": 'length = "20 mm"\nwidth = "4 mm"\nheight = "4 mm"\nmodel = "sector"\n' + DRAWN,
     "block": 'width = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\npatch_depth = "4 mm"\n' + DRAWN,
     "cad": f'file = "{(MESHES / "block.step").as_posix()}"\n' + DRAWN,

@@ -234,3 +234,14 @@ def test_ring_plate(tmp_path: Path) -> None:
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
     assert summary["spring_filtered_peak_force_N"] > 1.15 * summary["filtered_peak_force_N"]
     assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_ball_on_seat(tmp_path: Path) -> None:
+    """Once, and it flies off with nearly all it had: the contact lasts ten times as long as waves cross the ball."""
+    summary: Any = run_scene(load_scene(ROOT / "examples" / "ball_on_seat.toml"), tmp_path).summary
+    momentum = 7850 * np.pi / 6 * 10e-3**3 * 0.5
+    assert summary["contact_count"] == 1
+    assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
+    assert summary["restitution"] > 0.97
+    assert summary["energy_residual"] < 1e-9

@@ -122,6 +122,8 @@ DRAWN: Final[Mapping[str, str]] = {
     "stepped": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "stepped"\n'
     'widths = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm", "16 mm"], ["30 mm", "0 mm"]]\n'
     'thickness = "0.3 mm"\nn_modes = 4\nrelease = { tip_deflection = "1 mm" }\n' + STEEL + RUN + TARGET,
+    "ball": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "ball"\ndiameter = "10 mm"\n'
+    'contact_radius = "0.6 mm"\nvelocity = "-1 m/s"\n' + COARSE + STEEL + RUN + TARGET,
     "bar": '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "4 mm"\nheight = "3 mm"\nfixed = "end"\nmodel = "3d"\n'
     + COARSE
     + BALL

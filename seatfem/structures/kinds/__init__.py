@@ -4,6 +4,7 @@ A kind from elsewhere is a subclass of `Structure` too, known from its definitio
 """
 
 from seatfem.structures.kinds.annular import Annular as Annular
+from seatfem.structures.kinds.ball import Ball as Ball
 from seatfem.structures.kinds.bar import BarSeat as BarSeat
 from seatfem.structures.kinds.block import BlockSeat as BlockSeat
 from seatfem.structures.kinds.cad import Cad as Cad

@@ -13,6 +13,7 @@ from typing import Any
 from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError as GeometryError
 from seatfem.structures.shapes.annular import AnnularSeat as AnnularSeat
+from seatfem.structures.shapes.ball import Ball as Ball
 from seatfem.structures.shapes.bar import Bar as Bar
 from seatfem.structures.shapes.block import Block as Block
 from seatfem.structures.shapes.cad import CadPart as CadPart
