@@ -160,3 +160,38 @@ def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
     found = run_scene(scene, tmp_path / "out").summary
     assert found["contact_count"] > 0
     assert float(str(found["energy_residual"])) < 1e-9
+
+
+def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
+    """Its Green's function depends on what the file holds, and on the part that is clamped."""
+    circle = "0\nCIRCLE\n10\n20\n20\n0\n40\n{}\n"
+    section = "0\nSECTION\n2\nENTITIES\n" + circle + "0\nENDSEC\n0\nEOF\n"
+    keys = 'kind = "sheet"\nfile = "reed.dxf"\nunit = "mm"\nthickness = "0.5 mm"\ncontact_at = ["24 mm", "0 mm"]\n'
+    clamped = 'clamped = { normal = [-1, 0], offset = "-12 mm" }\n'
+    hashes = set()
+    for radius in ("10", "11"):
+        (tmp_path / "reed.dxf").write_text(section.format(radius), encoding="utf-8")
+        scene = scene_of(tmp_path, keys + clamped + COARSE + LANDING)
+        hashes.add(key_of(scene.reed, scene.reed.stated()))
+    assert len(hashes) == 2
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] > 0
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "message"),
+    [
+        ('file = "reed.dxf"\n', "reed.file", "reed.dxf: no DXF file"),
+        ('file = "reed.dxf"\n' + SHEET.splitlines()[1] + "\n", "reed.outline", "exactly one of outline and file"),
+        ("", "reed.outline", "exactly one of outline and file"),
+        (SHEET.splitlines()[1] + '\nunit = "mm"\n', "reed.unit", "only a file has one"),
+    ],
+)
+def test_outlines_and_files(tmp_path: Path, change: str, key: str, message: str) -> None:
+    (tmp_path / "reed.dxf").write_text("solid\nfacet\n", encoding="utf-8")
+    kept = "".join(f"{line}\n" for line in SHEET.splitlines() if not line.startswith("outline"))
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, kept + change + LANDING)
+    assert key in str(caught.value)
+    assert message in str(caught.value)

@@ -7,7 +7,9 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from seatfem.fields import KeyProblem, Length, Position, Table
+from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
+from seatfem.structures.formats.dxf_outline import read_outline
+from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.thin_plate import ClampedPlate
 from seatfem.structures.shapes.outlined import Outlined
 
@@ -41,13 +43,19 @@ def _as_segment(given: object) -> object:
 
 
 class OutlinedSheet(ClampedPlate):
-    """A flat reed of even thickness and any outline of straight edges, clamped along one of them or beyond a line; it
+    """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
     touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across."""
 
     about: ClassVar[str] = "contact_at"
 
     kind: Literal["sheet"]
-    outline: tuple[Place, ...] = Field(description="its corners in order, [x, y] each", examples=[CORNERS])
+    outline: tuple[Place, ...] | None = Field(
+        None, description="its corners in order, [x, y] each; or give file", examples=[CORNERS]
+    )
+    file: ExistingFile | None = Field(
+        None, description="DXF file of one closed loop of lines, arcs and polylines; arcs in chords of 5 degrees"
+    )
+    unit: LengthUnit | None = Field(None, description="length unit of the file; absent: as its header says")
     clamped: Annotated[Clamp, BeforeValidator(_as_segment)] = Field(
         description="what is clamped; both ends of a straight part of the outline may be written as a list"
     )
@@ -58,11 +66,25 @@ class OutlinedSheet(ClampedPlate):
         "contact_at to the nearest edge",
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _one_outline(cls, given: object) -> object:
+        if isinstance(given, Mapping) and ("outline" in given) == ("file" in given):
+            raise KeyProblem("outline", "give exactly one of outline and file")
+        if isinstance(given, Mapping) and "unit" in given and "file" not in given:
+            raise KeyProblem("unit", "only a file has one; lengths in the scene state their own")
+        return given
+
+    @property
+    def _metres(self) -> float | None:
+        return None if self.unit is None else METRES[self.unit]
+
     def geometry(self) -> Outlined:
         held, side = self.clamped, None
         if held.normal is not None and held.offset is not None:
             side = (*held.normal, held.offset)
-        return Outlined(self.outline, self.thickness, self.contact_at, held.segment, side)
+        outline = self.outline if self.file is None else read_outline(self.file, self._metres)
+        return Outlined(outline or (), self.thickness, self.contact_at, held.segment, side)
 
     @property
     def usual_radius(self) -> float:
