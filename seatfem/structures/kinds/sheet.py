@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -35,6 +36,9 @@ class Clamp(Table):
         if self.normal is not None and not any(self.normal):
             raise KeyProblem("normal", "[0, 0] has no direction")
         return self
+
+
+_checked = lru_cache(maxsize=8)(Outlined)  # of many corners, the checks take a while
 
 
 def _as_segment(given: object) -> object:
@@ -84,7 +88,7 @@ class OutlinedSheet(ClampedPlate):
         if held.normal is not None and held.offset is not None:
             side = (*held.normal, held.offset)
         outline = self.outline if self.file is None else read_outline(self.file, self._metres)
-        return Outlined(outline or (), self.thickness, self.contact_at, held.segment, side)
+        return _checked(outline or (), self.thickness, self.contact_at, held.segment, side)
 
     @property
     def usual_radius(self) -> float:
