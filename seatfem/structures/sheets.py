@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -144,7 +144,7 @@ class SolvedSheet:
         """Its matrices."""
         return self.plate.model
 
-    @property
+    @cached_property
     def centre(self) -> Array:
         """(m,) of the modes at the contact's centre, or their mean on a ring about the hole there [1/sqrt(kg)]."""
         shape = self.plate.sheet.shape
@@ -153,6 +153,7 @@ class SolvedSheet:
         return self.plate.at(ring or point, "the contact's centre")
 
 
+@lru_cache(maxsize=8)
 def solved_sheet(asked: Sheet, lip: Lip, damping_ratio: float, progress: Progress = silent) -> SolvedSheet:
     """The plate by its eigenmodes up to three times the band, on two meshes whose difference over r^2 - 1 is the error.
 
