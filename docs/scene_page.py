@@ -164,20 +164,23 @@ def _elements(field: FieldInfo) -> tuple[Any, ...]:
 def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
-    if elements[1:] == (Ellipsis,):
-        if get_origin(first) is tuple:
-            names = [(_measured(get_args(kind)[1:]) or "number").partition(",")[0] for kind in get_args(first)]
-            return f"list of {_NUMBERS[len(names)]}s of {' and '.join(names)}"
-        if get_origin(first) is not Annotated or (measured := _measured(get_args(first)[1:])) is None:
-            return f"list of {_one_of(first)}"
-        dimension = measured.partition(",")[0]
-        return f"list of {dimension}s, `{_toml([DIMENSIONS[dimension].example] * 2)}`"
+    any_number = elements[1:] == (Ellipsis,)
     if get_origin(first) is tuple:
-        return f"list of {_NUMBERS[len(elements)]} lists of {_NUMBERS[len(get_args(first))]} numbers"
-    measured = _measured(get_args(first)[1:]) or _PLAIN[next(iter(leaves(first)))]
-    dimension = measured.partition(",")[0]
+        count, inner = "" if any_number else f"{_NUMBERS[len(elements)]} ", get_args(first)
+        if len(mixed := dict.fromkeys(map(_dimension, inner))) > 1:
+            return f"list of {count}pairs of {' and '.join(mixed)}"
+        shown = f", `{_toml(field.examples[0])}`" if field.examples else ""
+        return f"list of {count}lists of {_NUMBERS[len(inner)]} {_dimension(inner[0])}s{shown}"
+    if any_number:
+        return f"list of {_one_of(first)}"
+    dimension = _dimension(first)
     example = (field.examples or [[DIMENSIONS[dimension].example] * len(elements)])[0]
     return f"list of {_NUMBERS[len(elements)]} {dimension}s, `{_toml(example)}`"
+
+
+def _dimension(kind: Any) -> str:
+    """Of a quantity; of a plain value what it is."""
+    return (_measured(get_args(kind)[1:]) or _PLAIN[next(iter(leaves(kind)))]).partition(",")[0]
 
 
 def _one_of(kind: Any) -> str:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     )
     from impact.beams.cantilever import Cantilever
     from impact.beams.clamped import ClampedClamped
+    from impact.beams.stepped import SteppedCantilever
     from impact.beams.timoshenko import TimoshenkoCantilever
     from impact.beams.tip_mass import TipMassCantilever
     from impact.bodies.body import Body, Load, ModalState, rigid_mass
@@ -113,6 +114,7 @@ __all__ = [
     "StaticShape",
     "StepKernel",
     "StepState",
+    "SteppedCantilever",
     "StorageError",
     "SumGreens",
     "TimeSeries",
@@ -164,6 +166,7 @@ _LATER = {
     "after.stresses": "PeakStress ReedStress bending_stress peak_bending_stress reed_stress rod_stress",
     "beams.cantilever": "Cantilever",
     "beams.clamped": "ClampedClamped",
+    "beams.stepped": "SteppedCantilever",
     "beams.timoshenko": "TimoshenkoCantilever",
     "beams.tip_mass": "TipMassCantilever",
     "bodies.body": "Body Load ModalState rigid_mass",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -87,11 +88,13 @@ class BeamModes:
         omega: (n,) angular frequencies [rad/s].
         deflection: x -> w_k(x), (...) m -> (n, ...) [1/sqrt(kg)].
         length: of the beam [m].
-        width: on which pressure acts [m].
-        line_density: rho A [kg/m].
+        width: on which pressure acts [m]; the mean of one that varies.
+        line_density: rho A [kg/m], likewise.
         tip_mass: m at x = length [kg].
         line_inertia: rho I [kg m]; 0 for an Euler-Bernoulli beam.
         rotation: x -> psi_k(x), (...) m -> (n, ...) [1/(m sqrt(kg))]; needed with ``line_inertia``.
+        relative_width: x -> width over its mean, (G,) m -> (G,), of a beam of constant thickness; ``None``: uniform.
+        breaks: positions between which that is smooth [m].
     """
 
     omega: Array
@@ -102,6 +105,16 @@ class BeamModes:
     tip_mass: float = 0.0
     line_inertia: float = 0.0
     rotation: Callable[[ArrayLike], Array] | None = None
+    relative_width: Callable[[Array], Array] | None = None
+    breaks: tuple[float, ...] = ()
+
+    def quadrature(self, start: float, end: float, extra: int = 4) -> tuple[Array, Array]:
+        """Nodes (G,) and weights (G,) [m] from start to end for products of the modes, times the relative width."""
+        edges = [start, *(x for x in self.breaks if start < x < end), end]
+        panels = (len(self.omega) + extra) / (end - start)
+        parts = [gauss(low, high, math.ceil(panels * (high - low) - 1e-9)) for low, high in pairwise(edges)]
+        x, weights = (np.concatenate(each) for each in zip(*parts, strict=True))
+        return x, weights if self.relative_width is None else weights * self.relative_width(x)
 
     def project(self, shape: Callable[[Array], ArrayLike]) -> Array:
         """(n,) modal coordinates of the deflection (or velocity) ``shape``, x (G,) m -> (G,), by Gauss quadrature.
@@ -111,7 +124,7 @@ class BeamModes:
         Raises:
             GreensFunctionError: a value that is not finite.
         """
-        x, weights = gauss(0.0, self.length, len(self.omega) + 4)
+        x, weights = self.quadrature(0.0, self.length)
         w = np.broadcast_to(np.asarray(shape(x), dtype=float), x.shape)
         q: Array = self.deflection(x) @ (weights * self.line_density * w)
         if self.line_inertia > 0 and self.rotation is not None:

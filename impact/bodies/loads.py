@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
-from impact.beams.modes import BeamModes, gauss
+from impact.beams.modes import BeamModes
 from impact.bodies.body import Load
 from impact.greens.base import Array, GreensFunctionError
 
@@ -60,7 +60,7 @@ class Pressure:
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
         """One load; `GreensFunctionError` if ``between`` is off the reed or the profile is not finite."""
         start, end = _span(self.between, modes.length)
-        x, weights = gauss(start, end, len(modes.omega) + 4)
+        x, weights = modes.quadrature(start, end)
         profile = np.ones(1) if self.profile is None else np.asarray(self.profile(x), dtype=float)
         if not np.all(np.isfinite(profile)):
             raise GreensFunctionError("the pressure profile has values that are not finite")
@@ -91,7 +91,7 @@ class PressureField:
         if not 1 <= self.points <= 64:
             raise GreensFunctionError(f"points = {self.points} of a pressure field must be 1..64")
         start, end = _span(self.between, modes.length)
-        x, weights = gauss(start, end, len(modes.omega) + self.points)
+        x, weights = modes.quadrature(start, end, self.points)
         nodes, gauss_weights = legendre.leggauss(self.points)
         relative = (2 * x - start - end) / (end - start)
         degrees = self.points - 1

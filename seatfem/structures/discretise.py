@@ -81,6 +81,7 @@ def _assembled(body: Elastic, mesh: AnyMesh, level: Level, rings: int, progress:
         return assemble_axisymmetric(
             mesh,
             body.solids(regions_of(mesh)),
+            fixed=body.held,
             sliding=sliding_faces(body),
             supports=supports_of(body),
             rayleigh=rayleigh_of(body),
@@ -92,7 +93,7 @@ def _assembled(body: Elastic, mesh: AnyMesh, level: Level, rings: int, progress:
     return assemble(
         mesh,
         body.solids(regions_of(mesh)),
-        fixed=("fixed",) if body.clamped else (),
+        fixed=body.held,
         sliding=(*sliding_faces(body), *cuts),
         supports=supports_of(body),
         mass="nodal" if mesh.shape == "hexahedron" else "consistent",

@@ -162,6 +162,7 @@ def _around(
                 duration=body.memory(method, duration),
                 tolerance=method.tolerance,
                 damping_ratio=body.damping_ratio,
+                fixed=body.held,
                 max_vectors=method.max_vectors,
                 sliding=sliding_faces(body),
                 supports=supports_of(body),

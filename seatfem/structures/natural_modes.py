@@ -170,6 +170,7 @@ def _around(body: Turned, mesh: MeridianMesh, wanted: Wanted, progress: Progress
             solids,
             harmonic=harmonic,
             torsion=torsion,
+            fixed=body.held,
             sliding=sliding_faces(body),
             supports=supports_of(body),
         )

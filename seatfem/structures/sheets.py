@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
 
 CUTOFF: Final = 3.0  # times the band, up to which modes are found
@@ -65,6 +66,10 @@ class Sheet:
         wave = self.bending_wave(CUTOFF * self.bandwidth)
         return min(wave / PER_WAVELENGTH, self.shape.narrowest / ACROSS)
 
+    def weighed(self, mesh: PlateMesh) -> Material:
+        """The material, so that the plate on a mesh has the drawing's mass: a free one flies by nothing else."""
+        return replace(self.material, density=self.material.density * self.shape.area / mesh.area)
+
     def check(self) -> None:
         """Raise `ModelError` of what would take too many modes or elements: A k^2/(4 pi) modes lie below wave k."""
         count = math.pi * self.shape.area / self.bending_wave(CUTOFF * self.bandwidth) ** 2
@@ -106,10 +111,13 @@ class PlateModes:
         """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""
         return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
 
-    @property
+    @cached_property
     def centre(self) -> Array:
-        """(m,) of the modes at the plate's centre [1/sqrt(kg)]."""
-        return self.at(Patch(np.array([self.sheet.shape.centre]), np.ones(1)), "the paddle's centre")
+        """(m,) of the modes at the contact's centre, or their mean on a ring about the hole there [1/sqrt(kg)]."""
+        shape = self.sheet.shape
+        point, (hole, edge) = Patch(np.array([shape.centre]), np.ones(1)), shape.room
+        ring = None if not hole else Lip((hole + edge) / 2, (edge - hole) / 4).patches(shape.centre)[CONTACT]
+        return self.at(ring or point, "the contact's centre")
 
     @property
     def mean(self) -> Array:
@@ -176,7 +184,8 @@ def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
-def solved_sheet(asked: Sheet, lips: Sequence[Lip], damping_ratio: float, progress: Progress = silent) -> SolvedSheet:
+@lru_cache(maxsize=8)
+def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float) -> SolvedSheet:
     """The plate with the ports of these lips by its eigenmodes up to three times the band.
 
     On two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve reeds of two shapes
@@ -186,7 +195,7 @@ def solved_sheet(asked: Sheet, lips: Sequence[Lip], damping_ratio: float, progre
     Raises:
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.
     """
-    plate, coarser = plate_modes(asked, progress)
+    plate, coarser = plate_modes(asked)
     fine, coarse = (each.greens(lips, damping_ratio) for each in (plate, coarser))
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
@@ -218,7 +227,7 @@ def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
     mesh = mesh_sheet(asked.shape, asked.element_size)
     return assemble_plate(
         mesh,
-        asked.material,
+        asked.weighed(mesh),
         asked.shape.thickness,
         clamped=CLAMPED if asked.shape.is_clamped else (),
         ports=patches_of(asked, lips),
@@ -227,6 +236,6 @@ def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
 
 def _modes_on(mesh: PlateMesh, asked: Sheet) -> PlateModes:
     clamped = CLAMPED if asked.shape.is_clamped else ()
-    model = assemble_plate(mesh, asked.material, asked.shape.thickness, clamped=clamped)
+    model = assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped)
     modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
     return PlateModes(asked, mesh, model, modes)

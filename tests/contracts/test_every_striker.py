@@ -31,12 +31,14 @@ DRAWN: Final = SOLID + HELD
 BEAM: Final = 'length = "20 mm"\nn_modes = 6\nrelease = { tip_deflection = "20 um" }\n'
 STRIKERS: Final = {
     "annular": 'bore_radius = "4 mm"\nlip_width = "1 mm"\n' + DRAWN,
+    "ball": 'diameter = "10 mm"\n' + SOLID + 'velocity = "-0.1 m/s"\n',
     "bar": 'length = "20 mm"\nwidth = "4 mm"\nheight = "4 mm"\nmodel = "sector"\n' + DRAWN,
     "block": 'width = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\npatch_depth = "4 mm"\n' + DRAWN,
     "cad": f'file = "{(MESHES / "block.step").as_posix()}"\n' + DRAWN,
     "cantilever": BEAM,
     "clamped_clamped": BEAM,
     "conical": 'bore_radius = "4 mm"\nface_width = "2 mm"\n' + DRAWN,
+    "disc": 'diameter = "20 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\nvelocity = "-0.1 m/s"\n',
     "flapper": 'root_width = "8 mm"\ntaper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\n'
     'paddle_diameter = "16 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\n' + HELD,
     "frf": 'file = "frf.csv"\n' + HELD,
@@ -48,8 +50,14 @@ STRIKERS: Final = {
     "plate": 'ports = 3\nport_radius = "3 mm"\npitch = "10 mm"\nmargin = "5 mm"\nthickness = "4 mm"\n'
     'land_width = "1 mm"\nclamp_width = "2 mm"\n' + DRAWN,
     "rigid_mass": 'mass = "2 g"\nvelocity = "-0.5 m/s"\n',
+    "ring_plate": 'outer_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\nvelocity = "-0.1 m/s"\n',
     "rod": 'young = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\nfar_end = "free"\n'
     'velocity = "-0.1 m/s"\n',
+    "sheet": 'outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]\n'
+    'clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\n' + HELD,
+    "stepped": BEAM.replace('length = "20 mm"', 'widths = [["0 mm", "8 mm"], ["20 mm", "4 mm"]]\nthickness = "0.3 mm"'),
     "stopper": 'radius = "8 mm"\nthickness = "5 mm"\ncontact_radius = "3 mm"\n' + DRAWN,
     "timoshenko": BEAM,
     "tip_mass": 'tip_mass = "0.05 g"\n' + BEAM,

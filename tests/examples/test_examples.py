@@ -242,3 +242,25 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["contact_duration_s"] == pytest.approx(echo + end / a, rel=0.02)
     assert summary["spring_impulse_Ns"] > 1.15 * impulse
     assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_ring_plate(tmp_path: Path) -> None:
+    """It lands once and flies off; what it took and what it gives back is the impulse, with the drawing's mass."""
+    summary: Any = run_scene(load_scene(ROOT / "examples" / "ring_plate.toml"), tmp_path).summary
+    momentum = 7850 * 1e-3 * np.pi * 75e-6 * 2.0
+    assert summary["contact_count"] == 1
+    assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
+    assert summary["spring_filtered_peak_force_N"] > 1.15 * summary["filtered_peak_force_N"]
+    assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_ball_on_seat(tmp_path: Path) -> None:
+    """Once, and it flies off with nearly all it had: the contact lasts ten times as long as waves cross the ball."""
+    summary: Any = run_scene(load_scene(ROOT / "examples" / "ball_on_seat.toml"), tmp_path).summary
+    momentum = 7850 * np.pi / 6 * 10e-3**3 * 0.5
+    assert summary["contact_count"] == 1
+    assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
+    assert summary["restitution"] > 0.97
+    assert summary["energy_residual"] < 1e-9

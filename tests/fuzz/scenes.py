@@ -106,6 +106,24 @@ DRAWN: Final[Mapping[str, str]] = {
     + STEEL
     + RUN
     + TARGET,
+    "ring-plate": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "ring_plate"\n'
+    'outer_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "1 mm"\ndamping_ratio = 0.01\n'
+    'contact_radius = "7 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "30 kHz" }\nmesh = { size = "2 mm" }\n'
+    'velocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
+    "disc": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "disc"\ndiameter = "20 mm"\n'
+    'thickness = "1 mm"\ngreens = { bandwidth = "30 kHz" }\nvelocity = "-1 m/s"\n' + STEEL + RUN + TARGET,
+    "sheet": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "sheet"\n'
+    'outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]\n'
+    'clamped = { normal = [-1, 0], offset = "-2 mm" }\ncontact_at = ["17 mm", "0 mm"]\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\nmesh = { size = "2 mm" }\nrelease = { velocity = "-1 m/s" }\n'
+    + STEEL
+    + RUN
+    + TARGET,
+    "stepped": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "stepped"\n'
+    'widths = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm", "16 mm"], ["30 mm", "0 mm"]]\n'
+    'thickness = "0.3 mm"\nn_modes = 4\nrelease = { tip_deflection = "1 mm" }\n' + STEEL + RUN + TARGET,
+    "ball": '[seat]\nkind = "spring"\nstiffness = "27.8 N/um"\n[reed]\nkind = "ball"\ndiameter = "10 mm"\n'
+    'contact_radius = "0.6 mm"\nvelocity = "-1 m/s"\n' + COARSE + STEEL + RUN + TARGET,
     "bar": '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "4 mm"\nheight = "3 mm"\nfixed = "end"\nmodel = "3d"\n'
     + COARSE
     + BALL

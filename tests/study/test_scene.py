@@ -125,9 +125,10 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             '"annular"',
             '"anular"',
-            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'bar', 'block', 'cad', 'cantilever', "
-            "'clamped_clamped', 'conical', 'flapper', 'frf', 'greens', 'matrices', 'mesh', 'modes', 'plate', "
-            "'rigid_mass', 'rod', 'spring', 'stopper', 'timoshenko', 'tip_mass'; did you mean 'annular'?",
+            "scene.toml:3: seat.kind: 'anular' is not one of 'annular', 'ball', 'bar', 'block', 'cad', 'cantilever', "
+            "'clamped_clamped', 'conical', 'disc', 'flapper', 'frf', 'greens', 'matrices', 'mesh', 'modes', 'plate', "
+            "'rigid_mass', 'ring_plate', 'rod', 'sheet', 'spring', 'stepped', 'stopper', 'timoshenko', 'tip_mass'; "
+            "did you mean 'annular'?",
         ),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: required key is missing"),
         (

@@ -66,9 +66,9 @@ class Beam(Structure):
     """What all beams have that bend about their thin side."""
 
     has_weight: ClassVar[bool] = True
+    long: ClassVar[str] = "reed.length"
+    """The key that states its length."""
 
-    length: Length = Field(description="free length")
-    width: Length = default("10 mm", "width")
     thickness: Length = default("0.305 mm", "thickness, in the direction of the motion")
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
@@ -79,6 +79,16 @@ class Beam(Structure):
     gravity: Acceleration | None = Field(
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
+
+    @property
+    @abstractmethod
+    def span(self) -> float:
+        """Free length [m]."""
+
+    @property
+    @abstractmethod
+    def mean_width(self) -> float:
+        """[m]."""
 
     @abstractmethod
     def beam(self) -> reeds.Beam:
@@ -102,11 +112,11 @@ class Beam(Structure):
 
     @property
     def face(self) -> Face:
-        return Face(self.width, self.material.young, self.material.density)
+        return Face(self.mean_width, self.material.young, self.material.density)
 
     @property
     def reach(self) -> float | None:
-        return self.length
+        return self.span
 
     @property
     def free_point(self) -> float | None:
@@ -185,16 +195,16 @@ class Beam(Structure):
     @model_validator(mode="after")
     def _force_on_the_reed(self) -> Self:
         at = None if self.point_force is None else self.point_force.at
-        if at is not None and at > self.length:
-            raise KeyProblem("point_force.at", f"{at:g} m lies beyond the reed, which ends at {self.length:g} m")
+        if at is not None and at > self.span:
+            raise KeyProblem("point_force.at", f"{at:g} m lies beyond the reed, which ends at {self.span:g} m")
         return self
 
     def too_thick(self) -> str:
-        if self.thickness <= SLENDER * self.length:
+        if self.thickness <= SLENDER * self.span:
             return ""
         return (
-            f"reed.thickness = {1e3 * self.thickness:g} mm over reed.length = {1e3 * self.length:g} mm is "
-            f"{self.thickness / self.length:.2g} (limit {SLENDER:g}): a beam so thick bends by shear too, which is not "
+            f"reed.thickness = {1e3 * self.thickness:g} mm over {self.long} = {1e3 * self.span:g} mm is "
+            f"{self.thickness / self.span:.2g} (limit {SLENDER:g}): a beam so thick bends by shear too, which is not "
             "modelled; take a thinner or longer reed, or a rigid mass"
         )
 
@@ -203,7 +213,7 @@ class Beam(Structure):
 
         Source: S. P. Timoshenko, Phil. Mag. 41 (1921) 744; kappa = 5/6, Poisson ratio 0.3.
         """
-        return SHEAR * (self.thickness / (self.length if at is None else at)) ** 2
+        return SHEAR * (self.thickness / (self.span if at is None else at)) ** 2
 
     def limits(self) -> tuple[Advice, ...]:
         """Of the deflection at release.
@@ -213,18 +223,18 @@ class Beam(Structure):
         deflection of cantilever beams, Quart. Appl. Math. 3 (1945) 272.
         """
         deflection = 0.0 if self.release is None else self.release.largest
-        if (relative := deflection / self.length) <= DEFLECTED:
+        if (relative := deflection / self.span) <= DEFLECTED:
             return ()
-        strain = 1.5 * relative * self.thickness / self.length
+        strain = 1.5 * relative * self.thickness / self.span
         return (
             Advice(
-                "release.tip_deflection over reed.length",
+                f"release.tip_deflection over {self.long}",
                 relative,
                 DEFLECTED,
                 f"the reed's theory is linear; at {deflection / self.thickness:.3g} thicknesses "
                 f"it is stiffer by about {STIFFENING * relative**2:.2g} of itself (strain {strain:.2g}), and "
                 "no bar knows",
-                f"release it from at most {1e3 * DEFLECTED * self.length:.3g} mm, or take a longer reed",
+                f"release it from at most {1e3 * DEFLECTED * self.span:.3g} mm, or take a longer reed",
             ),
         )
 
@@ -232,8 +242,24 @@ class Beam(Structure):
         from impact.pictures.drawing import text  # of runs only
 
         values = {
-            "width": text(self.width, "m"),
+            "width": text(self.mean_width, "m"),
             "thickness": text(self.thickness, "m"),
             "material": f"{text(self.material.young, 'Pa')}, {self.material.density:g} kg/m^3",
         }
-        return tuple(f"reed.{key} = {value}" for key, value in values.items() if key not in self.model_fields_set)
+        assumed = type(self).model_fields.keys() - self.model_fields_set
+        return tuple(f"reed.{key} = {value}" for key, value in values.items() if key in assumed)
+
+
+class UniformBeam(Beam):
+    """What all beams have that are as wide everywhere."""
+
+    length: Length = Field(description="free length")
+    width: Length = default("10 mm", "width")
+
+    @property
+    def span(self) -> float:
+        return self.length
+
+    @property
+    def mean_width(self) -> float:
+        return self.width

@@ -8,14 +8,14 @@ import impact
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from seatfem.fields import of_same_names
-from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.beam import UniformBeam
 from seatfem.structures.kinds.striking import At
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
 
 
-class Cantilever(Beam):
+class Cantilever(UniformBeam):
     """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
     has_stress: ClassVar[bool] = True

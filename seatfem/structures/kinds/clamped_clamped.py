@@ -6,10 +6,10 @@ from typing import Literal
 
 from impact.beams.clamped import ClampedClamped as ClampedClampedBeam
 from seatfem.fields import of_same_names
-from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.beam import UniformBeam
 
 
-class ClampedClamped(Beam):
+class ClampedClamped(UniformBeam):
     """A flat leaf, clamped at both ends: an Euler-Bernoulli beam; where nothing is said it strikes with its middle."""
 
     kind: Literal["clamped_clamped"]

@@ -46,6 +46,11 @@ class Elastic(Reduced):
         return True
 
     @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the clamped faces."""
+        return ("fixed",) if self.clamped else ()
+
+    @property
     def loose(self) -> str:
         if self.clamped or any(support.holds for support in self.supports):
             return ""

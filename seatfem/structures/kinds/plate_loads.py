@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -14,12 +13,13 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, Approach, KeyProblem, Length, Position, Table
 from seatfem.structures.errors import ModelError
-from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, Moving, as_value
+from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
 from seatfem.structures.kinds.striking import At
+from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 
 if TYPE_CHECKING:
-    from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
+    from seatfem.structures.sheets import PlateModes
 
 AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
 
@@ -60,7 +60,7 @@ class PlateForce(ForceCourse):
     at: Length | None = Field(None, description="distance from the root, along the axis; absent: the paddle's centre")
 
 
-class LoadedPlate(Moving):
+class ClampedPlate(ThinPlate):
     """What all plates have that are clamped at their root and strike with their paddle.
 
     Their loads move the modes alone. What the modes left out would yield to them at once is neglected: for a paddle of
@@ -97,26 +97,22 @@ class LoadedPlate(Moving):
     )
 
     @model_validator(mode="after")
-    def _one_start(self) -> LoadedPlate:
+    def _one_start(self) -> Self:
+        if self.velocity is not None:
+            raise KeyProblem("velocity", 'a clamped reed cannot translate; write release = { velocity = "-2 m/s" }')
         if self.release is not None and self.deflection is not None:
             raise KeyProblem("release", "deflection is given too; keep one of the two")
         if self.point_force is not None:
             self.check_place(self.point_force.at, "point_force.at")
         if self.pressure_radius is not None and not self._has_pressed_disc:
             raise KeyProblem("pressure_radius", "there is no pressure; remove the key, or give pressure")
+        if (wide := self.pressure_radius) is not None and wide > (most := self.geometry().room[1]):
+            raise KeyProblem("pressure_radius", f"{wide:g} m is more than the plate has about {self.about}, {most:g} m")
         return self
 
     @property
     def _has_pressed_disc(self) -> bool:
         return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
-
-    @abstractmethod
-    def solved(self, lip: Lip | None = None) -> SolvedSheet:
-        """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
-
-    @abstractmethod
-    def sheet(self) -> Sheet:
-        """What its modes and its Green's function depend on."""
 
     @property
     def plate(self) -> PlateModes:
@@ -144,14 +140,9 @@ class LoadedPlate(Moving):
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
     @property
-    @abstractmethod
     def axis(self) -> float:
         """Length along which a force may lie [m]."""
-
-    @property
-    @abstractmethod
-    def radius(self) -> float:
-        """Of the disc that touches, or mean radius of the ring [m]."""
+        return self.geometry().length
 
     def check_place(self, at: float | None, key: str) -> None:
         if at is not None and at > self.axis:
@@ -199,7 +190,7 @@ class LoadedPlate(Moving):
                 f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times reed.greens.bandwidth"
             )
         if abs(centre[mode]) < AT_REST * np.abs(centre).max():
-            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move the paddle's centre; release another")
+            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move {self.about}; release another")
         rate = none.copy()
         rate[mode] = release.velocity / centre[mode]
         return ModalState(none, rate)

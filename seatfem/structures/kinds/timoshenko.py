@@ -8,10 +8,10 @@ from pydantic import Field
 
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.fields import of_same_names
-from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.beam import UniformBeam
 
 
-class Timoshenko(Beam):
+class Timoshenko(UniformBeam):
     """A reed, clamped at its root, that may be thick: a Timoshenko beam, with shear and rotary inertia."""
 
     kind: Literal["timoshenko"]

@@ -8,10 +8,10 @@ from pydantic import Field
 
 from impact.beams.tip_mass import TipMassCantilever
 from seatfem.fields import Mass, of_same_names
-from seatfem.structures.kinds.beam import Beam
+from seatfem.structures.kinds.beam import UniformBeam
 
 
-class TipMass(Beam):
+class TipMass(UniformBeam):
     """A flat reed, clamped at its root, with a point mass at its tip: an Euler-Bernoulli beam."""
 
     kind: Literal["tip_mass"]

@@ -25,6 +25,7 @@ from seatfem.structures.reduction.rigid import default_shift
 from seatfem.structures.reduction.spectrum import Spectrum
 
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (benchmarks/small_seats.py)
+_FREE: Final = 0.03  # s over the last mode of a free body: what the others add to g is 0.1 % off
 MODES_ARE_CHEAP: Final = 3000  # unknowns up to which they cost little all the same
 
 
@@ -151,17 +152,26 @@ def modal_error(
 
 
 def _static(model: SecondOrderModel, modes: Modes, backend: Backend) -> tuple[float, Array]:
-    """(s^2, B'(K + s^2 M)^-1 B) with s far below the modes."""
-    shift = min(default_shift(model), 1e-3 * float(modes.omega[-1]))
+    """(s^2, B'P'(K + s^2 M)^-1 P B) with s far below the modes left out, P = 1 - M R R' of the rigid modes R.
+
+    P B are loads that its inertia balances, under which a free body does not move away.
+    """
+    loads, last, rigid = model.port_matrix, float(modes.omega[-1]), modes.shapes[:, modes.omega == 0]
+    shift = min(default_shift(model), 1e-3 * last)
+    if rigid.shape[1]:  # round-off of K moves it by eps max(K/M)/s^2
+        shift = _FREE * (last or default_shift(model))
+        loads = loads - model.M @ (rigid @ (rigid.T @ loads))
     factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    return shift**2, model.port_matrix.T @ factor.solve(model.port_matrix)
+    return shift**2, loads.T @ factor.solve(loads)
 
 
 def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array) -> Array:
-    """(p, p) static compliance of the modes not in ``modes``: B'(K + s^2 M)^-1 B minus theirs."""
+    """(p, p) static compliance of the modes not in ``modes``: that of `_static` minus theirs."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
-    rest = static - (shapes / (modes.omega**2 + square)[:, None]).T @ shapes
+    elastic = modes.omega > 0
+    known = shapes[elastic]
+    rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)
     if values[0] < -1e-6 * np.abs(static).max():
         raise ConvergenceError(

@@ -13,19 +13,23 @@ from typing import Any
 from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError as GeometryError
 from seatfem.structures.shapes.annular import AnnularSeat as AnnularSeat
+from seatfem.structures.shapes.ball import Ball as Ball
 from seatfem.structures.shapes.bar import Bar as Bar
 from seatfem.structures.shapes.block import Block as Block
 from seatfem.structures.shapes.cad import CadPart as CadPart
 from seatfem.structures.shapes.cad import Group as Group
 from seatfem.structures.shapes.cad import Region as Region
 from seatfem.structures.shapes.conical import ConicalSeat as ConicalSeat
+from seatfem.structures.shapes.disc import Disc as Disc
 from seatfem.structures.shapes.faces import Face as Face
 from seatfem.structures.shapes.flapper import Flapper as Flapper
 from seatfem.structures.shapes.flat import Flat as Flat
 from seatfem.structures.shapes.homes import at_home, home_of
+from seatfem.structures.shapes.outlined import Outlined as Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
 from seatfem.structures.shapes.profile import Profile as Profile
 from seatfem.structures.shapes.revolved import Turning as Turning
+from seatfem.structures.shapes.ring_plate import RingPlate as RingPlate
 from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
 from seatfem.structures.shapes.selectors import SELECTORS

@@ -9,6 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.flat import Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_above, require_below, require_positive
@@ -18,8 +20,9 @@ from seatfem.structures.shapes.shape import require_above, require_below, requir
 class Flapper(Flat):
     """Sheet along the x axis, clamped at x = 0, underside at z = 0 (metres).
 
-    The root narrows to the neck over ``taper_length``; the neck meets the paddle's circle at x = ``neck_length``. The
-    group "contact" is the upper side, "fixed" the root's end face.
+    The root narrows to the neck over ``taper_length``; the neck meets the paddle's circle at x = ``neck_length``. A
+    slot with round ends, ``slot_length`` from end to end, may lie along the axis in the middle of the straight neck, a
+    hole in the paddle's centre. The group "contact" is the upper side, "fixed" the root's end face.
     """
 
     family: ClassVar[str] = "flapper"
@@ -30,13 +33,28 @@ class Flapper(Flat):
     neck_length: float
     paddle_diameter: float
     thickness: float
+    slot_width: float | None = None
+    slot_length: float | None = None
+    hole_diameter: float | None = None
 
     def __post_init__(self) -> None:
-        require_positive(self, *vars(self))
+        require_positive(self, *(name for name, value in vars(self).items() if value is not None))
         require_below(self, "neck_width", self.root_width, "root_width: the root narrows to the neck", inclusive=True)
         require_below(self, "taper_length", self.neck_length, "neck_length, from the root to the paddle")
         require_above(self, "paddle_diameter", self.neck_width, "neck_width: the paddle is wider than the neck")
         require_below(self, "thickness", self.neck_width, "neck_width: a sheet is thinner than it is wide")
+        if self.hole_diameter is not None:
+            rim = self.paddle_diameter - 2 * self.thickness
+            require_below(self, "hole_diameter", rim, "paddle_diameter less a rim as wide as the sheet is thick")
+        for given, other in (("slot_width", "slot_length"), ("slot_length", "slot_width")):
+            if getattr(self, given) is not None and getattr(self, other) is None:
+                raise GeometryError(f"Flapper.{other} = None: {given} is given, a slot has both")
+        if self.slot_width is not None and self.slot_length is not None:
+            sides = self.neck_width - 2 * self.thickness
+            require_below(self, "slot_width", sides, "neck_width less two strips as wide as the sheet is thick")
+            straight = self.neck_length - self.taper_length
+            require_below(self, "slot_length", straight, "neck_length less taper_length: it lies in the straight neck")
+            require_above(self, "slot_length", self.slot_width, "slot_width, for its ends are round")
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -44,9 +62,16 @@ class Flapper(Flat):
         return self.neck_length + math.sqrt(self.paddle_diameter**2 - self.neck_width**2) / 2, 0.0
 
     @property
-    def length(self) -> float:
-        """From the root to the tip [m]."""
-        return self.centre[0] + self.paddle_diameter / 2
+    def room(self) -> tuple[float, float]:
+        return (self.hole_diameter or 0.0) / 2, self.paddle_diameter / 2
+
+    @property
+    def slot(self) -> tuple[float, float, float]:
+        """Centres of both round ends along x, and their radius [m]; (0, 0, 0) without a slot."""
+        if self.slot_width is None or self.slot_length is None:
+            return 0.0, 0.0, 0.0
+        middle, half = (self.taper_length + self.neck_length) / 2, (self.slot_length - self.slot_width) / 2
+        return middle - half, middle + half, self.slot_width / 2
 
     @property
     def area(self) -> float:
@@ -55,11 +80,36 @@ class Flapper(Flat):
         cut = 2 * math.asin(self.neck_width / self.paddle_diameter)  # angle of the circle that the neck covers
         paddle = math.pi * radius**2 - radius**2 / 2 * (cut - math.sin(cut))
         straight = (self.neck_length - self.taper_length) * self.neck_width
-        return straight + self.taper_length * (self.root_width + self.neck_width) / 2 + paddle
+        start, end, slot = self.slot
+        holes = math.pi * (slot**2 + self.room[0] ** 2) + 2 * slot * (end - start)
+        return straight + self.taper_length * (self.root_width + self.neck_width) / 2 + paddle - holes
 
     @property
     def narrowest(self) -> float:
-        return self.neck_width
+        neck = self.neck_width if self.slot_width is None else (self.neck_width - self.slot_width) / 2
+        return min(neck, (self.paddle_diameter - (self.hole_diameter or 0.0)) / 2)
+
+    def widths(self, n: int) -> tuple[tuple[float, float], ...]:
+        """(x, width) along the axis [m], without slot and hole, from the root to the tip, where it is zero.
+
+        Linear between them, it has the outline's corners; round parts are in chords of at most ``n`` a quarter circle.
+        """
+        centre, radius, (start, end, slot) = self.centre[0], self.paddle_diameter / 2, self.slot
+        turns = np.pi / 2 * np.arange(-n, n + 1) / n
+        round_parts = [(centre, radius), (centre, self.room[0]), (start, slot), (end, slot)]
+        places = np.concatenate([middle + size * np.sin(turns) for middle, size in round_parts if size])
+        x = np.unique([0.0, self.taper_length, self.neck_length, *places[places > 0].round(12)])
+        x = np.append(x[x < self.length * (1 - 1e-9)], self.length)
+
+        def chord(middle: float, size: float) -> Array:
+            return 2 * np.sqrt(np.maximum(size**2 - (x - middle) ** 2, 0.0))
+
+        taper = np.interp(x, [0.0, self.taper_length], [self.root_width, self.neck_width])
+        width = np.where(x < self.neck_length, taper, chord(centre, radius))
+        within = (x > start) & (x < end)
+        width -= np.where(within, 2 * slot, np.maximum(chord(start, slot), chord(end, slot)))
+        width -= chord(centre, self.room[0])
+        return tuple(zip(x.tolist(), width.tolist(), strict=True))
 
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.asarray(np.abs(points[:, 0]) < 1e-6 * self.length)
@@ -85,4 +135,28 @@ class Flapper(Flat):
             occ.addLine(points[6], points[0]),
         ]
         occ.remove([(0, centre)])
-        return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
+        return int(occ.addPlaneSurface([occ.addCurveLoop(curves), *self._holes(occ)]))
+
+    def _holes(self, occ: Any) -> list[int]:
+        """Curve loops of the hole and the slot (millimetres)."""
+        (start, end, slot), loops = self.slot, []
+        if self.hole_diameter is not None:
+            loops.append(occ.addCurveLoop([occ.addCircle(1e3 * self.centre[0], 0.0, 0.0, 500 * self.hole_diameter)]))
+        if slot:
+            ends = [
+                occ.addPoint(1e3 * x, 1e3 * y, 0.0)
+                for x, y in ((start, slot), (start, -slot), (end, -slot), (end, slot))
+            ]
+            middles = [occ.addPoint(1e3 * x, 0.0, 0.0) for x in (start - slot, end + slot)]
+            centres = [occ.addPoint(1e3 * x, 0.0, 0.0) for x in (start, end)]
+            curves = [
+                occ.addCircleArc(ends[0], centres[0], middles[0]),
+                occ.addCircleArc(middles[0], centres[0], ends[1]),
+                occ.addLine(ends[1], ends[2]),
+                occ.addCircleArc(ends[2], centres[1], middles[1]),
+                occ.addCircleArc(middles[1], centres[1], ends[3]),
+                occ.addLine(ends[3], ends[0]),
+            ]
+            occ.remove([(0, centre) for centre in centres])
+            loops.append(occ.addCurveLoop(curves))
+        return loops

@@ -27,6 +27,16 @@ class Flat(Shape):
 
     @property
     @abstractmethod
+    def room(self) -> tuple[float, float]:
+        """Radii of the smallest and the largest circle about the centre that lie on it [m]; 0: no hole is there."""
+
+    @property
+    def length(self) -> float:
+        """The largest x of the outline [m]."""
+        return self.centre[0] + self.room[1]
+
+    @property
+    @abstractmethod
     def area(self) -> float:
         """Of the outline [m^2]."""
 

@@ -1,0 +1,39 @@
+"""The ball: an elastic sphere in free flight, by finite elements."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import KeyProblem, Length
+from seatfem.structures.kinds.drawn import Turned
+from seatfem.structures.shapes import Ball as Sphere
+
+
+class Ball(Turned):
+    """An elastic sphere in free flight. It touches with a small flat facet at its pole, a disc whose radius stays: it
+    translates as a rigid body exactly, and its waves and own compliance are in its Green's function. Hertz's contact of
+    a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
+    that has the compliance of both bodies, and no waves in the ball."""
+
+    kind: Literal["ball"]
+    diameter: Length = Field(description="diameter")
+    contact_radius: Length | None = Field(None, description="radius of the facet; absent: diameter/16")
+    fixed: Literal["nothing"] = Field("nothing", description="it flies freely")  # type: ignore[assignment]
+
+    @model_validator(mode="after")
+    def _whole_facet(self) -> Self:
+        if self.arc is not None:
+            raise KeyProblem("arc", "a ball touches with its whole facet; remove the key")
+        return self
+
+    @property
+    def clamped(self) -> bool:
+        return False
+
+    def geometry(self) -> Sphere:
+        return Sphere(self.diameter, self.contact_radius or self.diameter / 16)
+
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.geometry().contact_radius, self.diameter

@@ -1,0 +1,191 @@
+"""What thin plates of even thickness have in common, whatever their outline: free ones and clamped ones."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, ClassVar, Final, Self
+
+from pydantic import Field, model_validator
+
+from impact.advice import Advice
+from impact.bodies.body import Body
+from impact.greens.base import GreensFunction
+from impact.progress import Progress
+from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.estimates.surrogate import Face, Surrogate
+from seatfem.structures.kinds.materials import Material
+from seatfem.structures.kinds.motion import Moving
+from seatfem.structures.kinds.selectors import in_scene_words
+from seatfem.structures.kinds.striking import At
+from seatfem.structures.lip import Lip
+from seatfem.structures.method import Applicability, Method
+from seatfem.structures.shapes import Flat
+from seatfem.structures.solved import Solved
+
+if TYPE_CHECKING:
+    from seatfem.structures.natural_modes import NaturalModes, Wanted
+    from seatfem.structures.sheets import Sheet, SolvedSheet
+
+SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
+ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
+
+
+class SheetMesh(Table):
+    """How fine the elements of a plate are."""
+
+    size: Length | None = Field(None, description="element size; from the bandwidth where absent")
+
+
+class PlateGreens(Table):
+    """How the Green's function of a plate is computed: by its eigenmodes."""
+
+    bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
+
+
+class ThinPlate(Moving):
+    """What all flat plates have that touch with a disc or a ring; computed by Mindlin plate elements."""
+
+    needs_gmsh: ClassVar[bool] = True
+    meets_lips: ClassVar[bool] = True
+    not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
+    about: ClassVar[str] = "the plate's centre"
+    """What its contact is centred on."""
+
+    thickness: Length = Field(description="thickness, in the direction of the motion")
+    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
+    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    contact_radius: Length | None = Field(
+        None, description="radius of the disc that touches, or mean radius of the ring"
+    )
+    contact_width: Length | None = Field(None, description="radial width of the ring that touches; absent: a disc does")
+    greens: PlateGreens = default({}, "how the Green's function is computed")
+    mesh: SheetMesh = default({}, "how fine the elements are")
+
+    @abstractmethod
+    def geometry(self) -> Flat:
+        """The outline in SI units. Raises `GeometryError` where it cannot be built."""
+
+    @property
+    @abstractmethod
+    def usual_radius(self) -> float:
+        """Of the disc or ring that touches where no contact_radius is stated [m]."""
+
+    @property
+    def usual_width(self) -> float | None:
+        """Of the ring that touches where no contact_width is stated [m]; ``None``: a disc does."""
+        return None
+
+    @model_validator(mode="after")
+    def _contact_on_the_plate(self) -> Self:
+        least, most = in_scene_words(self.geometry).room
+        if (width := self.width) is not None and width > 2 * self.radius:
+            key = "contact_radius" if self.contact_width is None else "contact_width"
+            raise KeyProblem(key, f"{width:g} m is more than twice contact_radius, {self.radius:g} m")
+        lip = self.own_lip
+        key = "contact_width" if self.contact_radius is None and self.contact_width is not None else "contact_radius"
+        if lip.outer > most * (1 + ROUND_OFF):
+            raise KeyProblem(key, f"the contact reaches {lip.outer:g} m from {self.about}, the plate {most:g} m")
+        if lip.inner < least * (1 - ROUND_OFF):
+            raise KeyProblem(
+                key, f"the contact begins {lip.inner:g} m from {self.about}, the hole there reaches to {least:g} m"
+            )
+        return self
+
+    def made_by(self) -> tuple[type, ...]:
+        return (*super().made_by(), type(self.geometry()))
+
+    @property
+    def radius(self) -> float:
+        """Of the disc that touches, or mean radius of the ring [m]."""
+        return self.usual_radius if self.contact_radius is None else self.contact_radius
+
+    @property
+    def width(self) -> float | None:
+        """Of the ring that touches [m]; ``None``: a disc does."""
+        return self.usual_width if self.contact_width is None else self.contact_width
+
+    @property
+    def own_lip(self) -> Lip:
+        """The disc or ring that it touches with by itself."""
+        return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
+
+    @property
+    def face(self) -> Face:
+        return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
+
+    @property
+    def loss(self) -> float:
+        return self.damping_ratio
+
+    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+        return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Of the plate's theory: a wave is six thicknesses long at least."""
+        wave = self.sheet().bending_wave(self.greens.bandwidth)
+        if (relative := self.thickness / wave) <= SHORTEST:
+            return ()
+        return (
+            Advice(
+                "reed.thickness over its bending wave at reed.greens.bandwidth",
+                relative,
+                SHORTEST,
+                "waves so short are those of a solid, not of a plate, and no bar knows",
+                f"use reed.greens.bandwidth <= {self.greens.bandwidth * (SHORTEST / relative) ** 2:.3g} Hz",
+            ),
+        )
+
+    def sheet(self) -> Sheet:
+        """What its modes and its Green's function depend on."""
+        from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
+
+        return Sheet(self.geometry(), self.material.solid, self.greens.bandwidth, self.mesh.size)
+
+    def lips(self, lip: Lip | None) -> tuple[Lip, ...]:
+        """Its own contact and, where it is struck along a lip, that one's arcs; a whole lip in place of its own."""
+        return (self.own_lip,) if lip is None else (self.own_lip, lip)
+
+    @property
+    def states_contact(self) -> bool:
+        return self.contact_radius is not None
+
+    def solved(self, lip: Lip | None = None) -> SolvedSheet:
+        """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
+        from seatfem.structures.sheets import solved_sheet  # as above
+
+        return solved_sheet(self.sheet(), self.lips(lip), self.damping_ratio)
+
+    def surrogate(self, duration: float, face: Face) -> Surrogate:
+        found = self.solved()
+        return Surrogate(found.greens, True, f"the plate itself, {len(found.modes.omega)} modes")
+
+    def solve(
+        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
+    ) -> Solved:
+        with watch("reduction"):
+            found = self.solved(method.lip)
+        about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
+        return Solved(found.greens, model=found.model, modes=found.modes, about=about)
+
+    def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
+        from seatfem.structures.natural_modes import of_one  # of `seatfem modes` only
+        from seatfem.structures.sheets import model_of  # as above
+
+        with watch("modes"):
+            return of_one(model_of(self.sheet(), self.lips(None)), None, wanted, progress)
+
+    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+        return super().body(self.solved().greens if greens is None else greens, n_modes, at)
+
+
+class FreePlate(ThinPlate):
+    """What all flat plates have that nothing holds."""
+
+    @property
+    def loose(self) -> str:
+        return f"seat.kind = {self.kind!r} is free to move"
+
+    def check_motion(self) -> None:
+        if self.deflection is not None:
+            raise KeyProblem("deflection", "a plate that nothing holds cannot be deflected at rest; give it a velocity")

@@ -1,0 +1,48 @@
+"""The disc: a round flat plate that nothing holds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.shape import require_below, require_positive
+
+
+@dataclass(frozen=True)
+class Disc(Flat):
+    """Round sheet about the origin, underside at z = 0 (metres). The group "contact" is the upper side."""
+
+    family: ClassVar[str] = "disc"
+
+    diameter: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, *vars(self))
+        require_below(self, "thickness", self.diameter / 2, "half the diameter: a sheet is thinner than it is wide")
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    @property
+    def room(self) -> tuple[float, float]:
+        return 0.0, self.diameter / 2
+
+    @property
+    def area(self) -> float:
+        return math.pi / 4 * self.diameter**2
+
+    @property
+    def narrowest(self) -> float:
+        return self.diameter
+
+    @property
+    def is_clamped(self) -> bool:
+        return False
+
+    def sheet(self, occ: Any) -> int:
+        """The round surface (millimetres)."""
+        return int(occ.addDisk(0.0, 0.0, 0.0, 500 * self.diameter, 500 * self.diameter))

@@ -1,0 +1,54 @@
+"""The ring plate: a flat annulus that nothing holds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from seatfem.structures.shapes.flat import Flat
+from seatfem.structures.shapes.shape import require_below, require_positive
+
+
+@dataclass(frozen=True)
+class RingPlate(Flat):
+    """Annular sheet about the origin, underside at z = 0 (metres). The group "contact" is the upper side."""
+
+    family: ClassVar[str] = "ring_plate"
+
+    outer_diameter: float
+    inner_diameter: float
+    thickness: float
+
+    def __post_init__(self) -> None:
+        require_positive(self, *vars(self))
+        require_below(self, "inner_diameter", self.outer_diameter, "outer_diameter")
+        require_below(self, "thickness", self.narrowest, "the ring's radial width: a sheet is thinner than it is wide")
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        return 0.0, 0.0
+
+    @property
+    def room(self) -> tuple[float, float]:
+        return self.inner_diameter / 2, self.outer_diameter / 2
+
+    @property
+    def area(self) -> float:
+        return math.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
+
+    @property
+    def narrowest(self) -> float:
+        return (self.outer_diameter - self.inner_diameter) / 2
+
+    @property
+    def is_clamped(self) -> bool:
+        return False
+
+    def sheet(self, occ: Any) -> int:
+        """The annular surface (millimetres)."""
+        outer, inner = (
+            occ.addCurveLoop([occ.addCircle(0.0, 0.0, 0.0, 500 * diameter)])
+            for diameter in (self.outer_diameter, self.inner_diameter)
+        )
+        return int(occ.addPlaneSurface([outer, inner]))

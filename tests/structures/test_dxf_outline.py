@@ -1,0 +1,93 @@
+"""Outlines in DXF files: curves of every kind, units, and files that have none."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.formats.dxf_outline import read_outline
+
+HEAD = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n"
+
+
+def entity(name: str, *groups: tuple[int, float]) -> str:
+    return f"0\n{name}\n8\n0\n" + "".join(f"{code}\n{value}\n" for code, value in groups)
+
+
+def line(*ends: float) -> str:
+    return entity("LINE", *zip((10, 20, 11, 21), ends, strict=True))
+
+
+def written(path: Path, *entities: str, unit: int = 4) -> Path:
+    text = f"{HEAD.format(unit)}0\nSECTION\n2\nENTITIES\n{''.join(entities)}0\nENDSEC\n0\nEOF\n"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def area(outline: tuple[tuple[float, float], ...]) -> float:
+    x, y = np.array(outline).T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+
+
+STADIUM = 20e-3 * 6e-3 + math.pi * 9e-6  # m^2
+STRAIGHT = line(0, -3, 20, -3), line(20, 3, 0, 3)
+ARCS = (
+    entity("ARC", (10, 20), (20, 0), (40, 3), (50, 270), (51, 90)),
+    entity("ARC", (10, 0), (20, 0), (40, 3), (50, 90), (51, 270)),
+)
+CORNERS = ((10, 0), (20, -3)), ((10, 20), (20, -3), (42, 1)), ((10, 20), (20, 3)), ((10, 0), (20, 3), (42, 1))
+POLYLINE = entity("LWPOLYLINE", (90, 4), (70, 1), *(group for corner in CORNERS for group in corner))
+
+
+@pytest.mark.parametrize("entities", [(*STRAIGHT, *ARCS), (ARCS[1], STRAIGHT[1], ARCS[0], STRAIGHT[0]), (POLYLINE,)])
+def test_a_stadium(entities: tuple[str, ...], tmp_path: Path) -> None:
+    """Lines in any order and direction, arcs, bulges: the same; chords of 5 degrees take 1.3e-3 of a circle."""
+    outline = read_outline(written(tmp_path / "a.dxf", *entities, entity("TEXT", (10, 1), (20, 1), (40, 1))))
+    lost = 1 - math.sin(math.radians(5)) / math.radians(5)
+    assert area(outline) == pytest.approx(STADIUM - lost * math.pi * 9e-6, rel=1e-9)
+    assert np.ptp(outline, axis=0) == pytest.approx((26e-3, 6e-3), rel=1e-9)
+    assert len(outline) == 2 * 36 + 2
+
+
+def test_a_circle_and_units(tmp_path: Path) -> None:
+    circle = entity("CIRCLE", (10, 1), (20, 2), (40, 5))
+    inches = read_outline(written(tmp_path / "a.dxf", circle, unit=1))
+    assert np.ptp(inches, axis=0) == pytest.approx((0.254, 0.254))
+    stated = read_outline(written(tmp_path / "a.dxf", circle, unit=0), 1e-3)
+    assert np.mean(stated, axis=0) == pytest.approx((1e-3, 2e-3))
+
+
+@pytest.mark.parametrize(
+    ("entities", "unit", "message"),
+    [
+        ((), 4, "no LINE, ARC, CIRCLE, LWPOLYLINE among its entities"),
+        (STRAIGHT, 4, r"its outline is open at \(20, -3\) mm"),
+        ((*STRAIGHT, ARCS[0]), 4, "its outline is open at"),
+        ((POLYLINE, entity("CIRCLE", (10, 5), (20, 0), (40, 1))), 4, "2 closed loops; a sheet has one outline"),
+        ((entity("SPLINE", (70, 8)),), 4, "a SPLINE; an outline may have LINE"),
+        ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "a ARC whose numbers are missing"),
+        ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (230, -1)),), 4, "drawn from below"),
+        ((POLYLINE,), 0, 'states no length unit that is known; state it: unit = "mm"'),
+    ],
+)
+def test_what_is_no_outline_is_refused(entities: tuple[str, ...], unit: int, message: str, tmp_path: Path) -> None:
+    with pytest.raises(GeometryError, match=message):
+        read_outline(written(tmp_path / "a.dxf", *entities, unit=unit))
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"AutoCAD Binary DXF\r\n\x1a", "binary"),
+        (b"solid\nfacet\n", "no DXF file"),
+        (b"\xff\xfe\x00", "no length unit|no DXF"),
+    ],
+)
+def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) -> None:
+    (tmp_path / "a.dxf").write_bytes(data)
+    with pytest.raises(GeometryError, match=message):
+        read_outline(tmp_path / "a.dxf")

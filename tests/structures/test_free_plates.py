@@ -1,0 +1,104 @@
+"""Free plates: their frequencies against Kirchhoff's circular plate, their rigid motions, their mass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import iv, ivp, jv, jvp
+
+from seatfem.structures.lip import Lip
+from seatfem.structures.materials import Material
+from seatfem.structures.shapes import Disc, Flat, GeometryError, RingPlate, decode, encode
+from seatfem.structures.sheets import Sheet, SolvedSheet, solved_sheet
+
+STEEL = Material(206e9, 0.33, 7800.0)
+THIN = Disc(20e-3, 0.04e-3)
+RING = RingPlate(20e-3, 10e-3, 0.5e-3)
+LEISSA = {(2, 0): 5.253, (0, 1): 9.084, (3, 0): 12.23, (1, 1): 20.52}
+"""lambda^2 = w a^2 sqrt(rho h/D) by nodal diameters and circles, nu = 0.33: A. W. Leissa, Vibration of Plates, NASA
+SP-160 (1969), table 2.5; the values are rounded and up to 0.2 % off their own equation."""
+
+
+def edge(n: int, nu: float, k: float) -> float:
+    """Zero where J_n(k r/a) + c I_n(k r/a) has no moment and no edge force. Source: Leissa, equation 2.8."""
+    j, dj, i, di = jv(n, k), jvp(n, k), iv(n, k), ivp(n, k)
+    moments = k**2 * j + (1 - nu) * (k * dj - n**2 * j), k**2 * i - (1 - nu) * (k * di - n**2 * i)
+    forces = k**3 * dj + (1 - nu) * n**2 * (k * dj - j), k**3 * di - (1 - nu) * n**2 * (k * di - i)
+    return float((moments[0] * forces[1] - moments[1] * forces[0]) / i**2)
+
+
+@pytest.fixture(scope="module")
+def thin() -> SolvedSheet:
+    """h/a = 0.004: shear takes 1e-5 of its frequencies."""
+    return solved_sheet(Sheet(THIN, STEEL, 1.5e3), Lip.disc(1e-3), 0.0)
+
+
+def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
+    """To 0.1 % of Kirchhoff's plate: elements a fifth of the wave at the cutoff leave 0.06 %; pairs to that."""
+    rigidity = STEEL.young * THIN.thickness**3 / (12 * (1 - STEEL.poisson**2))
+    scale = (THIN.diameter / 2) ** 2 * math.sqrt(STEEL.density * THIN.thickness / rigidity)
+    found = thin.modes.omega * scale
+    for mode, ((n, _), published) in zip((3, 5, 6, 8), LEISSA.items(), strict=True):
+        root = brentq(lambda k, n=n: edge(n, STEEL.poisson, k), *(math.sqrt(published * f) for f in (0.98, 1.02)))
+        assert root**2 == pytest.approx(published, rel=2e-3)
+        assert found[mode] == pytest.approx(root**2, rel=1e-3)
+        if n:
+            assert found[mode + 1] == pytest.approx(found[mode], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "band", "lip"),
+    [
+        (THIN, 1.5e3, Lip.disc(1e-3)),
+        (replace(THIN, thickness=0.5e-3), 30e3, Lip(5e-3, 1e-3)),
+        (RING, 50e3, Lip(7.5e-3, 1e-3)),
+        (replace(RING, thickness=2e-3), 5e3, Lip(7.5e-3, 1e-3)),  # no elastic mode below the cutoff
+    ],
+)
+def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> None:
+    """w = 1, x, y alone cost no energy; pushed about its centre, it has the mass of the drawing, not of the mesh."""
+    found = solved_sheet(Sheet(shape, STEEL, band), lip, 0.0)
+    assert found.modes.complete
+    assert np.sum(found.modes.omega == 0) == 3
+    assert not found.modes.frequencies_hz[:3].any()
+    assert found.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
+    assert found.greens.residual.static()[0, 0] > 0
+
+
+def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
+    """The static compliance of all modes above a third of the band, by those up to the band, to the 0.1 % of the
+    shift; it is not lost in that of the rigid modes, which is infinite."""
+    narrow = solved_sheet(Sheet(THIN, STEEL, 0.5e3, size=1.2e-3), Lip.disc(1e-3), 0.0)
+    wide = solved_sheet(Sheet(THIN, STEEL, 5e3, size=1.2e-3), Lip.disc(1e-3), 0.0)
+    between = wide.greens.omega > narrow.greens.omega[-1] * (1 + 1e-6)
+    shapes = wide.greens.shapes[between, 0] / wide.greens.omega[between]
+    expected = float(shapes @ shapes) + wide.greens.residual.static()[0, 0]
+    assert narrow.greens.residual.static()[0, 0] == pytest.approx(expected, rel=1.5e-3)
+    assert float(shapes @ shapes) > 0.85 * expected
+
+
+def test_area_and_places() -> None:
+    assert RING.area == pytest.approx(math.pi * 75e-6)
+    assert RING.room == (5e-3, 10e-3)
+    assert RING.narrowest == pytest.approx(5e-3)
+    assert THIN.area == pytest.approx(math.pi * 1e-4)
+    assert decode(encode(RING)) == RING
+    assert decode(encode(THIN)) == THIN
+
+
+@pytest.mark.parametrize(
+    ("shape", "change", "message"),
+    [
+        (RING, {"inner_diameter": 20e-3}, r"RingPlate.inner_diameter = 0.02 m: must be < 0.02 m \(outer_diameter"),
+        (RING, {"thickness": 5e-3}, r"RingPlate.thickness = 0.005 m: must be < 0.005 m \(the ring's radial width"),
+        (RING, {"inner_diameter": 0.0}, r"RingPlate.inner_diameter = 0 m: must be a finite length > 0"),
+        (THIN, {"thickness": 10e-3}, r"Disc.thickness = 0.01 m: must be < 0.01 m \(half the diameter"),
+    ],
+)
+def test_what_is_no_plate_is_refused(shape: Flat, change: dict[str, float], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        replace(shape, **change)

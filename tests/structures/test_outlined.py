@@ -1,0 +1,131 @@
+"""Sheets of any outline: what is clamped of them, their frequencies, and outlines that are none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatfem.structures.materials import Material
+from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
+from seatfem.structures.sheets import Sheet, plate_modes
+
+STEEL = Material(206e9, 0.3, 7800.0)
+SQUARE = ((0.0, -5e-3), (10e-3, -5e-3), (10e-3, 5e-3), (0.0, 5e-3))
+ROOT = ((0.0, -5e-3), (0.0, 5e-3))
+PLATE = Outlined(SQUARE, 0.05e-3, (8e-3, 0.0), segment=ROOT)
+ELL = ((0.0, 0.0), (20e-3, 0.0), (20e-3, 10e-3), (16e-3, 10e-3), (16e-3, 4e-3), (0.0, 4e-3))
+HOOK = Outlined(ELL, 0.2e-3, (18e-3, 8e-3), side=(-1.0, 0.0, -2e-3))
+YOUNG = (3.4917, 8.5246, 21.429, 27.331, 31.111)
+"""lambda = w a^2 sqrt(rho h/D) of the square cantilever plate, nu = 0.3, by Ritz's method with beam functions, which is
+up to 0.7 % high: D. Young, J. Appl. Mech. 17 (1950) 448."""
+
+
+def frequencies(shape: Outlined, count: int = 5) -> np.ndarray:
+    band = 8e3 * shape.thickness / 0.05e-3
+    return plate_modes(Sheet(shape, STEEL, band))[0].modes.frequencies_hz[:count]
+
+
+def turned(places: tuple[tuple[float, float], ...], angle: float) -> tuple[tuple[float, float], ...]:
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    return tuple((float(x), float(y)) for x, y in np.array(places) @ turn + (3e-3, -7e-3))
+
+
+def test_the_square_cantilever_plate() -> None:
+    rigidity = STEEL.young * PLATE.thickness**3 / (12 * (1 - STEEL.poisson**2))
+    scale = 2 * np.pi * 1e-4 * math.sqrt(STEEL.density * PLATE.thickness / rigidity)
+    found = frequencies(PLATE) * scale
+    assert (found < YOUNG).all()
+    assert found == pytest.approx(YOUNG, rel=8e-3)
+
+
+def test_it_may_lie_anywhere_and_run_either_way() -> None:
+    angle = 0.7
+    segment = turned(ROOT, angle)
+    away = Outlined(turned(SQUARE[::-1], angle), 0.05e-3, turned(((8e-3, 0.0),), angle)[0], (segment[0], segment[1]))
+    assert away.area == pytest.approx(PLATE.area)
+    assert away.room == pytest.approx(PLATE.room)
+    assert frequencies(away) == pytest.approx(frequencies(PLATE), rel=1e-3)
+    assert decode(encode(away)) == away
+
+
+def test_beyond_a_line_all_is_clamped() -> None:
+    """As if the sheet ended there: an edge on the line, and a longer sheet cut by it, are the same."""
+    longer = ((-4e-3, -5e-3), *SQUARE[1:3], (-4e-3, 5e-3))
+    for outline in (SQUARE, longer):
+        cut = Outlined(outline, 0.05e-3, (8e-3, 0.0), side=(-2.0, 0.0, 0.0))
+        assert cut.area == pytest.approx(PLATE.area)
+        assert frequencies(cut) == pytest.approx(frequencies(PLATE), rel=1e-6)
+    assert HOOK.area == pytest.approx((18 * 4 + 4 * 6) * 1e-6)
+    assert HOOK.narrowest == pytest.approx(4e-3)
+
+
+def test_a_shorter_clamp_is_softer() -> None:
+    """Its ends become corners, so that nodes lie on them."""
+    short = replace(PLATE, segment=((0.0, -2e-3), (0.0, 2e-3)))
+    plate = plate_modes(Sheet(short, STEEL, 8e3))[0]
+    held = plate.mesh.points[plate.mesh.lines["clamped"]]
+    assert np.ptp(held[:, 1]) == pytest.approx(4e-3)
+    assert plate.modes.frequencies_hz[0] < 0.97 * frequencies(PLATE)[0]
+
+
+def test_a_flapper_by_its_corners() -> None:
+    """16 chords a quarter of the circle take 1e-3 of the area; a frequency is its mesh's 0.2 % off, too."""
+    reed = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
+    x, width = np.array(reed.widths(16)).T
+    upper = list(zip(x.tolist(), (width / 2).tolist(), strict=True))
+    lower = [(a, -b) for a, b in upper[:-1]]
+    shape = Outlined((*lower, *upper[::-1]), 0.3e-3, reed.centre, segment=((0.0, -4e-3), (0.0, 4e-3)))
+    assert shape.area == pytest.approx(reed.area, rel=1.2e-3)
+    found = plate_modes(Sheet(shape, STEEL, 10e3))[0].modes.frequencies_hz[:3]
+    assert found == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
+
+
+BOW = ((0.0, 0.0), (10e-3, 10e-3), (10e-3, 0.0), (0.0, 10e-3))
+SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"outline": SQUARE[:2]}, r"Outlined.outline = 2 points: 3 to 1000 finite points"),
+        ({"outline": (*SQUARE, SQUARE[0])}, r"Outlined.outline = 5 points: point 5 and the one after it are the same"),
+        ({"outline": BOW}, r"Outlined.outline = 4 points: it crosses or touches itself: its edges 1 and 3 meet"),
+        ({"outline": SPIKE}, r"Outlined.outline = 5 points: it crosses or touches itself: its edges 1 and 3 meet"),
+        ({"outline": ((0.0, 0.0), (5e-3, 0.0), (10e-3, 0.0))}, r"Outlined.outline = 3 points: it encloses no area"),
+        (
+            {"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))},
+            r"Outlined.outline = 4 .*: its edges 1 and 2",
+        ),
+        ({"segment": None}, r"Outlined.clamped = None: give a segment, or a normal"),
+        (
+            {"segment": ((1e-3, 0.0), (0.0, 5e-3))},
+            r"Outlined.clamped = \(0.001, 0\) m: this point is not on the outline",
+        ),
+        ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped = its two points: no straight part"),
+        ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
+        ({"segment": None, "side": (1.0, 0.0, -1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
+        ({"touched": (11e-3, 0.0)}, r"Outlined.contact_at = \(0.011, 0\) m: this point is not on the part that bends"),
+        ({"thickness": 10e-3}, r"Outlined.thickness = 0.01 m: must be < 0.01 m \(its narrowest part"),
+    ],
+)
+def test_what_is_no_sheet_is_refused(change: dict[str, object], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        replace(PLATE, **change)  # type: ignore[arg-type]
+
+
+def test_a_line_that_leaves_two_pieces_is_refused() -> None:
+    legs = (
+        (0.0, 0.0),
+        (12e-3, 0.0),
+        (12e-3, 8e-3),
+        (8e-3, 8e-3),
+        (8e-3, 4e-3),
+        (4e-3, 4e-3),
+        (4e-3, 8e-3),
+        (0.0, 8e-3),
+    )
+    with pytest.raises(GeometryError, match="leave one piece"):
+        Outlined(legs, 0.1e-3, (2e-3, 7e-3), side=(0.0, -1.0, -6e-3))

@@ -1,0 +1,74 @@
+"""Flappers with a slot in the neck or a hole in the paddle: outline, widths, mesh, frequencies."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatfem.structures.materials import Material
+from seatfem.structures.shapes import Flapper, GeometryError, decode, encode
+from seatfem.structures.sheets import Sheet, plate_modes
+
+REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
+SLOTTED = replace(REED, slot_width=2e-3, slot_length=8e-3)
+HOLED = replace(REED, hole_diameter=6e-3)
+STEEL = Material(206e9, 0.3, 7800.0)
+
+
+@pytest.mark.parametrize(("reed", "less"), [(REED, 0.0), (SLOTTED, np.pi * 1e-6 + 12e-6), (HOLED, np.pi * 9e-6)])
+def test_area_and_widths(reed: Flapper, less: float) -> None:
+    """Widths along the axis make up the outline; chords of a circle lose as the square of their number."""
+    assert reed.area == pytest.approx(290.709e-6 - less, rel=1e-5)
+    off = []
+    for n in (30, 60):
+        x, width = np.array(reed.widths(n)).T
+        assert (np.diff(x) > 0).all()
+        assert (width[:-1] > 0).all()
+        assert width[0] == pytest.approx(8e-3)
+        assert width[-1] == 0.0
+        assert x[-1] == pytest.approx(reed.length)
+        off.append(abs(np.trapezoid(width, x) / reed.area - 1))
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
+    assert off[1] < 1e-4
+    assert decode(encode(reed)) == reed
+
+
+@pytest.mark.parametrize("reed", [SLOTTED, HOLED, replace(SLOTTED, hole_diameter=1e-3, slot_width=0.5e-3)])
+def test_the_mesh_has_its_holes(reed: Flapper) -> None:
+    fine, coarse = plate_modes(Sheet(reed, STEEL, 20e3))
+    assert fine.mesh.area == pytest.approx(reed.area, rel=1e-5)
+    assert fine.modes.complete
+    assert fine.modes.frequencies_hz[:4] == pytest.approx(coarse.modes.frequencies_hz[:4], rel=3e-3)
+
+
+def test_what_slot_and_hole_do() -> None:
+    """A hole at the far end takes more mass than stiffness from the first mode; a slot in the neck takes stiffness:
+    the beam of the same widths says by how much (tests/impact/test_stepped_beam.py)."""
+    plain, slotted, holed = (
+        plate_modes(Sheet(reed, STEEL, 20e3))[0].modes.frequencies_hz[0] for reed in (REED, SLOTTED, HOLED)
+    )
+    assert plain == pytest.approx(196.6, rel=1e-3)
+    assert slotted < 0.95 * plain
+    assert holed > 1.05 * plain
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width is given, a slot has both"),
+        ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length is given"),
+        (
+            {"slot_width": 5.4e-3, "slot_length": 8e-3},
+            r"Flapper.slot_width = 0.0054 m: must be < 0.0054 m \(neck",
+        ),
+        ({"slot_width": 1e-3, "slot_length": 13e-3}, r"Flapper.slot_length = 0.013 m: must be < 0.013 m \(neck_length"),
+        ({"slot_width": 1e-3, "slot_length": 1e-3}, r"Flapper.slot_length = 0.001 m: must be > 0.001 m \(slot_width"),
+        ({"hole_diameter": 15.4e-3}, r"Flapper.hole_diameter = 0.0154 m: must be < 0.0154 m \(paddle_diameter"),
+        ({"hole_diameter": 0.0}, r"Flapper.hole_diameter = 0 m: must be a finite length > 0"),
+    ],
+)
+def test_what_does_not_fit_is_refused(change: dict[str, float], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        replace(REED, **change)

@@ -1,0 +1,122 @@
+"""The ball: its modes against Lamb's sphere, its mass, its flight, its local compliance."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.natural_modes import Wanted
+from seatfem.study.impacts.contact import RunError, striker_of
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+YOUNG, POISSON, DENSITY, RADIUS, FACET = 200e9, 0.3, 7850.0, 5e-3, 0.6e-3
+SPEED = 0.5
+SHEAR_WAVE = math.sqrt(YOUNG / (2 * (1 + POISSON)) / DENSITY)
+RATIO = 2 * (1 - POISSON) / (1 - 2 * POISSON)  # (c_p/c_s)^2
+MASS = DENSITY * 4 / 3 * math.pi * RADIUS**3
+BALL = """kind = "ball"
+diameter = "10 mm"
+contact_radius = "0.6 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+greens = { bandwidth = "400 kHz" }
+mesh = { size = "0.8 mm", contact_size = "0.15 mm" }
+"""
+SPRING = 'kind = "spring"\nstiffness = "200 N/um"\n'
+FLIGHT = 'velocity = "-0.5 m/s"\n'
+RUN = '[contact]\ngap = "1 um"\n[run]\nduration = "0.2 ms"\n'
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+
+def scene_of(folder: Path, reed: str = BALL + FLIGHT, seat: str = SPRING) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"[seat]\n{seat}[reed]\n{reed}{RUN}", encoding="utf-8")
+    return load_scene(path)
+
+
+def breathing(x: float) -> float:
+    """Zero for the radial mode of a free sphere, x = w R/c_p. Source: A. E. H. Love, Elasticity, article 196."""
+    return math.cos(x) / math.sin(x) * x - 1 + RATIO / 4 * x**2
+
+
+def twist(x: float) -> float:
+    """Zero for the lowest toroidal mode, d/dr (j_2(r)/r) = 0 at r = x = w R/c_s: x j_2' = j_2."""
+    j = (3 / x**3 - 1 / x) * math.sin(x) - 3 / x**2 * math.cos(x)
+    before = math.sin(x) / x**2 - math.cos(x) / x
+    return x * (before - 3 / x * j) - j
+
+
+def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
+    """Its facet is a 100th of its section and moves them by less than a part in a thousand; six are rigid."""
+    modes = scene_of(tmp_path).reed.natural_modes(Wanted(48), Stopwatch(), lambda *given: None)
+    assert modes is not None
+    assert modes.complete
+    found = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
+    assert np.sum(found == 0) == 6
+    torsion = brentq(twist, 2.0, 3.0)
+    assert torsion == pytest.approx(2.5011, rel=1e-4)
+    assert found[6:11] == pytest.approx([torsion] * 5, rel=1e-3)
+    radial = brentq(breathing, 1.5, 3.0) * math.sqrt(RATIO)
+    assert np.abs(found / radial - 1).min() < 1e-3
+
+
+def test_it_flies_as_a_rigid_body_of_its_mass(tmp_path: Path) -> None:
+    """The facet takes 3/16 (a/R)^4 of the mass, the mesh less; what it gives back is m (1 + e)."""
+    scene = scene_of(tmp_path)
+    body = striker_of(scene)
+    assert body.greens.mass() == pytest.approx(MASS, rel=1e-4)
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] == 1
+    assert found["impact_velocity_m_per_s"] == pytest.approx(SPEED, rel=1e-9)
+    assert found["impulse_Ns"] == pytest.approx(MASS * SPEED * (1 + float(str(found["restitution"]))), rel=2e-3)
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+def test_its_facet_has_the_compliance_of_a_disc_on_a_half_space(tmp_path: Path) -> None:
+    """Under a uniform pressure 16 (1 - nu^2)/(3 pi^2 E a) on average, as a/R goes to zero; a free sphere differs by the
+    first order in a/R, which two facets extrapolate to 1 %."""
+    relative = []
+    for facet in (FACET, FACET / 2):
+        keys = BALL.replace("0.6 mm", f"{1e3 * facet:g} mm").replace("0.15 mm", f"{250 * facet:g} mm")
+        modal = striker_of(scene_of(tmp_path, keys + FLIGHT)).greens.modal
+        assert modal is not None
+        elastic = modal.omega > 0
+        assert np.sum(~elastic) == 1
+        shapes = modal.shapes[elastic, 0] / modal.omega[elastic]
+        compliance = float(shapes @ shapes) + modal.residual.static()[0, 0]
+        relative.append(compliance * 3 * math.pi**2 * YOUNG * facet / (16 * (1 - POISSON**2)))
+    assert relative[0] < relative[1] < 1
+    assert 2 * relative[1] - relative[0] == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "message"),
+    [
+        ('contact_radius = "2.5 mm"\n', "reed.contact_radius", "must be < 0.0025 m (half of the ball's radius"),
+        ('arc = "90 deg"\n', "reed.arc", "a ball touches with its whole facet"),
+        ('fixed = "underside"\n', "reed.fixed", "'nothing'"),
+    ],
+)
+def test_keys_that_do_not_fit(tmp_path: Path, change: str, key: str, message: str) -> None:
+    name = change.partition(" ")[0]
+    kept = "".join(f"{line}\n" for line in BALL.splitlines() if not line.startswith(f"{name} "))
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, kept + change + FLIGHT)
+    assert key in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
+    mass = 'kind = "rigid_mass"\nmass = "1 g"\n' + FLIGHT
+    with pytest.raises(RunError, match=r"seat.fixed names no face"):
+        run_scene(scene_of(tmp_path, mass, BALL), tmp_path / "out")

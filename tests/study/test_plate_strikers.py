@@ -1,0 +1,198 @@
+"""Free plates in scenes: they fly, land and give their momentum back."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from seatfem.structures.cache import key_of
+from seatfem.study.impacts.contact import RunError, striker_of
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+RING = 'kind = "ring_plate"\nouter_diameter = "20 mm"\ninner_diameter = "10 mm"\nthickness = "0.5 mm"\n'
+DISC = 'kind = "disc"\ndiameter = "20 mm"\nthickness = "0.5 mm"\n'
+COARSE = 'greens = { bandwidth = "50 kHz" }\n'
+SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+FLIGHT = 'velocity = "-2 m/s"\n'
+RUN = '[contact]\ngap = "1 um"\n[run]\nduration = "12 ms"\ntime_step = "0.5 us"\n[accuracy]\ntarget = "20 %"\n'
+FLAPPER = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+"""
+SLOT, HOLE = 'slot_width = "2 mm"\nslot_length = "8 mm"\n', 'hole_diameter = "6 mm"\n'
+SHEET = """kind = "sheet"
+outline = [["0 mm", "-4 mm"], ["20 mm", "-3 mm"], ["20 mm", "3 mm"], ["0 mm", "4 mm"]]
+clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
+contact_at = ["17 mm", "0 mm"]
+thickness = "0.5 mm"
+"""
+LANDING = 'release = { velocity = "-2 m/s" }\n'
+BRIEF = RUN.replace("12 ms", "2 ms")
+DENSITY, SPEED = 7850.0, 2.0
+MASSES = {RING: DENSITY * 0.5e-3 * math.pi * 75e-6, DISC: DENSITY * 0.5e-3 * math.pi * 1e-4}
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "draw_run", lambda *given: ((), ()))
+
+
+def scene_of(folder: Path, reed: str, seat: str = SPRING, run: str = RUN) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f"[seat]\n{seat}[reed]\n{reed}{run}", encoding="utf-8")
+    return load_scene(path)
+
+
+@pytest.mark.parametrize("plate", MASSES)
+def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
+    """Its vibrations die out (exp(-30)), and the centre of mass has left with what the impulse gave it."""
+    scene = scene_of(tmp_path, plate + COARSE + FLIGHT + "damping_ratio = 0.05\n")
+    problem = impact.ContactProblem(striker_of(scene), impact.spring(stiffness=20e6))
+    result = impact.solve(problem, dt=0.5e-6, duration=12e-3)
+    assert not result.force[-20000:].any()
+    u = result.striker_displacement
+    speed = (u[-1] - u[-2001]) / (2000 * result.dt)
+    impulse = impact.measures.impulse(result)
+    assert impulse == pytest.approx(MASSES[plate] * (speed + SPEED), rel=1e-9)
+    assert SPEED / 2 < speed < SPEED
+
+
+@pytest.mark.parametrize("plate", MASSES)
+def test_it_lands_on_a_spring(plate: str, tmp_path: Path) -> None:
+    """As any other striker does in a run; a rigid mass as heavy gives back 2 m v, a plate that rings less."""
+    found = run_scene(scene_of(tmp_path, plate + COARSE + FLIGHT), tmp_path / "out").summary
+    assert found["impact_velocity_m_per_s"] == pytest.approx(SPEED, rel=1e-6)
+    assert MASSES[plate] * SPEED < float(str(found["impulse_Ns"])) <= 2 * MASSES[plate] * SPEED
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+def test_a_force_drives_it(tmp_path: Path) -> None:
+    """u = F t^2/(2 m) of its contact's mean, once its own compliance is small beside that."""
+    scene = scene_of(tmp_path, RING + COARSE + 'damping_ratio = 0.05\nforce = "1 N"\n')
+    problem = impact.ContactProblem(striker_of(scene), impact.spring(stiffness=20e6))
+    result = impact.solve(problem, dt=0.5e-6, duration=2e-3)
+    assert result.striker_displacement[-1] == pytest.approx((2e-3) ** 2 / (2 * MASSES[RING]), rel=1e-3)
+
+
+def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
+    """In the middle of the annulus, a quarter as wide; and what its Green's function depends on."""
+    reeds = [
+        scene_of(tmp_path, RING + COARSE + FLIGHT + more).reed
+        for more in ("", 'contact_radius = "7.5 mm"\ncontact_width = "1.25 mm"\n', 'contact_width = "2 mm"\n')
+    ]
+    first, same, wider = (reed.body().greens for reed in reeds)
+    t = np.linspace(0, 1e-4, 50)
+    assert first.filtered(t, 2e-5) == pytest.approx(same.filtered(t, 2e-5), rel=1e-9)
+    assert np.abs(first.filtered(t, 2e-5) - wider.filtered(t, 2e-5)).max() > 0
+    assert len({key_of(reed, reed.stated()) for reed in reeds}) == 3
+
+
+@pytest.mark.parametrize(
+    ("plate", "change", "key", "message"),
+    [
+        (RING, 'contact_radius = "5.2 mm"\n', "reed.contact_radius", "the hole there reaches to 0.005 m"),
+        (RING, 'contact_radius = "9.8 mm"\n', "reed.contact_radius", "from the plate's centre, the plate 0.01 m"),
+        (RING, 'contact_width = "6 mm"\n', "reed.contact_width", "the plate 0.01 m"),
+        (DISC, 'contact_radius = "11 mm"\n', "reed.contact_radius", "from the plate's centre, the plate 0.01 m"),
+        (DISC, 'contact_width = "3 mm"\n', "reed.contact_width", "more than twice contact_radius, 0.00125 m"),
+        (FLAPPER, 'slot_width = "2 mm"\n', "reed.slot_length", "slot_width is given, a slot has both"),
+        (FLAPPER, SLOT.replace('"2 mm"', '"6 mm"'), "reed.slot_width", "must be < 0.0054 m (neck_width"),
+        (FLAPPER, 'hole_diameter = "16 mm"\n', "reed.hole_diameter", "must be < 0.0154 m (paddle_diameter"),
+        (FLAPPER, HOLE + 'contact_radius = "3.2 mm"\n', "reed.contact_radius", "the hole there reaches to 0.003 m"),
+        (
+            SHEET,
+            'outline = [["0 mm", "0 mm"], ["9 mm", "9 mm"], ["9 mm", "0 mm"], ["0 mm", "9 mm"]]\n',
+            "reed.outline",
+            "edges 1 and 3",
+        ),
+        (
+            SHEET,
+            'clamped = [["0 mm", "-4 mm"], ["1 mm", "0 mm"]]\n',
+            "reed.clamped",
+            "(0.001, 0) m: this point is not on",
+        ),
+        (SHEET, "clamped = { normal = [1, 0] }\n", "reed.clamped.offset", "normal and offset belong together"),
+        (SHEET, 'clamped = { normal = [1, 0], offset = "30 mm" }\n', "reed.clamped", "the line must cut the sheet"),
+        (SHEET, 'contact_at = ["21 mm", "0 mm"]\n', "reed.contact_at", "(0.021, 0) m: this point is not on the part"),
+        (
+            SHEET,
+            'contact_radius = "3.5 mm"\n',
+            "reed.contact_radius",
+            "reaches 0.0035 m from contact_at, the plate 0.003 m",
+        ),
+        (SHEET, 'thickness = "7 mm"\n', "reed.thickness", "its narrowest part: a sheet is thinner"),
+        (DISC, 'deflection = "1 mm"\n', "reed.deflection", "give it a velocity"),
+    ],
+)
+def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str, message: str) -> None:
+    motion = LANDING if plate in (FLAPPER, SHEET) else FLIGHT if "deflection" not in change else ""
+    name = change.partition(" ")[0]
+    kept = "".join(f"{line}\n" for line in plate.splitlines() if not line.startswith(f"{name} "))
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, kept + change + motion)
+    assert key in str(caught.value)
+    assert message in str(caught.value)
+
+
+def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, 'kind = "rigid_mass"\nmass = "1 g"\n' + FLIGHT, DISC)
+    with pytest.raises(RunError, match=r"seat.kind = 'disc' is free to move, so it has no static stiffness"):
+        run_scene(scene, tmp_path / "out")
+
+
+def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
+    """On the ring about its hole, at the velocity that is stated for it."""
+    scene = scene_of(tmp_path, FLAPPER + SLOT + HOLE + COARSE.replace("50", "20") + LANDING, run=BRIEF)
+    body = striker_of(scene)
+    start = body.modal_start()
+    assert not start.displacement.any()
+    speed = start.velocity @ body.greens.modal.shapes[:, 0]  # type: ignore[union-attr]
+    assert speed == pytest.approx(-SPEED, rel=1e-6)  # of the contact that is not stated: the ring midway
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] > 0
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
+    """Its Green's function depends on what the file holds, and on the part that is clamped."""
+    circle = "0\nCIRCLE\n10\n20\n20\n0\n40\n{}\n"
+    section = "0\nSECTION\n2\nENTITIES\n" + circle + "0\nENDSEC\n0\nEOF\n"
+    keys = 'kind = "sheet"\nfile = "reed.dxf"\nunit = "mm"\nthickness = "0.5 mm"\ncontact_at = ["24 mm", "0 mm"]\n'
+    clamped = 'clamped = { normal = [-1, 0], offset = "-12 mm" }\n'
+    hashes = set()
+    for radius in ("10", "11"):
+        (tmp_path / "reed.dxf").write_text(section.format(radius), encoding="utf-8")
+        scene = scene_of(tmp_path, keys + clamped + COARSE + LANDING, run=BRIEF)
+        hashes.add(key_of(scene.reed, scene.reed.stated()))
+    assert len(hashes) == 2
+    found = run_scene(scene, tmp_path / "out").summary
+    assert found["contact_count"] > 0
+    assert float(str(found["energy_residual"])) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "message"),
+    [
+        ('file = "reed.dxf"\n', "reed.file", "reed.dxf: no DXF file"),
+        ('file = "reed.dxf"\n' + SHEET.splitlines()[1] + "\n", "reed.outline", "exactly one of outline and file"),
+        ("", "reed.outline", "exactly one of outline and file"),
+        (SHEET.splitlines()[1] + '\nunit = "mm"\n', "reed.unit", "only a file has one"),
+    ],
+)
+def test_outlines_and_files(tmp_path: Path, change: str, key: str, message: str) -> None:
+    (tmp_path / "reed.dxf").write_text("solid\nfacet\n", encoding="utf-8")
+    kept = "".join(f"{line}\n" for line in SHEET.splitlines() if not line.startswith("outline"))
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, kept + change + LANDING)
+    assert key in str(caught.value)
+    assert message in str(caught.value)
