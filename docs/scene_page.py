@@ -171,6 +171,8 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
             return f"list of {count}pairs of {' and '.join(mixed)}"
         shown = f", `{_toml(field.examples[0])}`" if field.examples else ""
         return f"list of {count}lists of {_NUMBERS[len(inner)]} {_dimension(inner[0])}s{shown}"
+    if any_number and get_origin(first) is Annotated and (dimension := _dimension(first)) in DIMENSIONS:
+        return f"list of {dimension}s, `{_toml([DIMENSIONS[dimension].example] * 2)}`"
     if any_number:
         return f"list of {_one_of(first)}"
     dimension = _dimension(first)

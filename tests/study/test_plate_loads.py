@@ -141,7 +141,7 @@ def test_energy_under_loads_and_contact(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 0.009 m is more than the paddle's"),
+        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 0.009 m is more than the plate has"),
         ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: there is no pressure"),
         (
             'point_force = { value = "1 N", at = "40 mm" }\n',
