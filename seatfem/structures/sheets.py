@@ -12,11 +12,9 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
-from impact.progress import Progress, silent
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, everywhere, plate_ports
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
 from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
@@ -185,40 +183,43 @@ def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:
 
 
 @lru_cache(maxsize=8)
-def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float) -> SolvedSheet:
+def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float, *, mesh_error: bool = True) -> SolvedSheet:
     """The plate with the ports of these lips by its eigenmodes up to three times the band.
 
-    On two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve reeds of two shapes
-    were off by a half of that at most. Never by Krylov vectors of the ports: they miss modes that these hardly see,
-    whose compliance then acts at once.
+    With ``mesh_error`` on two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve
+    reeds of two shapes were off by a half of that at most. Never by Krylov vectors of the ports: they miss modes that
+    these hardly see, whose compliance then acts at once.
 
     Raises:
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.
     """
-    plate, coarser = plate_modes(asked)
-    fine, coarse = (each.greens(lips, damping_ratio) for each in (plate, coarser))
+    plate = plate_modes(asked)
+    fine = plate.greens(lips, damping_ratio)
+    if not mesh_error:
+        return SolvedSheet(fine, plate)
+    coarser = plate_modes(asked, COARSENING)
+    coarse = coarser.greens(lips, damping_ratio)
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
-    right, off = (each.filtered_matrix(t, width)[0] for each in (fine, coarse))  # all ports under the first one's push
+    right, off = (each.filtered_matrix(t, width, [0]) for each in (fine, coarse))
     ratio = float(np.clip(math.sqrt(len(plate.mesh.cells) / len(coarser.mesh.cells)), 1.1, COARSENING))
-    mesh_error = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
-    error = ErrorEstimate(fine.error.reduction, mesh_error)
+    off_by = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
+    error = ErrorEstimate(fine.error.reduction, off_by)
     return SolvedSheet(fine.with_error(error, fine.origin), plate)
 
 
-@lru_cache(maxsize=4)
-def _plates(asked: Sheet) -> tuple[PlateModes, PlateModes]:
+@lru_cache(maxsize=8)
+def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
+    """The plate on its mesh, or one of elements ``coarser`` times as large; found once in a process.
+
+    Raises as `solved_sheet`.
+    """
     asked.check()
-    with GmshSession() as gmsh:
-        meshes = [mesh_sheet(asked.shape, factor * asked.element_size, gmsh=gmsh) for factor in (1.0, COARSENING)]
-    fine, coarse = (_modes_on(mesh, asked) for mesh in meshes)
-    return fine, coarse
-
-
-def plate_modes(asked: Sheet, progress: Progress = silent) -> tuple[PlateModes, PlateModes]:
-    """The plate on its mesh, and on one coarser by `COARSENING`; found once in a process. Raises as `solved_sheet`."""
-    progress("modes", 0.0)
-    return _plates(asked)
+    mesh = mesh_sheet(asked.shape, coarser * asked.element_size)
+    clamped = CLAMPED if asked.shape.is_clamped else ()
+    model = assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped)
+    modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
+    return PlateModes(asked, mesh, model, modes)
 
 
 def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
@@ -232,10 +233,3 @@ def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
         clamped=CLAMPED if asked.shape.is_clamped else (),
         ports=patches_of(asked, lips),
     )
-
-
-def _modes_on(mesh: PlateMesh, asked: Sheet) -> PlateModes:
-    clamped = CLAMPED if asked.shape.is_clamped else ()
-    model = assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped)
-    modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
-    return PlateModes(asked, mesh, model, modes)

@@ -25,6 +25,7 @@ SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.me
 BAND, TOLERANCE = "seat.greens.bandwidth", "seat.greens.tolerance"
 MODES, STEP, RINGS = "reed.n_modes", "run.time_step", "contact.rings"
 PORTS: Final = "contact.ports"
+REED_BAND: Final = "reed.greens.bandwidth"
 SEAT_MODES: Final = "seat.n_modes"
 FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODEL: ("seat", "level"),
@@ -39,6 +40,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     STEP: ("time_step",),
     RINGS: ("seat", "rings"),
     PORTS: ("ports",),
+    REED_BAND: ("reed", "bandwidth"),
 }
 """Where a method has what a scene states at a dotted key, for every key that a plan may choose."""
 

@@ -14,6 +14,7 @@ FREE: Final = 0.1  # part of the cost that may be spent on an error of nothing i
 ENDLESS: Final = 1e9  # bar in place of an infinite one, of a measure that a model makes vanish: they can be compared
 STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach
+MODES_SHARE: Final = 0.5  # the same of the modes of a plate that strikes
 ARCS_SHARE: Final = 0.5  # part of the target that the arcs of a lip may use up
 LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level may use up by itself
 

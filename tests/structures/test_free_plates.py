@@ -34,7 +34,7 @@ def edge(n: int, nu: float, k: float) -> float:
 @pytest.fixture(scope="module")
 def thin() -> SolvedSheet:
     """h/a = 0.004: shear takes 1e-5 of its frequencies."""
-    return solved_sheet(Sheet(THIN, STEEL, 1.5e3), Lip.disc(1e-3), 0.0)
+    return solved_sheet(Sheet(THIN, STEEL, 1.5e3), (Lip.disc(1e-3),), 0.0)
 
 
 def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
@@ -61,7 +61,7 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
 )
 def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> None:
     """w = 1, x, y alone cost no energy; pushed about its centre, it has the mass of the drawing, not of the mesh."""
-    found = solved_sheet(Sheet(shape, STEEL, band), lip, 0.0)
+    found = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
     assert found.modes.complete
     assert np.sum(found.modes.omega == 0) == 3
     assert not found.modes.frequencies_hz[:3].any()
@@ -72,8 +72,8 @@ def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> N
 def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
     """The static compliance of all modes above a third of the band, by those up to the band, to the 0.1 % of the
     shift; it is not lost in that of the rigid modes, which is infinite."""
-    narrow = solved_sheet(Sheet(THIN, STEEL, 0.5e3, size=1.2e-3), Lip.disc(1e-3), 0.0)
-    wide = solved_sheet(Sheet(THIN, STEEL, 5e3, size=1.2e-3), Lip.disc(1e-3), 0.0)
+    narrow = solved_sheet(Sheet(THIN, STEEL, 0.5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
+    wide = solved_sheet(Sheet(THIN, STEEL, 5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
     between = wide.greens.omega > narrow.greens.omega[-1] * (1 + 1e-6)
     shapes = wide.greens.shapes[between, 0] / wide.greens.omega[between]
     expected = float(shapes @ shapes) + wide.greens.residual.static()[0, 0]

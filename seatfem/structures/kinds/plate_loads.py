@@ -114,12 +114,12 @@ class ClampedPlate(ThinPlate):
     def _has_pressed_disc(self) -> bool:
         return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
 
-    @property
-    def plate(self) -> PlateModes:
-        """Its modes, whatever touches it; found once in a process."""
+    def plate(self, greens: GreensFunction) -> PlateModes:
+        """The modes behind its Green's function, whatever touches it; found once in a process."""
         from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
 
-        return plate_modes(self.sheet())[0]
+        band = greens.provenance.get("bandwidth_Hz")
+        return plate_modes(self.sheet(band if isinstance(band, float) else None))
 
     @property
     def moved_by(self) -> tuple[str, ...]:
@@ -136,7 +136,7 @@ class ClampedPlate(ThinPlate):
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         body = super().body(self.solved().greens if greens is None else greens, n_modes, at)
-        state = body.state if self.release is None else self._state(self.plate, self.release)
+        state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
     @property
@@ -149,28 +149,25 @@ class ClampedPlate(ThinPlate):
             raise KeyProblem(key, f"{at:g} m lies beyond the reed, which ends at {self.axis:g} m")
 
     def pushed_at(self, body: Body, at: float | None) -> Array:
-        return self.plate.centre if at is None else self.plate.at_point(at, "the point of a force")
+        plate = self.plate(body.greens)
+        return plate.centre if at is None else plate.at_point(at, "the point of a force")
 
     def blown(self, body: Body) -> Array:
-        return self._on_disc(self.radius)[0]
+        return _on_disc(self.plate(body.greens), self.radius)[0]
 
     def weight(self, body: Body) -> tuple[Array, float]:
-        return self.plate.mean, self.plate.mass
+        plate = self.plate(body.greens)
+        return plate.mean, plate.mass
 
-    def _pressed(self) -> tuple[Array, float]:
+    def _pressed(self, plate: PlateModes) -> tuple[Array, float]:
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
-            return self.plate.mean, self.plate.mesh.area
-        return self._on_disc(self.pressure_radius)
-
-    def _on_disc(self, radius: float) -> tuple[Array, float]:
-        """The same of a disc about the paddle's centre."""
-        (patch,) = Lip.disc(radius).patches(self.plate.sheet.shape.centre).values()
-        return self.plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
+            return plate.mean, plate.mesh.area
+        return _on_disc(plate, self.pressure_radius)
 
     def _loads(self, body: Body) -> Iterator[Load]:
         if self.pressure is not None:
-            mean, area = self._pressed()
+            mean, area = self._pressed(self.plate(body.greens))
             yield Load(mean, scaled(self.pressure.course, area))
         if self.point_force is not None:
             yield Load(self.pushed_at(body, self.point_force.at), self.point_force.course)
@@ -182,7 +179,7 @@ class ClampedPlate(ThinPlate):
         centre, omega = plate.centre, plate.modes.omega
         none = np.zeros_like(omega)
         if release.deflection is not None:  # q_k = F s_k/omega_k^2
-            each = (centre if release.shape == "force" else self._pressed()[0]) / omega**2
+            each = (centre if release.shape == "force" else self._pressed(plate)[0]) / omega**2
             return ModalState(release.deflection / float(centre @ each) * each, none)
         assert release.velocity is not None
         if (mode := release.mode - 1) >= len(omega):
@@ -194,6 +191,12 @@ class ClampedPlate(ThinPlate):
         rate = none.copy()
         rate[mode] = release.velocity / centre[mode]
         return ModalState(none, rate)
+
+
+def _on_disc(plate: PlateModes, radius: float) -> tuple[Array, float]:
+    """(m,) mean of the modes on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
+    (patch,) = Lip.disc(radius).patches(plate.sheet.shape.centre).values()
+    return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())
 
 
 def constant(value: float) -> Callable[[Array], Array]:

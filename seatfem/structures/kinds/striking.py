@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -39,6 +40,11 @@ class Striking(Table):
         ``face``: of what it strikes.
         """
         return None
+
+    @property
+    def widest_band(self) -> float:
+        """Highest band up to which its theory holds [Hz]."""
+        return math.inf
 
     @property
     def states_contact(self) -> bool:

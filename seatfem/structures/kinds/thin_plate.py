@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
@@ -136,11 +137,22 @@ class ThinPlate(Moving):
             ),
         )
 
-    def sheet(self) -> Sheet:
-        """What its modes and its Green's function depend on."""
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        return replace(super().stated(error, rings), bandwidth=self.greens.bandwidth, size=self.mesh.size)
+
+    @property
+    def widest_band(self) -> float:
+        """Band whose highest modes have waves of six thicknesses [Hz]."""
+        from seatfem.structures.sheets import CUTOFF  # as in `sheet`
+
+        own = self.greens.bandwidth
+        return own * (SHORTEST * self.sheet().bending_wave(own) / self.thickness) ** 2 / CUTOFF
+
+    def sheet(self, band: float | None = None) -> Sheet:
+        """What its modes depend on; ``band``: in place of the table's [Hz]."""
         from seatfem.structures.sheets import Sheet  # scenes are read without finite elements
 
-        return Sheet(self.geometry(), self.material.solid, self.greens.bandwidth, self.mesh.size)
+        return Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
     def lips(self, lip: Lip | None) -> tuple[Lip, ...]:
         """Its own contact and, where it is struck along a lip, that one's arcs; a whole lip in place of its own."""
@@ -150,11 +162,14 @@ class ThinPlate(Moving):
     def states_contact(self) -> bool:
         return self.contact_radius is not None
 
-    def solved(self, lip: Lip | None = None) -> SolvedSheet:
-        """Its modes, computed once in a process, and its Green's function, of a lip's ports or of its own one."""
+    def solved(self, lip: Lip | None = None, band: float | None = None, *, mesh_error: bool = True) -> SolvedSheet:
+        """Its modes and its Green's function, computed once in a process.
+
+        ``lip``: in place of its own contact; ``band``: in place of the table's [Hz].
+        """
         from seatfem.structures.sheets import solved_sheet  # as above
 
-        return solved_sheet(self.sheet(), self.lips(lip), self.damping_ratio)
+        return solved_sheet(self.sheet(band), self.lips(lip), self.damping_ratio, mesh_error=mesh_error)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()
@@ -164,7 +179,7 @@ class ThinPlate(Moving):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            found = self.solved(method.lip)
+            found = self.solved(method.lip, method.bandwidth, mesh_error=mesh_error)
         about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
         return Solved(found.greens, model=found.model, modes=found.modes, about=about)
 

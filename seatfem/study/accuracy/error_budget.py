@@ -16,7 +16,7 @@ from impact.runs.variations import of_g as of_body
 from seatfem.structures.rings import OF_TWICE, Division, divided_less, left_by, parts_behind, rings_of, with_fewer_rings
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.impacts.contact import measures_of, problem_of, stopper_of, striker_of
+from seatfem.study.impacts.contact import measures_of, problem_of, solved_striker, stopper_of, striker_of
 from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod
@@ -61,7 +61,7 @@ def error_budget(
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
         "model": _of_model(scene, method, seat, problem),
-        "patch": _of_patch(scene, seat, problem),
+        "patch": _of_patch(scene, method, seat, problem),
     }
     of_reed = {} if reed is None else _of_reed(scene, reed, problem)
     if reed is not None:
@@ -151,11 +151,11 @@ def _of_reed(scene: Scene, reed: Solved, problem: ContactProblem) -> Mapping[str
     return {"mesh": mesh, "reduction": reduction, "level": of_body(problem, striker, reed.level_error)}
 
 
-def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
+def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
     division, model = Division.of(seat.greens), seat.in_rings
     rings = division.rings
     if division.arcs > 1:
-        return _of_arcs(scene, seat, problem)
+        return _of_arcs(scene, method, seat, problem)
     if rings > 2:
         return ((_with_seat(scene, problem, with_fewer_rings(seat.greens, 1), left_by(rings)),),)
     if model is None:
@@ -164,12 +164,15 @@ def _of_patch(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | No
     return ((Variation(divided, 1 + left_by(rings_of(model)), same),),)
 
 
-def _of_arcs(scene: Scene, seat: Solved, problem: ContactProblem) -> Terms | None:
+def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
     """What twice as many arcs of the lip change, on both bodies."""
     division, finer = Division.of(seat.greens), seat.in_rings
     if finer is None or Division.of(finer) != parts_behind(division):
         return None
-    striker = striker_of(scene, ports=2 * division.arcs) if scene.reed.meets_lips else problem.striker
+    striker = problem.striker
+    if scene.reed.meets_lips:
+        twice = solved_striker(scene, method=method.along(scene, 2 * division.arcs).reed, mesh_error=False)
+        striker = striker_of(scene, greens=None if twice is None else twice.greens)
     stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
     as_before = problem_of(scene, problem.striker, same, stopper)
     return ((Variation(problem_of(scene, striker, impact.Body(finer), stopper), OF_TWICE, as_before),),)

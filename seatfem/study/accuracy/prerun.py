@@ -23,6 +23,7 @@ from impact.march.motion import Discrete
 from impact.march.stepper import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
+from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
@@ -64,7 +65,7 @@ def stand_in_of(scene: Scene, progress: Progress = silent) -> GreensFunction | N
     """What pre-runs take for a striker that has to be computed: nothing is, unless nothing stands for it."""
     if not scene.reed.is_solved:
         return None
-    if scene.reed.meets_lips and (solved := solved_striker(scene, progress)) is not None:
+    if scene.reed.meets_lips and (solved := solved_striker(scene, progress, mesh_error=False)) is not None:
         return solved.greens
     with in_role("reed", scene.reed):
         found = scene.reed.stand_in(scene.run.duration, scene.seat.face)
@@ -123,6 +124,7 @@ class Bench:
         window: the part of the run that they march.
         striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
+        narrow: whether the striker is without its highest modes, as `impact.runs.variations.narrower` has it.
     """
 
     scene: Scene
@@ -130,6 +132,7 @@ class Bench:
     window: Window
     striker: GreensFunction | None = None
     stopper: Body | None = None
+    narrow: bool = False
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -165,6 +168,7 @@ class Bench:
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
             body = advanced(striker_of(self.scene, n_modes, self.striker), start)
+            body = (narrower(body) if self.narrow else None) or body
             discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -20,7 +20,6 @@ from seatfem.structures.build import Cache, Solved, build
 from seatfem.structures.cache import key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
-from seatfem.structures.lip import Lip
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.external import loaded
@@ -36,7 +35,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import gaps_of, line_of, lip_of, on_the_reed
+from seatfem.study.scene.lips import gaps_of, line_of
 from seatfem.study.scene.measures import Blow, any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -66,29 +65,31 @@ def seat_of(
 
 
 def striker_of(
-    scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, ports: int | None = None
+    scene: Scene, n_modes: int | None = None, greens: GreensFunction | None = None, method: Method | None = None
 ) -> impact.Body:
     """The scene's striker.
 
     Args:
         n_modes: of a body known by its own modes, in place of the number that it states.
         greens: of a body whose Green's function has to be computed; ``None``: it is computed.
-        ports: arcs of the seat's lip; ``None``: those that the scene states.
+        method: by which; ``None``: as the scene states it.
     """
-    if greens is None and (solved := solved_striker(scene, ports=ports)) is not None:
+    if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     with in_role("reed", scene.reed):
         return loaded(scene, scene.reed.body(greens, n_modes, scene.contact_at))
 
 
-def solved_striker(scene: Scene, progress: Progress = silent, ports: int | None = None) -> Solved | None:
-    """The striker, computed as its own keys state, with the error of its mesh; ``None`` of a closed form.
-
-    ``ports``: arcs of the seat's lip; ``None``: those that the scene states.
-    """
+def solved_striker(
+    scene: Scene, progress: Progress = silent, method: Method | None = None, *, mesh_error: bool = True
+) -> Solved | None:
+    """The striker, computed by a method, by default as its own keys state, with the error of its mesh; ``None`` of a
+    closed form."""
+    if not scene.reed.is_solved:
+        return None
     with in_role("reed", scene.reed):
-        lip = on_the_reed(scene, lip_of(scene, ports))
-        return _computed(scene.reed, scene.run.duration, progress, lip)
+        how = method or stated_method(scene).reed
+        return _computed(scene.reed, scene.run.duration, progress, how, mesh_error=mesh_error)
 
 
 def stopper_of(scene: Scene) -> impact.Body | None:
@@ -104,13 +105,18 @@ def stopper_of(scene: Scene) -> impact.Body | None:
 
 
 def _computed(
-    structure: Structure, duration: float, progress: Progress = silent, lip: Lip | None = None
+    structure: Structure,
+    duration: float,
+    progress: Progress = silent,
+    method: Method | None = None,
+    *,
+    mesh_error: bool = True,
 ) -> Solved | None:
-    """The structure, computed as its own keys state, struck along a ``lip``; ``None`` of a closed form."""
+    """The structure, computed by a ``method``, by default as its own keys state; ``None`` of a closed form."""
     if not structure.is_solved:
         return None
-    method = replace(structure.stated(), lip=lip)
-    return _solved(_Asked(key_of(structure, method), structure, method, duration, progress))
+    how = method or structure.stated()
+    return _solved(_Asked(key_of(structure, how), mesh_error, structure, how, duration, progress))
 
 
 @dataclass(frozen=True)
@@ -118,16 +124,18 @@ class _Asked:
     """A body whose Green's function is computed: once in a process, for it is asked for again and again."""
 
     key: str
+    mesh_error: bool
     structure: Structure = field(compare=False)
     method: Method = field(compare=False)
     duration: float
     progress: Progress = field(default=silent, compare=False)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_meshed else None
-    return build(asked.structure, asked.method, asked.duration, cache, progress=asked.progress)
+    told = asked.progress
+    return build(asked.structure, asked.method, asked.duration, cache, progress=told, mesh_error=asked.mesh_error)
 
 
 def stress_of(

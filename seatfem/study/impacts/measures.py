@@ -10,10 +10,10 @@ from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.measures import Blow, all_measures, key_of
 
-Source = Literal["mesh", "reduction", "time_step", "model", "patch"]
+Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 STRIKER: Final = "striker"
-"""What is left by one that was computed: no plan makes it finer."""
+"""What is left by one that was computed; of a plate, a plan chooses the band."""
 
 
 def measured(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Values:

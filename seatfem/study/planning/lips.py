@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from impact.runs.budget import larger, safety, times
 from seatfem.structures.estimates.arcs import in_arcs
@@ -30,13 +29,11 @@ class Arcs:
     Attributes:
         scene: with their number stated.
         surrogate: its seat in pre-runs.
-        striker: what stands for it in pre-runs; ``None`` of one that need not be computed.
         left: what the arcs leave, relative, measure by measure.
     """
 
     scene: Scene
     surrogate: Surrogate
-    striker: GreensFunction | None
     left: Changes
 
 
@@ -74,8 +71,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, progress: Progress) -> Arcs
             break
         chosen //= 2
     here = _with(scene, chosen)
-    fewer = None if striker is None else arcs_joined(striker, there, chosen)
-    return Arcs(here, surrogate_in_arcs(here, surrogate), fewer, left_by(chosen))
+    return Arcs(here, surrogate_in_arcs(here, surrogate), left_by(chosen))
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:

@@ -10,6 +10,7 @@ import numpy as np
 from impact.greens.base import StepKernel
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import engines
+from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.study.accuracy.sensitivity import Changes
@@ -21,6 +22,7 @@ from seatfem.study.method import (
     ORDER,
     PORTS,
     REDUCTION,
+    REED_BAND,
     RINGS,
     SEAT_MODES,
     SIZE,
@@ -46,7 +48,9 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
-        if (key in _OF_THE_MESH and not of_the_mesh) or (key in (RINGS, PORTS) and key not in decision.changes):
+        if (key in _OF_THE_MESH and not of_the_mesh) or (
+            key in (RINGS, PORTS, REED_BAND) and key not in decision.changes
+        ):
             continue
         found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key)))
     if at_hand:
@@ -188,6 +192,10 @@ def _ports(decision: Decision, method: RunMethod) -> str:
     return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}"
 
 
+def _reed_band(decision: Decision, method: RunMethod) -> str:
+    return f"the plate's highest modes, down to 1/{NARROWER:g} of the last, change {_most(_of(decision, REED_BAND))}"
+
+
 def _modes(decision: Decision, method: RunMethod) -> str:
     many = f", or {MANY}" if method.value(MODES) < FEW else ""
     return f"{FEWER:g} times fewer, or half of half as many{many}, change {_most(_of(decision, MODES))}"
@@ -249,10 +257,13 @@ _REASONS: Final[Mapping[str, Reason]] = {
     STEP: _step,
     RINGS: _rings,
     PORTS: _ports,
+    REED_BAND: _reed_band,
 }
+_WHERE_FELT: Final = (RINGS, PORTS, REED_BAND)
 _OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)
 _UNITS: Final[Mapping[str, Callable[[Any], str]]] = {
     BAND: _frequency,
+    REED_BAND: _frequency,
     TOLERANCE: _percent,
     SIZE: _length,
     CONTACT_SIZE: _length,

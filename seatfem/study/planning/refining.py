@@ -10,7 +10,19 @@ from typing import Final
 from seatfem.machine.rates import Machine
 from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.rings import MOST_RINGS
-from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, PORTS, RINGS, SEAT_MODES, SIZE, STEP, TOLERANCE
+from seatfem.study.method import (
+    BAND,
+    CONTACT_SIZE,
+    MODEL,
+    MODES,
+    PORTS,
+    REED_BAND,
+    RINGS,
+    SEAT_MODES,
+    SIZE,
+    STEP,
+    TOLERANCE,
+)
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
@@ -24,6 +36,7 @@ KEYS: Final[Mapping[str, tuple[str, ...]]] = {
     "time_step": (STEP,),
     "model": (MODES, SEAT_MODES),
     "patch": (RINGS, PORTS),
+    "striker": (REED_BAND,),
 }
 """What is made finer for the sake of a source of error."""
 MOST_MODES: Final = 1000
@@ -104,6 +117,8 @@ def _finer(plan: Plan, key: str, factor: float) -> float | int:
     if key in (MODES, SEAT_MODES):
         more: int = math.ceil(value * FEWER ** math.ceil(math.log2(factor)))
         return min(MOST_MODES, more)
+    if key == REED_BAND:
+        return float(min(value * factor**0.5, max(value, plan.scene.reed.widest_band)))
     if key == BAND:
         wider = [band for band in BANDS if band > value * (1 + 1e-9)]
         return wider[0] if wider else float(LEAST_FINER * value)

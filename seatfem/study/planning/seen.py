@@ -25,6 +25,7 @@ from seatfem.study.method import (
     MODEL,
     MODES,
     PORTS,
+    REED_BAND,
     RINGS,
     SEAT_MODES,
     SIZE,
@@ -35,12 +36,13 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.planning.lips import Arcs, in_some_arcs
+from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
     MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model",
+    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model", REED_BAND: "striker",
 }  # fmt: skip
 """The source of error that a key is behind."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
@@ -60,6 +62,7 @@ class Seen:
         sensitivity: its pre-runs.
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
+        band: of a plate that strikes; ``None`` of other strikers.
     """
 
     scene: Scene
@@ -68,6 +71,7 @@ class Seen:
     sensitivity: Sensitivity
     machine: Machine
     arcs: Arcs | None = None
+    band: PlateBand | None = None
 
     @staticmethod
     def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
@@ -75,13 +79,15 @@ class Seen:
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         arcs = in_some_arcs(scene, surrogate, progress)
         asked, surrogate = (scene, surrogate) if arcs is None else (arcs.scene, arcs.surrogate)
+        band = in_a_band(asked, surrogate.greens, progress)
+        asked = asked if band is None else band.scene
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
-        seat, striker = surrogate.greens, stand_in_of(scene, progress) if arcs is None else arcs.striker
+        seat, striker = surrogate.greens, stand_in_of(asked, progress)
         bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
-        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs)
+        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs, band)
 
     @property
     def patch(self) -> Patch | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
 from seatfem.study.impacts.contact import MAX_STEPS
-from seatfem.study.method import MODES, STEP, RunMethod, is_given
+from seatfem.study.method import MODES, REED_BAND, STEP, RunMethod, is_given
 from seatfem.study.planning.costs import (
     BUDGET_RUNS,
     ContactModel,
@@ -67,6 +67,8 @@ def _modes(seen: Seen) -> Iterator[Rung | None]:
 def _option(seen: Seen, step: Rung, modes: Rung | None, closed: bool) -> ContactOption:
     left = _known_to_a_step(seen, step)
     changes = {STEP: left} if modes is None else {STEP: left, MODES: modes.changes}
+    if seen.band is not None:
+        changes[REED_BAND] = seen.band.left
     number = None if modes is None else round(modes.value)
     stated = replace(seen.stated, reed=replace(seen.stated.reed, n_modes=number))
     if closed:

@@ -163,10 +163,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     else:
         cache = Cache(folder / SEAT_FILE)
         seat = seat_of(scene, cache, method=method.seat, watch=watch, progress=progress)
-    reed = None if before is None or before.plan.method.reed.lip != method.reed.lip else before.reed
+    reed = None if before is None or before.plan.method.reed != method.reed else before.reed
     if reed is None and scene.reed.is_solved:
         with watch(STRIKER):
-            reed = solved_striker(scene, progress, method.ports)
+            reed = solved_striker(scene, progress, method.reed)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     bodies = [striker.greens, seat.greens]
     if scene.stopper is not None:

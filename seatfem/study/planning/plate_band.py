@@ -1,0 +1,63 @@
+"""How many modes of a plate that strikes: pre-runs with ever more of them, as long as its theory holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from impact.greens.base import GreensFunction
+from impact.progress import Progress
+from impact.runs.budget import SAFETY, times
+from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
+from seatfem.study.accuracy.sensitivity import COARSE, Changes
+from seatfem.study.method import REED_BAND, as_stated, is_given, stated_method
+from seatfem.study.safety import MODES_SHARE, OF_MODES
+from seatfem.study.scene import Scene
+
+LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
+MOST: Final = 3.0  # ... and at most
+LOOKS: Final = 4  # bands looked at
+
+
+@dataclass(frozen=True)
+class PlateBand:
+    """A scene whose striker is a plate, with its band stated.
+
+    Attributes:
+        scene: with it.
+        left: relative, measure by measure, what its highest modes leave, as the budget states it.
+    """
+
+    scene: Scene
+    left: Changes
+
+
+def in_a_band(scene: Scene, seat: GreensFunction, progress: Progress) -> PlateBand | None:
+    """The band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` of a striker
+    that is no plate.
+
+    ``seat``: what stands for it, undivided or in the scene's arcs.
+    """
+    if not scene.reed.meets_lips:
+        return None
+    given = is_given(scene, REED_BAND)
+    aim, most = MODES_SHARE * scene.accuracy.target / SAFETY, scene.reed.widest_band
+    for _ in range(LOOKS):
+        band = stated_method(scene).reed.bandwidth
+        assert band is not None
+        left = _left(scene, seat, progress)
+        worst = max((left[name] for name in scene.accuracy.measures), default=0.0)
+        if given or worst <= aim or band >= most * (1 - 1e-9):
+            break
+        factor = min(max((worst / aim) ** 0.5, LEAST), MOST)
+        wider = stated_method(scene).replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
+        scene = as_stated(scene, replace(wider, time_step=None))
+    return PlateBand(scene, left)
+
+
+def _left(scene: Scene, seat: GreensFunction, progress: Progress) -> Changes:
+    striker = stand_in_of(scene, progress)
+    bench = Bench(scene, seat, first_look(scene, seat, striker), striker)
+    dt = bench.affordable(scene.run.filter_width / COARSE)
+    fewer = replace(bench, narrow=True)
+    return times(OF_MODES, relative_changes(bench.measures(dt=dt), fewer.measures(dt=dt)))
