@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from impact.bodies.body import Body
 from impact.progress import Progress
 from impact.runs.budget import larger, safety, times
 from seatfem.structures.estimates.arcs import in_arcs
@@ -37,7 +38,7 @@ class Arcs:
     left: Changes
 
 
-def in_some_arcs(scene: Scene, surrogate: Surrogate, progress: Progress) -> Arcs | None:
+def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Arcs | None:
     """The lip in as many arcs as the accuracy asks for, or as the file states; ``None``: it is struck as a whole."""
     usual = stated_method(scene).ports
     if usual in (None, 1) or surrogate.exact or surrogate.patch is None:
@@ -48,7 +49,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, progress: Progress) -> Arcs
     finest = _with(scene, 2 * most)
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, there = stand_in_of(finest, progress), Division.of(seat)
-    bench = Bench(finest, seat, first_look(finest, seat, striker), striker)
+    bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     found: dict[int, Mapping[str, float]] = {}
 
@@ -56,7 +57,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, progress: Progress) -> Arcs
         if arcs not in found:
             fewer = None if striker is None else arcs_joined(striker, there, arcs)
             less = divided_less(seat, Division(arcs, there.rings))
-            found[arcs] = Bench(finest, less, bench.window, fewer).measures(dt=dt)
+            found[arcs] = Bench(finest, less, bench.window, fewer, stopper).measures(dt=dt)
         return found[arcs]
 
     def left_by(arcs: int) -> Changes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
 from impact.runs.budget import SAFETY, times
@@ -32,7 +33,7 @@ class PlateBand:
     left: Changes
 
 
-def in_a_band(scene: Scene, seat: GreensFunction, progress: Progress) -> PlateBand | None:
+def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> PlateBand | None:
     """The band that the accuracy asks for, or the file states, or the plate's theory ends with; ``None`` of a striker
     that is no plate.
 
@@ -45,7 +46,7 @@ def in_a_band(scene: Scene, seat: GreensFunction, progress: Progress) -> PlateBa
     for _ in range(LOOKS):
         band = stated_method(scene).reed.bandwidth
         assert band is not None
-        left = _left(scene, seat, progress)
+        left = _left(scene, seat, stopper, progress)
         worst = max((left[name] for name in scene.accuracy.measures), default=0.0)
         if given or worst <= aim or band >= most * (1 - 1e-9):
             break
@@ -55,9 +56,9 @@ def in_a_band(scene: Scene, seat: GreensFunction, progress: Progress) -> PlateBa
     return PlateBand(scene, left)
 
 
-def _left(scene: Scene, seat: GreensFunction, progress: Progress) -> Changes:
+def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Progress) -> Changes:
     striker = stand_in_of(scene, progress)
-    bench = Bench(scene, seat, first_look(scene, seat, striker), striker)
+    bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
     fewer = replace(bench, narrow=True)
     return times(OF_MODES, relative_changes(bench.measures(dt=dt), fewer.measures(dt=dt)))

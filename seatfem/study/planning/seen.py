@@ -77,13 +77,13 @@ class Seen:
     def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
         """With pre-runs down to what the tightest target looked at asks for."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
-        arcs = in_some_arcs(scene, surrogate, progress)
-        asked, surrogate = (scene, surrogate) if arcs is None else (arcs.scene, arcs.surrogate)
-        band = in_a_band(asked, surrogate.greens, progress)
-        asked = asked if band is None else band.scene
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
+        arcs = in_some_arcs(scene, surrogate, stopper, progress)
+        asked, surrogate = (scene, surrogate) if arcs is None else (arcs.scene, arcs.surrogate)
+        band = in_a_band(asked, surrogate.greens, stopper, progress)
+        asked = asked if band is None else band.scene
         seat, striker = surrogate.greens, stand_in_of(asked, progress)
         bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)

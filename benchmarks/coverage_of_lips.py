@@ -1,0 +1,169 @@
+"""Do the error bars of contacts along a lip cover the true errors? Random plates on random lips, tilted and not.
+
+    python benchmarks/coverage_of_lips.py [seed [first [last]]]
+
+appends a line per scene to results/coverage_of_lips.jsonl, leaving out those that are there, then writes
+results/coverage_of_lips.csv, a row per scene and measure. The reference has four times the ports (256 at most), 1.6
+times the plate's band, 1.6 times the seat's on a mesh 1.6 times as fine, and a quarter of the step.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import tempfile
+from dataclasses import asdict, replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from coverage_of_runs import COVERED, Verdict, coverage, line, read, write_table
+
+import impact
+from impact.progress import silent
+from impact.runs.budget import Values
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.lip import MOST_PORTS
+from seatfem.structures.method import COARSENING
+from seatfem.structures.store import VARIABLE
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.method import REED_BAND, as_stated
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.scene import load_scene
+
+SEED, SCENES = 401, 28
+FILE = Path(__file__).parent / "results" / "coverage_of_lips.jsonl"
+MEASURES = ("impulse", "filtered_peak", "contact_duration", "line_force", "line_impulse")
+ROUNDS = 2
+MORE_PORTS, MORE_MODES, WIDER, SHORTER = 4, 1.6, 1.6, 4
+WIDEST = 600e3  # Hz, of the seat in references: its modes grow with the cube; wider ones are taken 1.2 times as wide
+LONGEST = 200  # s for a scene and its reference
+
+
+def draw_scene(index: int, seed: int = SEED) -> str:
+    """Scene number ``index`` as TOML: a third of them flat, the others tilted by up to 1.2 degrees about any axis."""
+    rng = np.random.default_rng([seed, index])
+    bore = rng.uniform(3.0, 6.0)
+    width = rng.uniform(0.6, 1.6)
+    paddle = 2 * (bore + width + rng.uniform(0.8, 3.0))
+    neck = rng.uniform(0.3, 0.6) * paddle
+    seat = (
+        f'[seat]\nkind = "annular"\nbore_radius = "{bore:.4f} mm"\nlip_width = "{width:.4f} mm"\n'
+        f'lip_height = "0.5 mm"\nlip_edge_radius = "{rng.choice([0.0, 0.1])} mm"\n'
+        f'outer_radius = "{bore + width + rng.uniform(4, 8):.4f} mm"\nthickness = "{rng.uniform(4, 10):.4f} mm"\n'
+        f'material = "{rng.choice(["steel", "aluminium"])}"\ndamping_ratio = {rng.choice([0.0, 0.02])}\n'
+    )
+    reed = (
+        f'[reed]\nkind = "flapper"\nroot_width = "{rng.uniform(1.0, 1.5) * neck:.4f} mm"\ntaper_length = "2 mm"\n'
+        f'neck_width = "{neck:.4f} mm"\nneck_length = "{rng.uniform(0.7, 1.3) * paddle:.4f} mm"\n'
+        f'paddle_diameter = "{paddle:.4f} mm"\nthickness = "{rng.uniform(0.25, 0.6):.4f} mm"\n'
+        f'damping_ratio = {rng.choice([0.0, 0.01])}\nrelease = {{ velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}\n'
+    )
+    contact = f'[contact]\ngap = "{rng.uniform(0.5, 5):.4f} um"\n'
+    if rng.random() < 2 / 3:
+        contact += f'tilt = "{10 ** rng.uniform(-1.3, 0.08):.4f} deg"\ntilt_axis = "{rng.uniform(0, 360):.3f} deg"\n'
+    if rng.random() < 0.25:
+        contact += f'offset = ["{rng.uniform(-0.5, 0.5):.4f} mm", "{rng.uniform(-0.5, 0.5):.4f} mm"]\n'
+    if rng.random() < 0.2:
+        heights = rng.uniform(0, 10, 4)
+        rows = ", ".join(f'["{90 * k} deg", "{height:.3f} um"]' for k, height in enumerate(heights))
+        contact += f"waviness = [{rows}]\n"
+    if rng.random() < 0.2:
+        contact += f'[stopper]\nkind = "spring"\nstiffness = "20 N/um"\nlift = "{rng.uniform(0.05, 0.3):.4f} mm"\n'
+    asked = sorted(rng.choice(MEASURES, size=rng.integers(1, 4), replace=False))
+    run = f'[run]\nduration = "{rng.uniform(0.12, 0.25):.4f} ms"\nfilter_width = "{rng.uniform(1, 5):.4f} us"\n'
+    target = f"target = {10 ** rng.uniform(-1.5, -0.8):.5f}\n"
+    return f"{seat}{reed}{contact}{run}[accuracy]\n{target}measures = {json.dumps(asked)}\n"
+
+
+def judge(index: int, seed: int) -> Verdict:
+    """One scene: run as planned, and its reference."""
+    start = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ[VARIABLE] = f"{folder}/store"
+        path = Path(folder) / "scene.toml"
+        path.write_text(draw_scene(index, seed), encoding="utf-8")
+        scene = load_scene(path)
+        limits = Limits(rounds=ROUNDS)
+        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent, limits=limits)
+        exact = reference(done)
+    values = done.left.values
+    return Verdict(
+        seed=seed,
+        index=index,
+        seat=scene.seat.kind,
+        level=done.plan.level,
+        striker=scene.reed.kind,
+        stated=False,
+        target=scene.accuracy.target,
+        met=done.met,
+        rounds=done.number,
+        values=dict(values),
+        bars={name: done.left.bar(name) for name in values},
+        true={name: abs(values[name] - exact[name]) for name in values},
+        seconds=perf_counter() - start,
+    )
+
+
+def reference(done: Round) -> Values:
+    """The measures with more ports and modes, a finer mesh, a wider band and a shorter step."""
+    method, scene = done.plan.method, done.plan.scene
+    ports = min(MOST_PORTS, MORE_PORTS * (method.ports or 1))
+    spec = scene.seat.mesh_spec(method.seat)
+    band = method.seat.bandwidth
+    assert band is not None
+    assert method.reed.bandwidth is not None
+    seat = replace(
+        method.seat,
+        level="axisymmetric",
+        bandwidth=max(1.2 * band, min(WIDER * band, WIDEST)),
+        size=spec.size / COARSENING,
+        contact_size=spec.patch_size / COARSENING,
+    )
+    finer = replace(method, seat=seat).along(scene, ports)
+    finer = finer.replaced({REED_BAND: MORE_MODES * method.reed.bandwidth})
+    asked = as_stated(scene, finer)
+    target = seat_of(asked, method=finer.seat, mesh_error=False)
+    reed = solved_striker(asked, method=finer.reed, mesh_error=False)
+    assert reed is not None
+    problem = problem_of(asked, striker_of(asked, greens=reed.greens), impact.Body(target.greens))
+    return measures_of(asked, problem, done.result.dt / SHORTER)
+
+
+def _stop(signum: int, frame: object) -> None:
+    raise TimeoutError
+
+
+def main() -> None:
+    """Run what is missing, write the table, print the shares."""
+    signal.signal(signal.SIGALRM, _stop)
+    given = [int(word) for word in sys.argv[1:]]
+    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
+    done = {(v.seed, v.index) for v in read(FILE)}
+    for index in range(first, last):
+        if (seed, index) in done:
+            continue
+        signal.alarm(LONGEST)
+        try:
+            verdict = judge(index, seed)
+        except TimeoutError:
+            print(f"{index:3d} stopped: it or its reference takes more than {LONGEST} s", flush=True)  # noqa: T201
+            continue
+        finally:
+            signal.alarm(0)
+        with FILE.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(asdict(verdict)) + "\n")
+        print(line(verdict), flush=True)  # noqa: T201
+    write_table(read(FILE), FILE.with_suffix(".csv"))
+    verdicts = [v for v in read(FILE) if v.seed == seed]
+    measures, scenes = coverage(verdicts)
+    count = sum(len(v.values) for v in verdicts)
+    words = f"{measures:.1%} inside (aim {COVERED:.0%}), all measures of a scene in {scenes:.1%}"
+    print(f"{count} measures of {len(verdicts)} scenes: {words}")  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()
