@@ -90,7 +90,7 @@ def judge(index: int, seed: int) -> Verdict:
         limits = Limits(rounds=ROUNDS)
         *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent, limits=limits)
         exact = reference(done)
-    values = done.left.values
+    values = {name: value for name, value in done.left.values.items() if name not in done.without_bar}
     return Verdict(
         seed=seed,
         index=index,
@@ -101,7 +101,7 @@ def judge(index: int, seed: int) -> Verdict:
         target=scene.accuracy.target,
         met=done.met,
         rounds=done.number,
-        values=dict(values),
+        values=values,
         bars={name: done.left.bar(name) for name in values},
         true={name: abs(values[name] - exact[name]) for name in values},
         seconds=perf_counter() - start,

@@ -158,7 +158,9 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             f"what the mesh in {given} is off by is not known, and in no error bar: a finer mesh of the same seat tells"
         )
     found.extend(stopper_notes(plan.scene))
-    if plan.scene.reed.is_solved:
+    if seen.band is not None:
+        found.append("what the mesh of the plate leaves is not predicted: the run measures it")
+    elif plan.scene.reed.is_solved:
         found.append(
             "the striker is computed as [reed] states it; what its mesh, reduction and level leave is not predicted: "
             "the run measures it"

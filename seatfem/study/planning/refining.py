@@ -40,6 +40,7 @@ KEYS: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """What is made finer for the sake of a source of error."""
 MOST_MODES: Final = 1000
+LEAST_WIDER: Final = 1.1  # factor by which the band of a plate must still have room
 AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 """Stages of every round; the others are the run's."""
 
@@ -70,6 +71,8 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
         for key in KEYS.get(source, ())
         if plan.is_open(key) and plan.method.value(key) and not (key == RINGS and plan.method.ports is not None)
     }
+    if values.get(REED_BAND, math.inf) < LEAST_WIDER * (plan.method.reed.bandwidth or 0.0):
+        return None
     if PORTS in values:
         return _in_more_arcs(plan, factor, machine)
     if CONTACT_SIZE not in values and SIZE in values:

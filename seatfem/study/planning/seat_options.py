@@ -22,7 +22,7 @@ from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
-from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR
+from seatfem.study.safety import DOUBT, FEWER_POLES, MESH_BAR, MESH_BAR_OF_ARCS
 
 REDUCTION: Final = 1e-6  # time of a reduction over its band, of a body whose modes cannot be counted yet [s/Hz]
 
@@ -156,7 +156,7 @@ def _meshes(seen: Seen, band: float) -> Iterator[tuple[float, Mapping[str, Chang
         if sizes != before:
             assert seen.patch is not None
             left = mesh_error(seen.patch, band, sizes, seen.stated.seat.order)
-            yield error, {SIZE: seen.per_g(MESH_BAR * left)}
+            yield error, {SIZE: seen.per_g((MESH_BAR if seen.arcs is None else MESH_BAR_OF_ARCS) * left)}
         before = sizes
 
 

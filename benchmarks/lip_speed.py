@@ -1,0 +1,93 @@
+"""What contact along a lip takes: modes of the plate, a step of the march, a whole tilted landing."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+from lips import SCENE
+from table import Table, publish
+
+import impact
+from impact.progress import silent
+from seatfem.structures.sheets import Sheet, plate_modes
+from seatfem.structures.store import VARIABLE
+from seatfem.study.impacts.contact import problem_of, seat_of, solved_striker, striker_of
+from seatfem.study.method import stated_method
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, load_scene
+
+STEP = 50e-9
+ARCS = (16, 32, 64)
+BAND, SIZE = 290e3, 0.42e-3  # Hz, m: 300 modes below three times the band, 22,000 unknowns
+
+
+def _scene(folder: Path, text: str) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_scene(path)
+
+
+def modes(scene: Scene) -> tuple[str, str, str]:
+    """300 modes of the plate."""
+    sheet = scene.reed.sheet()
+    asked = Sheet(sheet.shape, sheet.material, BAND, SIZE)
+    start = perf_counter()
+    found = plate_modes(asked)
+    spent = perf_counter() - start
+    return f"{len(found.modes.omega)} modes of the plate, {found.model.size:,} unknowns", f"{spent:.1f} s", "10 s"
+
+
+def march(folder: Path, arcs: int) -> tuple[str, str, str]:
+    """A step of the run alone, beside a seat with the modes of 150 kHz."""
+    scene = _scene(folder, SCENE.format(arcs=arcs, tilt="0.3 deg", axis="0 deg").replace('"spring"', '"axisymmetric"'))
+    method = stated_method(scene).replaced({"reed.greens.bandwidth": 290e3, "seat.greens.bandwidth": 150e3})
+    seat = seat_of(scene, method=method.seat, mesh_error=False)
+    reed = solved_striker(scene, method=method.reed, mesh_error=False)
+    assert reed is not None
+    problem = problem_of(scene, striker_of(scene, greens=reed.greens), impact.Body(seat.greens))
+    impact.ContactStepper(impact.prepare(problem, STEP, 1e-5)).advance(50)  # compiled
+    prepared = impact.prepare(problem, STEP, scene.run.duration)
+    stepper = impact.ContactStepper(prepared)
+    start = perf_counter()
+    stepper.advance(prepared.steps)
+    each = (perf_counter() - start) / prepared.steps
+    modal = [body.body.greens.modal for body in prepared.bodies]
+    counts = " x ".join(str(len(g.omega)) for g in modal if g is not None)
+    return (
+        f"a step, {arcs} ports, modes of plate and seat {counts}",
+        f"{1e6 * each:.1f} us",
+        "20 us" if arcs == 64 else "",
+    )
+
+
+def whole(folder: Path) -> list[tuple[str, str, str]]:
+    """A tilted landing as planned, 2 % in impulse and peak force, without and with what was computed before."""
+    text = SCENE.format(arcs=0, tilt="0.3 deg", axis="0 deg")
+    for line in ("ports = 0\n", 'model = "spring"\n', 'greens = { bandwidth = "150 kHz" }\n'):
+        text = text.replace(line, "")
+    scene = _scene(folder, text + '[accuracy]\ntarget = "2 %"\n')
+    rows = []
+    for words, aim in (("nothing computed before", "60 s"), ("seat and plate computed before", "5 s")):
+        start = perf_counter()
+        outcome = run_scene(scene, folder / "out", silent, pictures=False)
+        met = "met" if outcome.met else f"not met in {outcome.summary['accuracy_rounds']} rounds"
+        rows.append((f"a tilted landing to 2 %, {words} ({met})", f"{perf_counter() - start:.1f} s", aim))
+    return rows
+
+
+def main() -> None:
+    """All three, in one process with one thread."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        os.environ[VARIABLE] = str(folder / "store")
+        scene = _scene(folder, SCENE.format(arcs=16, tilt="0 deg", axis="0 deg"))
+        rows = [modes(scene), *(march(folder, arcs) for arcs in ARCS), *whole(folder)]
+    notes = ("The flapper and the seat of the table before, on one core; the program is loaded and compiled.",)
+    publish("lip_speed", Table("What contact along a lip takes", notes, ("what", "time", "aim"), tuple(rows)))
+
+
+if __name__ == "__main__":
+    main()
