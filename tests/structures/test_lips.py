@@ -33,7 +33,9 @@ def division_greens(division: Division) -> ModalGreens:
     return ModalGreens(np.array([3.0]), np.array([0.1]), root[:1], rest, division.names)
 
 
-@pytest.mark.parametrize("lip", [LIP, Lip(5.5e-3, 1e-3, 5, 3), Lip(2e-3, 4e-3, 6), Lip.disc(3e-3), Lip(4e-3, 1e-3, 256)])
+@pytest.mark.parametrize(
+    "lip", [LIP, Lip(5.5e-3, 1e-3, 5, 3), Lip(2e-3, 4e-3, 6), Lip.disc(3e-3), Lip(4e-3, 1e-3, 256)]
+)
 def test_the_parts_of_a_lip_have_its_area(lip: Lip) -> None:
     """The rule is exact for rings: round-off alone."""
     patches = lip.patches((20e-3, 1e-3))
@@ -58,7 +60,7 @@ def test_joined_arcs_are_the_arcs_of_fewer(many: int, few: int) -> None:
 
 
 def test_means_over_arcs_have_their_closed_forms() -> None:
-    """Over an arc of half angle a about t, with s = sin(2 a)/(2 a): x^2 -> M (1 + s cos 2t)/2, x y -> M s sin(2t)/2, and
+    """Over an arc of half angle a about t, with s = sin(2 a)/(2 a): x^2 -> M (1 + s cos 2t)/2, x y -> M s sin(2t)/2,
     x -> N sin(a)/a cos t, M and N the means of r^2 and r over the area. Midpoints of 8 parts of an arc of 30 degrees
     leave (a/8)^2/6 of it, 2e-4."""
     second = (LIP.outer**2 + LIP.inner**2) / 2
@@ -104,7 +106,9 @@ def test_ports_tell_the_division(arcs: int, rings: int) -> None:
     assert division.shares.sum() == pytest.approx(1.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("names", [("left", "right"), ("arc_1", "arc_3"), ("arc_2",), ("contact_1",), ("arc_x", "arc_2")])
+@pytest.mark.parametrize(
+    "names", [("left", "right"), ("arc_1", "arc_3"), ("arc_2",), ("contact_1",), ("arc_x", "arc_2")]
+)
 def test_other_ports_are_no_division(names: tuple[str, ...]) -> None:
     greens = ModalGreens(
         np.zeros(0), np.zeros(0), np.zeros((0, len(names))), Residual.spring(np.eye(len(names))), names
@@ -181,8 +185,8 @@ def test_joined_arcs_of_a_half_space() -> None:
 def test_a_known_body_keeps_its_own_answer_in_arcs() -> None:
     """As a whole it moves as before; each part begins with 1/(rho c_p A_i), alone."""
     whole = ModalGreens(
-        np.array([1e5, 3e5]), np.array([0.01, 0.02]), np.array([[4.0], [7.0]]), Residual.exponential(np.array([[1e-10]]), np.array([[1 / 1500.0]])),
-        ("contact",),
+        np.array([1e5, 3e5]), np.array([0.01, 0.02]), np.array([[4.0], [7.0]]),
+        Residual.exponential(np.array([[1e-10]]), np.array([[1 / 1500.0]])), ("contact",),
     )  # fmt: skip
     lip, impedance = Lip(5.5e-3, 1e-3, 8, 2), 1500.0
     greens = in_arcs(whole, lip, E, NU, impedance)
