@@ -13,8 +13,16 @@ from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.arcs import arc_compliance, in_arcs
-from seatfem.structures.lip import MOST_PORTS, Lip
-from seatfem.structures.rings import Division, arcs_joined, as_a_whole, divided_less, parts_behind, ring_shares
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import (
+    MOST_PORTS,
+    Division,
+    arcs_joined,
+    as_a_whole,
+    divided_less,
+    parts_behind,
+    ring_shares,
+)
 
 LIP = Lip(5.5e-3, 1e-3, arcs=12)
 E, NU = 200e9, 0.3
@@ -146,6 +154,7 @@ def test_fewer_parts_are_means_of_more() -> None:
 def test_the_model_behind_an_error() -> None:
     assert parts_behind(Division(16, 2)) == Division(32, 2)
     assert parts_behind(Division(1, 1)) == Division(1, 4)
+    assert parts_behind(Division(100, 2)) == Division(100, 2)  # twice as many are more than can be
 
 
 @pytest.mark.parametrize("arcs", [3, 8])
