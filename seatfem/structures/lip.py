@@ -15,9 +15,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
-from seatfem.structures.rings import Division, ring_borders, ring_names
+from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names
 
-MOST_PORTS: Final = 256
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least
 OF_AN_ARC: Final = 6  # and of each arc

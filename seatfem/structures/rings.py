@@ -22,6 +22,7 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 CONTACT: Final = "contact"
 ARC: Final = "arc"
 MOST_RINGS = 16
+MOST_PORTS: Final = 256  # parts of a patch
 OF_TWICE: Final = 4 / 3  # error of so many arcs, over what twice as many change: of second order
 ENOUGH = 4  # rings of the patch behind the error of fewer than three
 _STRIP = 5.2  # p^2 times the error of p rings over that of one, of a strip, p -> infinity
@@ -105,9 +106,11 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
 
 
 def parts_behind(division: Division) -> Division:
-    """Of the model that tells what a division leaves: twice as many arcs, or `rings_behind` rings."""
+    """Of the model that tells what a division leaves: twice as many arcs, or its own where those are more than can be,
+    or `rings_behind` rings."""
     if division.arcs > 1:
-        return Division(2 * division.arcs, division.rings)
+        twice = Division(2 * division.arcs, division.rings)
+        return twice if len(twice.names) <= MOST_PORTS else division
     return Division(1, rings_behind(division.rings))
 
 

@@ -134,7 +134,10 @@ class PlateModes:
         patches = patches_of(self.sheet, lips)
         dofs, material = self.model.dofs, self.sheet.material
         assert isinstance(dofs, DofMap)
-        ports = plate_ports(self.mesh, patches, material, dofs.free)
+        try:
+            ports = plate_ports(self.mesh, patches, material, dofs.free)
+        except ModelError as error:
+            raise error if len(lips) == 1 else _off_the_plate(self.sheet, lips[-1], error) from error
         return replace(self.model, ports=ports, known=self.model.damping)
 
     def greens(self, lips: Sequence[Lip], damping_ratio: float) -> ModalGreens:
@@ -147,6 +150,17 @@ class PlateModes:
         origin = {"method": "modes", "bandwidth_Hz": band, "damping_ratio": damping_ratio, "dof": model.size}
         mesh = f"{len(self.mesh.cells)} Mindlin elements of nine nodes"
         return greens.with_error(greens.error, {**greens.origin, **origin, "mesh": mesh})
+
+
+def _off_the_plate(sheet: Sheet, lip: Lip, error: ModelError) -> ModelError:
+    """In words of the scene: the lip is the seat's."""
+    x, y = (1e3 * (a + b) for a, b in zip(sheet.shape.centre, lip.offset, strict=True))
+    least, most = (1e3 * radius for radius in sheet.shape.room)
+    return ModelError(
+        f"contact.offset: the seat's lip, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, "
+        f"{y:.4g}) mm, reaches off the reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm about the "
+        f"middle of its contact: change the offset, or reed and seat until the lip lies on it ({error})"
+    )
 
 
 @dataclass(frozen=True)

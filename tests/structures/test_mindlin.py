@@ -1,7 +1,5 @@
 """Mindlin plates of nine-node quadrilaterals: closed forms, Kirchhoff's limit, order of convergence, rigid modes."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 import scipy.linalg
@@ -20,6 +18,7 @@ from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
+from tests.plate_model import grid
 
 STEEL = Material(206e9, 0.3, 7800.0)
 THIN = 1 / 3000  # of the length: the free edges' layer, of first order in h, moves no frequency by more than 0.02 %
@@ -34,22 +33,6 @@ def patch_of(lip: Lip, centre: tuple[float, float]) -> Patch:
     """Of one that is not divided."""
     (patch,) = lip.patches(centre).values()
     return patch
-
-
-Warp = Callable[[Array], Array]
-
-
-def grid(counts: tuple[int, int], sides: tuple[float, float], warp: Warp | None = None) -> PlateMesh:
-    """A rectangle of nx by ny elements, or what ``warp`` makes of it."""
-    nx, ny = counts
-    x, y = np.meshgrid(np.linspace(0, sides[0], 2 * nx + 1), np.linspace(0, sides[1], 2 * ny + 1), indexing="ij")
-    number = np.arange(x.size).reshape(x.shape)
-    i, j = (2 * k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij"))
-    steps = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
-    points = np.stack([x.ravel(), y.ravel()], axis=1)
-    lines = {"left": number[0], "right": number[-1], "bottom": number[:, 0], "top": number[:, -1]}
-    cells = np.stack([number[i + a, j + b] for a, b in steps], axis=1)
-    return PlateMesh(points if warp is None else warp(points), cells, lines)
 
 
 def bulged(points: Array) -> Array:

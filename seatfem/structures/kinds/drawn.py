@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
+UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
 
 
 class Drawn(Elastic):
@@ -212,10 +213,18 @@ class Turned(Drawn):
 
     @property
     def struck_ring(self) -> tuple[float, float] | None:
-        if self.arc is not None or not self.isotropic:
+        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
             return None
         (r, z), (s, height) = self._ends_of_contact()
         return ((r + s) / 2, abs(s - r)) if abs(z - height) < FLAT * abs(s - r) and min(r, s) > 0 else None
+
+    @property
+    def no_ring(self) -> str:
+        if self.arc is not None:
+            return "with arc is struck on that part of its ring alone; remove arc, or the key"
+        if self.model in UNDIVIDED:
+            return f"with model = {self.model!r} is struck as a whole, not in arcs; remove model, or the key"
+        return super().no_ring
 
     def _ends_of_contact(self) -> tuple[Point, Point]:
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]

@@ -85,6 +85,11 @@ class Structure(Striking):
         """Mean radius and width of the flat ring that is struck [m]; ``None`` where another face is."""
         return None
 
+    @property
+    def no_ring(self) -> str:
+        """Why there is no `struck_ring`, and what would help."""
+        return "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
+
     # How it is modelled
 
     @property

@@ -165,17 +165,22 @@ def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
 
 
 def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """What twice as many arcs of the lip change, on both bodies."""
+    """What twice as many arcs of the lip change, on both bodies; or half as many, where no more can be."""
     division, finer = Division.of(seat.greens), seat.in_rings
-    if finer is None or Division.of(finer) != parts_behind(division):
+    other, weight = parts_behind(division), OF_TWICE
+    if finer is None or Division.of(finer) != other:
         return None
+    if other == division:
+        other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
     striker = problem.striker
     if scene.reed.meets_lips:
-        twice = solved_striker(scene, method=method.along(scene, 2 * division.arcs).reed, mesh_error=False)
-        striker = striker_of(scene, greens=None if twice is None else twice.greens)
+        how = method.along(scene, other.arcs).reed
+        solved = solved_striker(scene, method=how, mesh_error=False)
+        striker = striker_of(scene, greens=None if solved is None else solved.greens)
     stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
     as_before = problem_of(scene, problem.striker, same, stopper)
-    return ((Variation(problem_of(scene, striker, impact.Body(finer), stopper), OF_TWICE, as_before),),)
+    varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
+    return ((Variation(varied, weight, as_before),),)
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:

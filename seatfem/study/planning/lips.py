@@ -11,7 +11,7 @@ from impact.progress import Progress
 from impact.runs.budget import larger, safety, times
 from seatfem.structures.estimates.arcs import in_arcs
 from seatfem.structures.estimates.surrogate import Surrogate
-from seatfem.structures.rings import OF_TWICE, Division, arcs_joined, divided_less
+from seatfem.structures.rings import MOST_PORTS, OF_TWICE, Division, arcs_joined, divided_less, parts_behind
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.method import PORTS, as_stated, is_given, stated_method
@@ -45,8 +45,8 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return None
     assert usual is not None
     stated = is_given(scene, PORTS)
-    most = usual if stated else MOST
-    finest = _with(scene, 2 * most)
+    most = usual if stated else min(MOST, MOST_PORTS // scene.contact.rings)
+    finest = _with(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, there = stand_in_of(finest, progress), Division.of(seat)
     bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
@@ -61,7 +61,10 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return found[arcs]
 
     def left_by(arcs: int) -> Changes:
-        """What twice as many change, as the budget states it, and all that the most looked at do."""
+        """What twice as many change, as the budget states it, and all that the most looked at do; of the most that can
+        be, what half as many change."""
+        if arcs == there.arcs:
+            return times(OF_TWICE - 1, relative_changes(measures(arcs), measures(arcs // 2)))
         of_twice = times(OF_TWICE, relative_changes(measures(arcs), measures(2 * arcs)))
         return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from seatfem.machine.rates import Machine
-from seatfem.structures.lip import MOST_PORTS
-from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,

@@ -10,7 +10,7 @@ import numpy as np
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from seatfem.structures.lip import Lip
-from seatfem.structures.rings import Division
+from seatfem.structures.rings import MOST_PORTS, Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import Line
 
@@ -19,9 +19,11 @@ POINTS: Final = 4096  # of the centre line, at least, on which openings are aver
 
 
 def usual_ports(scene: Scene) -> int:
-    """Arcs of a scene that states none: `USUAL` under a plate that touches where the lip is, else one."""
+    """Arcs of a scene that states none: `USUAL` where it opens unevenly or under a plate that touches where the lip is,
+    else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
-    return USUAL if touches and scene.seat.struck_ring is not None else 1
+    many = scene.seat.struck_ring is not None and (touches or scene.contact.uneven)
+    return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
 def lip_of(scene: Scene, ports: int | None = None) -> Lip | None:
@@ -52,7 +54,7 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     on the centre line of the lip, of mean radius R; ``gap`` is the smallest.
     """
     contact, ring = scene.contact, scene.seat.struck_ring
-    if ring is None or not (contact.tilt or contact.waviness):
+    if ring is None or not contact.uneven:
         return np.full(arcs, contact.gap)
     each = math.ceil(POINTS / arcs)
     angles = 2 * np.pi * (np.arange(arcs * each) + 0.5) / (arcs * each)

@@ -11,8 +11,7 @@ from pydantic import Field, model_validator
 
 from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.lip import MOST_PORTS
-from seatfem.structures.rings import MOST_RINGS
+from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
@@ -77,19 +76,28 @@ class Contact(Table):
         return law_as_text(given)
 
     @property
+    def uneven(self) -> str:
+        """The key by which the lip is not open everywhere alike; "" where none is given."""
+        return "tilt" if self.tilt else "waviness" if self.waviness else ""
+
+    @property
     def along_a_lip(self) -> str:
         """The first key that only a lip has a use for; "" where none is given."""
-        there = {"ports": (self.ports or 1) > 1, "tilt": self.tilt, "waviness": self.waviness}
-        return next((key for key, given in there.items() if given), "")
+        return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
     @model_validator(mode="after")
     def _of_a_lip(self) -> Self:
         if abs(self.tilt) > STEEPEST:
             raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg is more than {math.degrees(STEEPEST):g} deg")
-        if (self.ports or 1) * self.rings > MOST_PORTS:
+        arcs = self.ports or 1
+        if arcs * self.rings > MOST_PORTS:
             raise KeyProblem(
-                "ports", f"{self.ports} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer of either"
+                "ports", f"{arcs} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer of either"
             )
+        if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_PORTS:  # half as many tell what they leave
+            raise KeyProblem("ports", f"{arcs} arcs in {self.rings} rings: so many must be an even number of arcs")
+        if self.ports == 1 and self.uneven:
+            raise KeyProblem("ports", f"one port is open by its mean alone, {self.uneven} needs several: remove either")
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg is not above 0 and up to 360 deg")
         angles = [angle for angle, _ in self.waviness]
@@ -261,8 +269,7 @@ class Scene(Table):
         if (key := self.contact.along_a_lip) and self.seat.struck_ring is None:
             raise KeyProblem(
                 f"contact.{key}",
-                f"a seat of kind {self.seat.kind!r}, as it is given here, is not struck on a flat ring; remove the "
-                "key, or take one that is, such as annular",
+                f"a seat of kind {self.seat.kind!r}, {self.seat.no_ring}",
             )
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(

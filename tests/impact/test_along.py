@@ -1,0 +1,62 @@
+"""Forces along a closed line: means over a part of it and a time, and where they are largest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impact.after.along import line_force_peak, line_impulse_peak, over_arcs
+
+LENGTH, DT = 0.03, 1e-7
+
+
+def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
+    """By hand, around the end of the line: 2.5 of 5 arcs."""
+    force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
+    by_hand = [[1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]]
+    np.testing.assert_allclose(over_arcs(force, 0.5), np.array(by_hand) / 2.5, rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.2), force, rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 1.0), np.full((1, 5), 31 / 5), rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.01), force, rtol=1e-14)  # at least an arc
+
+
+@pytest.mark.parametrize("share", [0.125, 0.2, 1.0])
+def test_an_even_load_is_its_force_over_the_length(share: float) -> None:
+    """Whatever part is averaged over; a span of the time of half the load halves it."""
+    force = np.zeros((101, 16))
+    force[20:30] = 3.0
+    assert line_force_peak(force, DT, 10 * DT, LENGTH, share)[0] == pytest.approx(16 * 3 / LENGTH, rel=1e-12)
+    assert line_force_peak(force, DT, 20 * DT, LENGTH, share)[0] == pytest.approx(8 * 3 / LENGTH, rel=1e-12)
+    assert line_impulse_peak(force, DT, LENGTH, share)[0] == pytest.approx(16 * 30 * DT / LENGTH, rel=1e-12)
+
+
+def test_where_it_is_largest() -> None:
+    """1 + cos(th - t0) per radian: over a quarter about t0 its mean is 1 + sin(a)/a, a = pi/4; arcs of 2 pi/64 leave
+    an eighth of the square of half of one."""
+    arcs, top = 64, 2 * np.pi * 40 / 64
+    th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
+    force = np.zeros((50, arcs))
+    force[10:20] = (1 + np.cos(th - top)) * LENGTH / arcs
+    expected = 1 + np.sin(np.pi / 4) / (np.pi / 4)
+    peak, place = line_force_peak(force, DT, 10 * DT, LENGTH, 0.25)
+    assert peak == pytest.approx(expected, rel=1e-3)
+    assert place == pytest.approx(40 / 64, abs=1e-12)
+    impulse, where = line_impulse_peak(force, DT, LENGTH, 0.25)
+    assert impulse == pytest.approx(expected * 10 * DT, rel=1e-3)
+    assert where == pytest.approx(40 / 64, abs=1e-12)
+
+
+def test_arcs_joined_in_pairs_keep_what_whole_pairs_carry() -> None:
+    """A front that runs around: means over a quarter of the line, with 32 arcs and with 16."""
+    rng = np.random.default_rng(1)
+    many = rng.random((40, 32)) * (np.arange(32) // 2 == (np.arange(40) // 3 % 16)[:, None])
+    few = many.reshape(40, 16, 2).sum(axis=2)
+    fine, coarse = (line_force_peak(f, DT, 4 * DT, LENGTH, 0.25)[0] for f in (many, few))
+    assert coarse <= fine * (1 + 1e-12)  # the finer one has the coarser one's parts, and those in between
+    np.testing.assert_allclose(over_arcs(many, 0.25)[:, ::2] * 8, over_arcs(few, 0.25) * 4, atol=1e-12)
+
+
+def test_a_part_across_the_beginning_has_its_middle_there() -> None:
+    force = np.zeros((4, 8))
+    force[1, [7, 0]] = 1.0
+    assert line_force_peak(force, DT, DT, LENGTH, 0.25)[1] == pytest.approx(0.0, abs=1e-12)

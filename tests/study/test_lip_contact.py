@@ -1,0 +1,304 @@
+"""A flapper lands on the lip of an annular seat, arc by arc: openings, statics, convergence, error bars, refusals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.after.spectrum import largest_average
+from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from seatfem.structures.rings import OF_TWICE, Division, as_a_whole, divided_less
+from seatfem.structures.solved import Solved
+from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
+from seatfem.study.impacts.measures import measured
+from seatfem.study.method import stated_method
+from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.lips import gaps_of
+
+SEAT = """kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+greens = { bandwidth = "100 kHz" }
+mesh = { size = "2 mm", contact_size = "0.4 mm" }
+"""
+FLAPPER = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+greens = { bandwidth = "60 kHz" }
+release = { velocity = "-2 m/s" }
+"""
+MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
+RADIUS, GAP, DT = 5.5e-3, 1e-6, 1e-7
+ROLL, PITCH, BACK = ("0.3 deg", "0 deg"), ("0.3 deg", "90 deg"), ("-0.3 deg", "90 deg")
+FLAT = ("0 deg", "0 deg")
+
+
+def keys(ports: int, tilt: tuple[str, str] = FLAT, more: str = "") -> str:
+    return f'gap = "1 um"\nports = {ports}\ntilt = "{tilt[0]}"\ntilt_axis = "{tilt[1]}"\n{more}'
+
+
+def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT, duration: str = "0.2 ms") -> Scene:
+    path = folder / "scene.toml"
+    text = (
+        f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "{duration}"\n[accuracy]\ntarget = "5 %"\n'
+    )
+    path.write_text(text, encoding="utf-8")
+    return load_scene(path)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Landings whose bodies are computed once."""
+
+    folder: Path
+    seats: dict[tuple[int, bool], Solved] = field(default_factory=dict)
+    landings: dict[tuple[int, tuple[str, str]], impact.ImpactResult] = field(default_factory=dict)
+
+    def seat(self, scene: Scene, *, mesh_error: bool = False) -> Solved:
+        key = scene.contact.ports or 0, mesh_error
+        if key not in self.seats:
+            self.seats[key] = seat_of(scene, method=stated_method(scene).seat, mesh_error=mesh_error)
+        return self.seats[key]
+
+    def problem(self, ports: int, tilt: tuple[str, str] = FLAT) -> impact.ContactProblem:
+        scene = scene_of(self.folder, keys(ports, tilt))
+        return problem_of(scene, striker_of(scene), impact.Body(self.seat(scene).greens))
+
+    def land(self, ports: int, tilt: tuple[str, str] = FLAT) -> impact.ImpactResult:
+        if (ports, tilt) not in self.landings:
+            problem = self.problem(ports, tilt)
+            self.landings[ports, tilt] = impact.solve(problem, dt=DT, duration=0.2e-3)
+        return self.landings[ports, tilt]
+
+    def total(self, ports: int, tilt: tuple[str, str] = FLAT) -> np.ndarray:
+        force = self.land(ports, tilt).force
+        return force if force.ndim == 1 else force.sum(axis=1)
+
+    def impulse(self, ports: int, tilt: tuple[str, str] = FLAT) -> float:
+        return float(self.total(ports, tilt)[1:].sum() * DT)
+
+    def peak(self, ports: int, tilt: tuple[str, str] = FLAT, width: float = 1e-6) -> float:
+        return largest_average(self.total(ports, tilt)[1:], DT, width)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return Bench(tmp_path_factory.mktemp("lip"))
+
+
+# Openings
+
+
+@pytest.mark.parametrize(("axis", "lowest"), [(0.0, 270.0), (90.0, 0.0), (30.0, 300.0)])
+def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> None:
+    """R tan(tilt) (1 + sin(th - axis)), its mean over arcs of 2 pi/N that times sinc(1/N) in its sine; 128 midpoints of
+    each arc leave (pi/4096)^2/6, 1e-7. Roll lets the side at 270 deg touch first, pitch the tip."""
+    arcs = 32
+    gaps = gaps_of(scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))), arcs)
+    th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
+    rise = RADIUS * math.tan(math.radians(0.3))
+    expected = GAP + rise * (1 + np.sinc(1 / arcs) * np.sin(th - math.radians(axis)))
+    np.testing.assert_allclose(gaps, expected, atol=1e-6 * rise)
+    down = th[np.argmin(gaps)]
+    assert abs(math.remainder(down - math.radians(lowest), 2 * np.pi)) < 1.001 * np.pi / arcs
+    assert gaps.min() > GAP  # a mean over an arc; of ever more arcs it is the gap
+    many = gaps_of(scene_of(tmp_path, keys(256, ("0.3 deg", f"{axis} deg"))), 256)
+    assert many.min() == pytest.approx(GAP, abs=2e-4 * rise)  # (pi/256)^2 (1/6 + 1/2)
+
+
+def test_joined_arcs_open_by_their_mean(tmp_path: Path) -> None:
+    scene = scene_of(
+        tmp_path, keys(64, ROLL, 'waviness = [["10 deg", "0 um"], ["130 deg", "7 um"], ["200 deg", "2 um"]]\n')
+    )
+    fine, coarse = gaps_of(scene, 64), gaps_of(scene, 16)
+    np.testing.assert_allclose(fine.reshape(16, 4).mean(axis=1), coarse, rtol=1e-12)
+    assert np.all(gaps_of(scene_of(tmp_path, keys(64)), 64) == GAP)
+
+
+def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
+    """A tent from 0 at 0 deg to 8 um at 90 deg and back at 180 deg, with 4 arcs: means 4, 4, 0, 0 um; tilted the other
+    way by negative heights, the smallest is where it dips."""
+    tent = 'waviness = [["0 deg", "0 um"], ["90 deg", "8 um"], ["180 deg", "0 um"]]\n'
+    gaps = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent)), 4)
+    np.testing.assert_allclose(gaps, GAP + np.array([4e-6, 4e-6, 0, 0]), atol=1e-9)
+    dip = gaps_of(scene_of(tmp_path, keys(4, FLAT, tent.replace("8 um", "-8 um"))), 4)
+    np.testing.assert_allclose(dip, GAP + np.array([4e-6, 4e-6, 8e-6, 8e-6]), atol=8e-9)
+    around = 'waviness = [["-45 deg", "0 um"], ["135 deg", "8 um"]]\n'  # and on to 315 deg, which is -45 deg
+    np.testing.assert_allclose(
+        gaps_of(scene_of(tmp_path, keys(4, FLAT, around)), 4), GAP + 1e-6 * np.array([4, 7, 4, 1]), atol=1e-8
+    )
+
+
+# Statics
+
+
+def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
+    """Both bodies: the plate's rules at 192 and at 96 points of the lip differ by 1e-9."""
+    many, one = bench.problem(32), bench.problem(1)
+    whole = one.striker.greens
+    arcs = many.striker.greens
+    ports = [arcs.ports.index(name) for name in Division(32).names]
+    static = arcs.static_compliance()[np.ix_(ports, ports)]
+    assert static.mean() == pytest.approx(whole.static_compliance()[-1, -1], rel=1e-6)
+    seat = as_a_whole(many.targets[0].greens).static_compliance()
+    assert seat[0, 0] == pytest.approx(one.targets[0].greens.static_compliance()[0, 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("ports", [4, 32])
+def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) -> None:
+    """Arcs by symmetry carry equal forces, as one port does that is made of them."""
+    scene = scene_of(bench.folder, keys(ports), reed=MASS)
+    greens, striker = bench.seat(scene).greens, striker_of(scene)
+    found = [
+        impact.solve(problem_of(scene, striker, impact.Body(g)), dt=2e-8, duration=20e-6)
+        for g in (greens, as_a_whole(greens))
+    ]
+    several, one = (result.force for result in found)
+    assert one.max() > 0
+    np.testing.assert_allclose(several, np.repeat(one[:, None] / ports, ports, 1), atol=1e-9 * one.max())
+
+
+# Landings
+
+
+def test_landings_of_the_reference(bench: Bench) -> None:
+    """Values with 300 modes of the plate and a half-space for a seat; here 73 modes and finite elements of the seat:
+    2 % of the impulse, 5 us hold together what 1 us does not."""
+    assert bench.impulse(32) == pytest.approx(1538e-6, rel=0.02)
+    assert bench.impulse(32, ROLL) == pytest.approx(1450e-6, rel=0.02)
+    assert bench.impulse(32, BACK) == pytest.approx(1450e-6, rel=0.02)
+
+
+TILTS = [FLAT, ("0.1 deg", "0 deg"), ROLL, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, BACK, ("1 deg", "90 deg")]
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
+    """Against 128 arcs: the impulse of 32 to 1 % (measured 0.01 to 1.0 %), the peak over 1 us of 64 to 3 % (measured
+    0.01 to 2.3 %), over 5 us to 1.5 %; in every one energy is kept."""
+    rel = 0.012 if tilt == ("1 deg", "90 deg") else 0.01  # it has not left after 0.2 ms
+    assert bench.impulse(32, tilt) == pytest.approx(bench.impulse(128, tilt), rel=rel)
+    assert bench.peak(64, tilt) == pytest.approx(bench.peak(128, tilt), rel=0.03)
+    assert bench.peak(64, tilt, 5e-6) == pytest.approx(bench.peak(128, tilt, 5e-6), rel=0.015)
+    assert bench.land(64, tilt).energy.residual < 1e-9
+
+
+def test_rolls_to_either_side_are_alike(bench: Bench) -> None:
+    """The plate is the same on both sides but for its mesh."""
+    other = ("-0.3 deg", "0 deg")
+    assert bench.impulse(32, other) == pytest.approx(bench.impulse(32, ROLL), rel=0.01)
+    one, mirrored = bench.land(32, ROLL).force, bench.land(32, other).force[:, ::-1]
+    np.testing.assert_allclose(one.sum(axis=0), mirrored.sum(axis=0), atol=0.05 * one.sum(axis=0).max())
+
+
+# What becomes of a run
+
+
+def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
+    problem, result = bench.problem(32, ROLL), bench.land(32, ROLL)
+    impact.save_results(tmp_path / "result.h5", {"wave": result}, {})
+    again = impact.load_results(tmp_path / "result.h5")["wave"]
+    assert np.array_equal(again.force, result.force)
+    impact.save_greens(problem.targets[0].greens, tmp_path / "seat.h5")
+    seat = impact.load_greens(tmp_path / "seat.h5")
+    assert Division.of(seat) == Division(32)
+    prepared = impact.prepare(problem, DT, 0.2e-3)
+    first, second = impact.ContactStepper(prepared), impact.ContactStepper(prepared)
+    first.advance(700)
+    save_checkpoint(first, tmp_path / "part.h5")
+    restore_checkpoint(second, tmp_path / "part.h5")
+    second.advance(prepared.steps - 700)
+    assert np.array_equal(second.force, result.force[1:])
+    with pytest.raises(impact.ContactError, match="for a single contact without preload"):
+        impact.solve_many(problem, gaps=[0.0, 1e-6], dt=DT, duration=1e-4)
+
+
+def test_a_lip_in_rings_and_arcs(bench: Bench) -> None:
+    """Two rings of 16 arcs: the reed's ports follow, the sums are those of the undivided width to what that leaves."""
+    scene = scene_of(bench.folder, keys(16, ROLL, "rings = 2\n"), duration="0.1 ms")
+    seat, striker = seat_of(scene, method=stated_method(scene).seat, mesh_error=False).greens, striker_of(scene)
+    assert seat.ports == Division(16, 2).names
+    assert striker.greens.ports[1:] == seat.ports
+    by_rings = run_contacts(scene, striker, seat, DT)
+    assert by_rings.line is not None
+    assert by_rings.line.force.shape[1] == 16
+    plain = bench.land(16, ROLL).force[:1001].sum()
+    assert by_rings.seat.force.sum() == pytest.approx(plain, rel=0.02)
+    assert by_rings.seat.energy.residual < 1e-9
+
+
+# Error bars
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A landing with its error bars, and its measures with four times as many arcs."""
+
+    scene: Scene
+    seat: Solved
+    values: dict[str, float]
+    true: dict[str, float]
+    patch: dict[str, float]
+    bars: dict[str, float]
+
+
+@pytest.fixture(scope="module")
+def stated(bench: Bench):
+    @cache
+    def at(ports: int, tilt: tuple[str, str]) -> Stated:
+        scene, finest = (scene_of(bench.folder, keys(n, tilt), duration="0.15 ms") for n in (ports, 4 * ports))
+        seat = bench.seat(scene, mesh_error=True)
+        touches, best = (
+            run_contacts(each, striker_of(each), g, DT)
+            for each, g in ((scene, seat.greens), (finest, bench.seat(finest).greens))
+        )
+        width = scene.run.filter_width
+        values, right = measured(touches, width), measured(best, width)
+        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+        true = {name: abs(values[name] - right[name]) for name in values}
+        bars = {name: budget.bar(name) for name in values}
+        return Stated(scene, seat, values, true, budget.parts["patch"], bars)
+
+    return at
+
+
+@pytest.mark.parametrize("ports", [16, 32])
+@pytest.mark.parametrize("tilt", [("0.1 deg", "0 deg"), ROLL, PITCH, ("1 deg", "0 deg")])
+def test_the_bar_covers_what_more_arcs_change(stated, ports: int, tilt: tuple[str, str]) -> None:
+    found = stated(ports, tilt)
+    for name in ("impulse", "filtered_peak", "line_force"):
+        assert found.bars[name] > found.true[name], name
+    if tilt[0] != "0.1 deg":  # where it is most of the bar, the patch's share covers it alone
+        for name in ("impulse", "line_force"):
+            assert 1.5 * found.patch[name] > found.true[name], name
+    assert found.patch["filtered_peak"] < 0.6 * found.values["filtered_peak"]
+    if ports == 32:
+        assert found.patch["impulse"] < 0.005 * found.values["impulse"]
+
+
+def test_the_share_is_what_twice_as_many_arcs_change(stated) -> None:
+    """On the coarser seat, at twice the step, times the factor of an error of second order."""
+    found = stated(16, ROLL)
+    assert found.seat.in_rings is not None
+    many, few = found.seat.in_rings, divided_less(found.seat.in_rings, Division(16))
+    impulses = []
+    for greens, ports in ((many, 32), (few, 16)):
+        striker = striker_of(found.scene, ports=ports)
+        impulses.append(run_contacts(found.scene, striker, greens, 2 * DT).seat.force.sum() * 2 * DT)
+    expected = OF_TWICE * abs(impulses[0] - impulses[1])
+    assert found.patch["impulse"] == pytest.approx(expected, rel=1e-6)
+    assert pytest.approx(4 / 3, rel=1e-12) == OF_TWICE

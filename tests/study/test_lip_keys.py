@@ -1,0 +1,137 @@
+"""Keys of a contact along a lip that do not fit: each is named, with its limit and what would do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seatfem.structures.errors import ModelError
+from seatfem.study.impacts.contact import solved_striker, striker_of
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.lips import lip_of
+
+SEAT = """kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+"""
+FLAPPER = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+greens = { bandwidth = "20 kHz" }
+release = { velocity = "-2 m/s" }
+"""
+MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
+SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+
+
+def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "0.1 ms"\n', encoding="utf-8")
+    return load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("contact", "key", "words"),
+    [
+        ("ports = 257", "ports", "257: input should be less than or equal to 256"),
+        ("ports = 1000000000000000000000000", "ports", "less than or equal to 256"),
+        ("ports = 0", "ports", "greater than or equal to 1"),
+        ("ports = -32", "ports", "greater than or equal to 1"),
+        ("ports = 2.5", "ports", "integer"),
+        ("ports = 100\nrings = 3", "ports", "100 arcs in 3 rings are more than 256: take fewer of either"),
+        ("ports = 131", "ports", "131 arcs in 1 rings: so many must be an even number"),
+        ('ports = 1\ntilt = "0.1 deg"', "ports", "one port is open by its mean alone, tilt needs several"),
+        ('tilt = "31 deg"', "tilt", "31 deg is more than 30 deg"),
+        ('tilt = "-31 deg"', "tilt", "-31 deg is more than 30 deg"),
+        ('line_arc = "0 deg"', "line_arc", "0 deg is not above 0 and up to 360 deg"),
+        ('line_arc = "361 deg"', "line_arc", "361 deg is not above 0"),
+        ('waviness = [["9 deg", "0 um"], ["5 deg", "1 um"]]', "waviness", "its angles must rise"),
+        ('waviness = [["9 deg", "0 um"], ["9 deg", "1 um"]]', "waviness", "its angles must rise"),
+        ('waviness = [["-10 deg", "0 um"], ["350 deg", "1 um"]]', "waviness", "within 360 deg"),
+        ('waviness = [["9 deg"]]', "waviness.0.1", "required key is missing"),
+        ('offset = ["1 mm"]', "offset", "required key is missing"),
+    ],
+)
+def test_keys_alone(tmp_path: Path, contact: str, key: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, contact + "\n")
+    assert f"contact.{key}" in str(caught.value)
+    assert words in str(caught.value)
+    assert "scene.toml:" in str(caught.value)  # and the line
+
+
+@pytest.mark.parametrize(
+    ("contact", "reed", "seat", "key", "words"),
+    [
+        ('tilt = "1 deg"', FLAPPER, SPRING, "tilt", "'spring', as it is given here, is not struck on a flat ring"),
+        ('waviness = [["0 deg", "1 um"]]', FLAPPER, SPRING, "waviness", "not struck on a flat ring; remove the key"),
+        ('offset = ["0 mm", "1 mm"]', FLAPPER, SPRING, "offset", "not struck on a flat ring; remove the key"),
+        ("ports = 16", MASS, SPRING, "ports", "not struck on a flat ring; remove the key"),
+        ("ports = 16", FLAPPER, SEAT + 'arc = "90 deg"\n', "ports", "with arc is struck on that part of its ring"),
+        *(
+            (
+                "ports = 16",
+                FLAPPER,
+                f'{SEAT}model = "{model}"\n',
+                "ports",
+                f"with model = '{model}' is struck as a whole",
+            )
+            for model in ("3d", "sector", "rod", "harmonics")
+        ),
+        ('tilt = "1 deg"', MASS, SEAT + 'model = "3d"\n', "tilt", "with model = '3d' is struck as a whole"),
+        ('offset = ["1 mm", "0 mm"]', MASS, SEAT, "offset", "touches with one rigid face; remove the key"),
+    ],
+)
+def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, key: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, contact + "\n", reed, seat)
+    assert f"contact.{key}" in str(caught.value)
+    assert words in str(caught.value)
+
+
+def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
+    """As by any other reed: who states the model does not get another one."""
+    assert lip_of(scene_of(tmp_path, "", seat=SEAT + 'model = "3d"\n')) is None
+    lip = lip_of(scene_of(tmp_path, ""))
+    assert lip is not None
+    assert lip.arcs == 32
+
+
+def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
+    """Under a rigid face, too; no more than can be with their rings."""
+    for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
+        lip = lip_of(scene_of(tmp_path, contact + "\n", MASS))
+        assert lip is not None
+        assert lip.arcs == arcs
+    assert lip_of(scene_of(tmp_path, "", MASS)) is None
+
+
+@pytest.mark.parametrize(
+    ("offset", "reed", "words"),
+    [
+        ("3 mm", FLAPPER, "from 5 to 6 mm about (25.42, 0) mm, reaches off the reed, which has 8 mm about"),
+        ("0 mm", FLAPPER.replace('"16 mm"', '"11 mm"'), "which has 5.5 mm about the middle of its contact"),
+        ("0 mm", FLAPPER + 'hole_diameter = "11 mm"\n', "which has 5.5 to 8 mm about the middle of its contact"),
+    ],
+)
+def test_a_lip_off_the_reed(tmp_path: Path, offset: str, reed: str, words: str) -> None:
+    scene = scene_of(tmp_path, f'offset = ["{offset}", "0 mm"]\n', reed)
+    with pytest.raises(ModelError, match="contact.offset: the seat's lip") as caught:
+        striker_of(scene)
+    assert words in str(caught.value)
+    assert "change the offset, or reed and seat" in str(caught.value)
+
+
+def test_the_lip_may_lie_off_the_middle(tmp_path: Path) -> None:
+    """Up to the paddle's edge: 1.9 mm of 2."""
+    scene = scene_of(tmp_path, 'offset = ["0 mm", "1.9 mm"]\n')
+    found = solved_striker(scene)
+    assert found is not None
+    assert len(found.greens.ports) == 33
