@@ -25,6 +25,7 @@ from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
 from seatfem.structures.natural_modes import Mode, NaturalModes
+from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
 from seatfem.study.method import RunMethod
@@ -49,12 +50,12 @@ def draw_run(
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     band, periods = (1 / width, 200) if method.seat.bandwidth is None else (method.seat.bandwidth, 40)
-    memory = min(scene.run.duration, periods / band)
+    memory, whole = min(scene.run.duration, periods / band), as_a_whole(seat.greens)  # p parts have p^2 responses
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
-        ("greens.png", lambda path: plot_greens(seat.greens, path, duration=memory, width=1 / band)),
+        ("greens.png", lambda path: plot_greens(whole, path, duration=memory, width=1 / band)),
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
