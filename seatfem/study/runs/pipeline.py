@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -156,6 +157,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "title": scene.title,
         **_measured(done.touches, width, done.stress),
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
+        **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **bar_keys(done.left, done.without_bar),
