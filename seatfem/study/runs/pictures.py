@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Final
@@ -32,7 +32,7 @@ from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
-BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
+BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif", "landing.gif")  # in space: drawn by VTK, apart
 
 
 def draw_run(
@@ -43,8 +43,9 @@ def draw_run(
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
+    more: Sequence[Picture] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
+    """Force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
 
     Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
@@ -56,6 +57,7 @@ def draw_run(
         ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
         ("greens.png", lambda path: plot_greens(whole, path, duration=memory, width=1 / band)),
+        *more,
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
@@ -63,10 +65,10 @@ def draw_run(
         return files, gaps
     names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
-        more = _through_store(key, [file for file in files if file.name in names], names, folder)
+        kept = _through_store(key, [file for file in files if file.name in names], names, folder)
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
-    return (*files, *more), gaps
+    return (*files, *kept), gaps
 
 
 def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:

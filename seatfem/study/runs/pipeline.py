@@ -27,6 +27,7 @@ from seatfem.study.impacts.contact import RunError, check_step, run_contacts, se
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -102,9 +103,9 @@ def run_scene(
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
-            more = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
+            others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
             all_of_them = {"wave": done.result, "spring": baseline.result}
-            all_of_them |= {name: result for name, result in more.items() if result is not None}
+            all_of_them |= {name: result for name, result in others.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     assert baseline is not None
@@ -112,7 +113,9 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            drawn, gaps = draw_run(scene, done.plan.method, done.seat, done.result, baseline.result, folder, progress)
+            more = lip_pictures(done, baseline.touches)
+            results = (done.result, baseline.result)
+            drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
