@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from seatfem.faces.result_table import result_table
-from seatfem.faces.verdict import difference, verdict
+from seatfem.faces.verdict import difference, simpler, verdict
 
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
@@ -193,3 +193,12 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
     assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
     assert "error bars leave out what is unknown: mesh" in lines
     assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
+
+
+def test_what_simpler_models_would_say_is_one_line() -> None:
+    said: dict[str, object] = {"one_port_filtered_peak_force_N": 360.6, "one_port_impulse_Ns": 1.532e-3}
+    beam: dict[str, object] = {"beam_filtered_peak_force_N": 155.3, "beam_impulse_Ns": 1.309e-3}
+    assert simpler(RUN) == ""
+    ending = " (peak, 2 us mean, and impulse)"
+    assert simpler({**RUN, **said}) == "simpler models: one port would say 361 N and 1.53 mN s" + ending
+    assert simpler({**RUN, **said, **beam}).endswith(", a beam 155 N and 1.31 mN s" + ending)

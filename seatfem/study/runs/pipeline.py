@@ -25,6 +25,7 @@ from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
+from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.lip_pictures import lip_pictures
@@ -128,12 +129,14 @@ def run_scene(
 
 @dataclass(frozen=True)
 class _Baseline:
-    """The spring of equal static stiffness, struck as the seat was in ``beside``."""
+    """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
+    itself."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
+    simpler: Mapping[str, Touches]
 
     @property
     def result(self) -> ImpactResult:
@@ -151,7 +154,9 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         coarsely = not any_needs_stress(scene.accuracy.measures)
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
-    return _Baseline(done.result, stiffness, touches, stress)
+    with watch("simpler models"):
+        simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+    return _Baseline(done.result, stiffness, touches, stress, simpler)
 
 
 def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
@@ -160,6 +165,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "title": scene.title,
         **_measured(done.touches, width, done.stress),
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
+        **simpler_keys(baseline.simpler, width),
         **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
