@@ -19,7 +19,7 @@ from impact.greens.modal import ModalGreens
 from impact.march import history
 from impact.march.loop import FLOOR, displaced
 from impact.march.problem import ContactError
-from impact.march.replay import Replay, blocks
+from impact.march.replay import Replay, blocks, resting, translate
 
 _ROUND_OFF = 1e-13  # relative, of a difference of inverse masses
 
@@ -123,6 +123,37 @@ def port_displacement(discrete: Discrete, force: Array) -> Array:
     if kernel.weights is not None:
         out[1:] += history.convolve(kernel.weights[0, 0], force)
     return out
+
+
+def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
+    """(n // stride + 1, M) modal coordinates q of a body [m sqrt(kg)]: at t = 0, and after every ``stride``-th step.
+
+    The motion of any point whose mode shapes are known is their sum, u = sum_k phi_k q_k, without what the modes leave
+    out.
+
+    Args:
+        body: of modes; without a preload.
+        force: (P, n) on its ports along the normal, constant over each step [N].
+        dt: step [s].
+        stride: 1 <= stride <= n.
+
+    Raises:
+        GreensFunctionError: a body that is no sum of modes, a load that is not finite.
+    """
+    if (modal := body.greens.modal) is None:
+        raise GreensFunctionError(f"a {type(body.greens).__name__} has no modal coordinates")
+    discrete, rows = Discrete.of(body, dt, force.shape[1]), force.shape[1] // stride
+    start, rigid = _start(discrete, modal), modal.omega == 0
+    found = np.empty((rows + 1, len(modal.omega)))
+    found[0] = start.displacement
+    found[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
+    channels = np.concatenate([modal.shapes.T, *(load.shape[None] for load in body.loads)])
+    for k in np.flatnonzero(rigid):
+        places, rates = np.empty((2, force.shape[1]))
+        pushed = channels[:, k] @ np.concatenate([force, discrete.loads])
+        translate(dt, resting(start.displacement[k], start.velocity[k]), pushed, places, rates)
+        found[1:, k] = places[stride - 1 :: stride][:rows]
+    return found
 
 
 def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:

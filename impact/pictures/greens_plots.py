@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to about 1e-4
 EXCITED = 1e-3  # of the compliance: a pole with less is not told to be a mode
+_UNSEEN = 1e-9  # of the largest shape at a port: round-off
 _WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is left at its end
 
 
@@ -45,9 +47,8 @@ def plot_greens(
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")
-    shown = [(greens, greens.port_index(port))]
-    if reference is not None:
-        shown.append((reference, reference.port_index(port)))
+    bodies = [greens] if reference is None else [greens, reference]
+    shown = [_at_port(body, body.port_index(port)) for body in bodies]
     early = min(15 * width, duration)
     with sheet(path, 7.2, 5.6) as figure:
         figure.suptitle(title)
@@ -60,6 +61,16 @@ def plot_greens(
         _step(axes[1, 0], shown, duration)
         _receptance(axes[1, 1], shown, duration, width)
         figure.supxlabel(error_text(greens.error_estimate, width), fontsize=8, color=GREY)
+
+
+def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
+    """Modes alone and without the oscillators that the port does not see: most of those of a ring as a whole."""
+    if (modal := greens.modal) is None:
+        return greens, port
+    alone = modal.combined(np.eye(len(modal.ports))[:, [port]], (modal.ports[port],))
+    size = np.abs(alone.shapes[:, 0])
+    seen = size > _UNSEEN * size.max(initial=0.0)
+    return replace(alone, omega=alone.omega[seen], zeta=alone.zeta[seen], shapes=alone.shapes[seen]), 0
 
 
 def error_text(error: ErrorEstimate, width: float) -> str:

@@ -12,6 +12,7 @@ from rich.table import Table
 from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, difference, duration, plain
 
+DEGREES: Final = "deg"
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
     ("impulse", "impulse_Ns", "N s"),
@@ -29,6 +30,15 @@ STOPPER: Final = (
     ("impulse", "stopper_impulse_Ns", "N s"),
     ("first contact", "stopper_first_contact_s", "s"),
     ("contacts", "stopper_contact_count", ""),
+)
+LIP: Final = (
+    ("force per length", "line_force_peak_N_per_m", "N/m"),
+    ("  where", "line_force_peak_at_deg", DEGREES),
+    ("impulse per length", "line_impulse_peak_Ns_per_m", "N s/m"),
+    ("  where", "line_impulse_peak_at_deg", DEGREES),
+    ("first touch", "first_touch_at_deg", DEGREES),
+    ("arcs", "ports", ""),
+    ("tilt", "tilt_deg", DEGREES),
 )
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
@@ -58,12 +68,14 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
-    if any(key in summary for _, key, _ in STOPPER):
-        table.add_section()
-        table.add_row("at the stopper")
-        for label, key, unit in STOPPER:
-            words = label.format(width=duration(summary.get("filter_width_s")))
-            table.add_row(f" {words}", *_cells(summary, key, unit))
+    for heading, rows in (("at the stopper", STOPPER), ("along the lip", LIP)):
+        if rows[0][1] in summary and (rows is not LIP or "ports" in summary):
+            table.add_section()
+            table.add_row(heading)
+            for label, key, unit in rows:
+                words = label.format(width=duration(summary.get("filter_width_s")))
+                cells = _cells(summary, key, unit)
+                table.add_row(f" {words}", *(cells if f"spring_{key}" in summary else cells[:1]))
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
     table.add_row(f"raw{step}", style="dim")
@@ -72,9 +84,20 @@ def result_table(summary: Mapping[str, object]) -> Table:
             table.add_row(f" {label}", *_cells(summary, key, unit), style="dim")
     if (left := as_number(summary.get("energy_residual"))) is not None:
         table.add_row("energy left over", f"{left:.1e}", style="dim")
-    if unknown := summary.get("error_unknown"):
-        table.caption = f"error bars leave out what is unknown: {unknown}"
+    table.caption = "\n".join(_notes(summary)) or None
     return table
+
+
+def _notes(summary: Mapping[str, object]) -> list[str]:
+    """Below the table: over what a contact along a lip is averaged, and what no bar knows."""
+    notes, width, part = [], summary.get("line_force_width_s"), as_number(summary.get("line_force_arc_m"))
+    if part is not None:
+        factor, unit = scaled(part, "m")
+        part_of_it = f"{factor * part:.3g} {plain(unit)} of the lip"
+        notes.append(f"per length: mean over {part_of_it}, the force over {duration(width)}, too")
+    if unknown := summary.get("error_unknown"):
+        notes.append(f"error bars leave out what is unknown: {unknown}")
+    return notes
 
 
 def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...]:
@@ -82,7 +105,7 @@ def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...
     seat, spring = summary.get(key), summary.get(f"spring_{key}")
     ours, baseline, bar = as_number(seat), as_number(spring), _bar(summary, key)
     values = [value for value in (ours, baseline) if value is not None]
-    factor, prefixed = scaled(values[:1], unit) if unit else (1.0, "")
+    factor, prefixed = (1.0, unit) if unit in ("", DEGREES) else scaled(values[:1], unit)
     after = f" {plain(prefixed)}" if unit else ""
     mark = ", raw" if key in OF_EACH_STEP and baseline is not None else ""
     found = None if bar is None else difference(summary, key)

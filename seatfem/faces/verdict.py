@@ -68,6 +68,22 @@ def verdict(summary: Mapping[str, object]) -> str:
     return f"A constant stiffness would be {first}{more}."
 
 
+def simpler(summary: Mapping[str, object]) -> str:
+    """What simpler models would say of a contact along a lip, in one line; "" of other contacts."""
+    told: list[str] = []
+    for words, name in (("one port", "one_port"), ("a beam", "beam")):
+        peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
+        if peak is not None and impulse is not None:
+            told.append(f"{words}{'' if told else ' would say'} {_text(peak, 'N')} and {_text(impulse, 'N s')}")
+    over = duration(summary.get("filter_width_s"))
+    return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse)" if told else ""
+
+
+def _text(value: float, unit: str) -> str:
+    factor, prefixed = scaled(value, unit)
+    return f"{factor * value:.3g} {plain(prefixed)}"
+
+
 def name_of(key: str, summary: Mapping[str, object]) -> str:
     """A measure in words."""
     names = {each.key: each.words for each in all_measures().values()} | {

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from seatfem.faces.result_table import result_table
-from seatfem.faces.verdict import difference, verdict
+from seatfem.faces.verdict import difference, simpler, verdict
 
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
@@ -153,3 +153,52 @@ def test_a_stopper_has_a_block_of_its_own() -> None:
     raw = next(k for k, line in enumerate(lines) if line.startswith("raw"))
     assert raw < next(k for k, line in enumerate(lines) if line.startswith("stopper peak 33 N 33 N"))
     assert not [line for line in printed() if "stopper" in line]
+
+
+LIP: dict[str, object] = {
+    "ports": 64,
+    "spring_ports": 64,
+    "tilt_deg": 0.3,
+    "line_force_arc_m": 4.32e-3,
+    "line_force_width_s": 1e-6,
+    "line_force_peak_N_per_m": 8230.0,
+    "spring_line_force_peak_N_per_m": 9823.0,
+    "error_bar_line_force_peak_N_per_m": 1600.0,
+    "line_force_peak_at_deg": 270.0,
+    "spring_line_force_peak_at_deg": 264.375,
+    "line_impulse_peak_Ns_per_m": 0.0608,
+    "spring_line_impulse_peak_Ns_per_m": 0.0602,
+    "error_bar_line_impulse_peak_Ns_per_m": 0.0017,
+    "line_impulse_peak_at_deg": 101.25,
+    "spring_line_impulse_peak_at_deg": 101.25,
+    "first_touch_at_deg": 270.0,
+    "spring_first_touch_at_deg": 270.0,
+}
+
+
+def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
+    """Force and impulse per length with bars, their places, what they are averaged over; the bed of springs beside."""
+    lines = printed(**LIP, accuracy_measures="line_force", error_unknown="mesh")
+    first = lines.index("along the lip")
+    assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
+    assert lines[first + 1 : first + 8] == [
+        "force per length 8.2 ± 1.6 kN/m 9.8 kN/m +19 % 1 19 %, missed",
+        "where 270 deg 264.4 deg",
+        "impulse per length 60.8 ± 1.7 mN s/m 60.2 mN s/m -0.99 % 0.35",
+        "where 101.2 deg 101.2 deg",
+        "first touch 270 deg 270 deg",
+        "arcs 64 64",
+        "tilt 0.3 deg",
+    ]
+    assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
+    assert "error bars leave out what is unknown: mesh" in lines
+    assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
+
+
+def test_what_simpler_models_would_say_is_one_line() -> None:
+    said: dict[str, object] = {"one_port_filtered_peak_force_N": 360.6, "one_port_impulse_Ns": 1.532e-3}
+    beam: dict[str, object] = {"beam_filtered_peak_force_N": 155.3, "beam_impulse_Ns": 1.309e-3}
+    assert simpler(RUN) == ""
+    ending = " (peak, 2 us mean, and impulse)"
+    assert simpler({**RUN, **said}) == "simpler models: one port would say 361 N and 1.53 mN s" + ending
+    assert simpler({**RUN, **said, **beam}).endswith(", a beam 155 N and 1.31 mN s" + ending)

@@ -1,12 +1,14 @@
 """One replay: the same for every length of its blocks, and without the energies the same displacement."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from impact import Body, Load, ModalGreens, ModalState, Residual
 from impact.exact.damped_rods import BareFixedRod
 from impact.march import motion, replay
-from impact.march.motion import Discrete, port_displacement
+from impact.march.motion import Discrete, modal_coordinates, port_displacement
 
 DT, STEPS = 2e-6, 3000
 
@@ -75,3 +77,18 @@ def test_coordinates_are_those_behind_the_displacement() -> None:
     seen = np.concatenate(parts) @ shapes
     expected = held.motion(force[None]).displacement[0, 3::3]
     np.testing.assert_allclose(seen, expected, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("stride", [1, 7])
+def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
+    """Of a body of modes alone, free ones among them, bent, loaded and struck at two ports."""
+    steps = 700
+    bare = thrown()
+    assert isinstance(bare.greens, ModalGreens)
+    body = replace(bare, greens=replace(bare.greens, residual=Residual.none(2)))
+    force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
+    found = modal_coordinates(body, force, DT, stride)
+    assert len(found) == steps // stride + 1
+    expected = Discrete.of(body, DT, steps).motion(force).displacement[:, ::stride]
+    # two orders of the same sums
+    np.testing.assert_allclose(found @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())

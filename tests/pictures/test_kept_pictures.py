@@ -7,7 +7,9 @@ import pytest
 import impact
 from seatfem.structures.kinds import Spring
 from seatfem.structures.method import Method
+from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
+from seatfem.structures.statics import bed
 from seatfem.structures.store import Store, content_key
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
@@ -65,6 +67,17 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
     assert (tmp_path / "two" / "mode_1.gif").read_text() == "mode"
     another = scene.model_copy(update={"seat": scene.seat.model_copy(update={"length": 13e-3})})
     assert drawn(another, tmp_path / "three", [], monkeypatch) == curves
+
+
+def test_the_greens_function_of_a_divided_patch_is_drawn_as_a_whole(scene, tmp_path, monkeypatch):
+    """That of 64 arcs, port by port, took half a minute."""
+    shown = []
+    monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: shown.append(greens))
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda scene, seat: [])
+    bare = bed(Division(64), 5e6)
+    pictures.draw_run(scene, METHOD, Solved(bare), None, None, tmp_path, lambda stage, done: None)
+    assert [greens.ports for greens in shown] == [("contact",)]
+    assert shown[0].static_compliance()[0, 0] == pytest.approx(2e-7, rel=1e-12)
 
 
 def test_what_is_kept_belongs_to_its_key_and_goes_with_it(tmp_path):

@@ -20,6 +20,7 @@ from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, ModelError
+from seatfem.structures.rings import as_a_whole
 
 pytest.importorskip("matplotlib")
 
@@ -163,6 +164,20 @@ def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, 
     written = (tmp_path / "greens.svg").read_text(encoding="utf-8")
     finite = np.isfinite(greens.static_compliance()[0, 0])
     assert ("static " in written) == finite
+
+
+def test_greens_figure_counts_the_poles_of_its_port_alone(tmp_path: Path) -> None:
+    """Two arcs of a ring: as a whole they do not see the mode that turns one against the other."""
+    rocking = ModalGreens(
+        omega=2 * np.pi * np.array([60e3, 90e3, 210e3]),
+        zeta=np.full(3, 0.1),
+        shapes=np.array([[20.0, 20.0], [30.0, -30.0], [15.0, 15.0]]),
+        residual=Residual.none(2),
+        port_names=("arc_1", "arc_2"),
+    )
+    for greens, poles in ((rocking, 3), (as_a_whole(rocking), 2)):
+        plots.plot_greens(greens, tmp_path / "greens.svg", duration=1e-4, width=2e-6)
+        assert f">{poles} poles, lowest excited 60.0 kHz<" in (tmp_path / "greens.svg").read_text(encoding="utf-8")
 
 
 def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:

@@ -120,6 +120,13 @@ class Striking(Table):
     def check_motion(self) -> None:
         """Raises `KeyProblem` for a motion that it is known not to be capable of."""
 
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """The beam that a simpler model would take for it; ``None`` where there is none of the same motion.
+
+        ``greens``: its own Green's function.
+        """
+        return None
+
     def stress(self, force: Array, dt: float, body: Body, at: At, *, coarsely: bool) -> ReedStress | None:
         """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),
         positive away from the seat; ``None`` where it has none that is known."""

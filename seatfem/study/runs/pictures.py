@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Final
@@ -25,13 +25,14 @@ from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
 from seatfem.structures.natural_modes import Mode, NaturalModes
+from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
-BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif")  # in space: drawn by VTK, apart
+BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif", "landing.gif")  # in space: drawn by VTK, apart
 
 
 def draw_run(
@@ -42,19 +43,21 @@ def draw_run(
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
+    more: Sequence[Picture] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Force, motion, energy, Green's function, mesh and modes; (files written, gaps in words).
+    """Force, motion, energy, Green's function, ``more``, mesh and modes; (files written, gaps in words).
 
     Mesh and modes of a seat that was computed before, whose matrices are gone, come from the store.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     band, periods = (1 / width, 200) if method.seat.bandwidth is None else (method.seat.bandwidth, 40)
-    memory = min(scene.run.duration, periods / band)
+    memory, whole = min(scene.run.duration, periods / band), as_a_whole(seat.greens)  # p parts have p^2 responses
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
-        ("greens.png", lambda path: plot_greens(seat.greens, path, duration=memory, width=1 / band)),
+        ("greens.png", lambda path: plot_greens(whole, path, duration=memory, width=1 / band)),
+        *more,
     ]
     of_seat = _seat_pictures(scene, seat)
     files, gaps = draw_all(pictures + of_seat, folder, progress)
@@ -62,10 +65,10 @@ def draw_run(
         return files, gaps
     names, key = [name for name, _ in of_seat], key_of(scene.seat, method.seat)
     try:
-        more = _through_store(key, [file for file in files if file.name in names], names, folder)
+        kept = _through_store(key, [file for file in files if file.name in names], names, folder)
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
-    return (*files, *more), gaps
+    return (*files, *kept), gaps
 
 
 def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -24,8 +25,10 @@ from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.measures import bar_keys
+from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -101,9 +104,9 @@ def run_scene(
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
-            more = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
+            others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
             all_of_them = {"wave": done.result, "spring": baseline.result}
-            all_of_them |= {name: result for name, result in more.items() if result is not None}
+            all_of_them |= {name: result for name, result in others.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     assert baseline is not None
@@ -111,7 +114,9 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            drawn, gaps = draw_run(scene, done.plan.method, done.seat, done.result, baseline.result, folder, progress)
+            more = lip_pictures(done, baseline.touches)
+            results = (done.result, baseline.result)
+            drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
@@ -124,12 +129,14 @@ def run_scene(
 
 @dataclass(frozen=True)
 class _Baseline:
-    """The spring of equal static stiffness, struck as the seat was in ``beside``."""
+    """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
+    itself."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
+    simpler: Mapping[str, Touches]
 
     @property
     def result(self) -> ImpactResult:
@@ -147,7 +154,9 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         coarsely = not any_needs_stress(scene.accuracy.measures)
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
-    return _Baseline(done.result, stiffness, touches, stress)
+    with watch("simpler models"):
+        simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+    return _Baseline(done.result, stiffness, touches, stress, simpler)
 
 
 def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
@@ -156,6 +165,8 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "title": scene.title,
         **_measured(done.touches, width, done.stress),
         **{f"spring_{k}": v for k, v in _measured(baseline.touches, width, baseline.stress).items()},
+        **simpler_keys(baseline.simpler, width),
+        **({} if done.touches.line is None else {"tilt_deg": math.degrees(scene.contact.tilt)}),
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **bar_keys(done.left, done.without_bar),

@@ -1,0 +1,153 @@
+"""Figure of a contact along a closed line: force per length over place and time, impulse per length, how it lands."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from impact.after import measures
+from impact.after.along import best_plane, line_impulse, per_length
+from impact.after.result import ImpactResult
+from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+NAMES = ("elastic seat", "bed of springs")
+COLOURS = "viridis"
+COLUMNS = 900  # of the map: times
+SHOWN = 1e-3  # of the largest force per length: the map is white below it
+QUARTERS = (0.0, 0.25, 0.5, 0.75)
+_STYLES: tuple[tuple[str, Any], ...] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
+_OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
+
+
+def plot_lip(
+    result: ImpactResult,
+    baseline: ImpactResult | None,
+    path: str | os.PathLike[str],
+    *,
+    radius: float,
+    share: float,
+    filter_width: float = 1e-6,
+    title: str = "Contact along the lip",
+    names: tuple[str, str] = NAMES,
+) -> None:
+    """Force per length over angle and time, impulse per length, total force, gap at four angles, tilt of the gap.
+
+    A local force is that of a moving front, which grows with ever more arcs: all that is drawn is a mean, and each
+    panel says over what.
+
+    Args:
+        result: of N >= 3 equal arcs around the line, which begin on the x axis: histories (n + 1, N).
+        baseline: the same impact on springs that do not know of each other; ``None``: there is none.
+        radius: of the line [m].
+        share: of the line over which the impulse is averaged.
+        filter_width: of the average in time [s].
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    runs = [result] if baseline is None else [result, baseline]
+    window = _window(runs)
+    with sheet(path, 7.2, 8.4) as figure:
+        figure.suptitle(title)
+        grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
+        _map(figure, figure.add_subplot(grid[0, :]), result, window, radius, filter_width)
+        _impulse(figure.add_subplot(grid[1, 0], projection="polar"), runs, radius, share, names)
+        _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
+        _gaps(figure.add_subplot(grid[2, 0]), result, window)
+        _tilt(figure.add_subplot(grid[2, 1]), result, window, radius)
+
+
+def _window(runs: list[ImpactResult]) -> tuple[float, float]:
+    """First group of contacts of every run, as of all arcs together, and a tenth of it on either side [s]."""
+    closed = [measures.merged(run.dt * measures.closed_steps(run.force[1:].sum(axis=1))) for run in runs]
+    groups = [each[0] for each in closed if len(each)]
+    end = float(runs[0].time[-1])
+    if not groups:
+        return 0.0, end
+    first, last = min(float(g[0]) for g in groups), max(float(g[1]) for g in groups)
+    extra = 0.1 * (last - first) + 2 * runs[0].dt
+    return max(first - extra, 0.0), min(last + extra, end)
+
+
+def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
+    """The recorded times of a window, at most ``most`` of them."""
+    first, last = np.searchsorted(run.time, window)
+    return slice(int(first), int(last) + 1, max(1, math.ceil((int(last) + 1 - int(first)) / most)))
+
+
+def _map(
+    figure: Figure, axes: Axes, result: ImpactResult, window: tuple[float, float], radius: float, width: float
+) -> None:
+    seen, arcs, length = _within(result, window, COLUMNS), result.force.shape[1], 2 * math.pi * radius
+    values = per_length(result.force, result.dt, width, length)[seen]
+    (factor, unit), (rate, time_unit) = scaled(values, "N/m"), scaled(window[1], "s")
+    times = rate * result.time[seen]
+    edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
+    shown = np.ma.masked_less(factor * values.T, SHOWN * factor * float(values.max()))
+    drawn = axes.pcolormesh(edges, np.linspace(0.0, 360.0, arcs + 1), shown, cmap=COLOURS, vmin=0.0, rasterized=True)
+    figure.colorbar(drawn, ax=axes, pad=0.01, aspect=18).set_label(f"force per length [{unit}]")
+    axes.set(xlim=(rate * window[0], rate * window[1]), ylim=(0.0, 360.0), yticks=range(0, 361, 90))
+    axes.set(xlabel=f"time [{time_unit}]", ylabel="angle from the x axis [°]")
+    axes.grid(visible=False)
+    axes.set_title("Force per length on the elastic seat")
+    axes.set_title(f"mean over {1e6 * width:g} µs and each of {arcs} arcs", loc="right", color=GREY, fontsize=8)
+
+
+def _impulse(axes: Axes, runs: list[ImpactResult], radius: float, share: float, names: tuple[str, str]) -> None:
+    length = 2 * math.pi * radius
+    found = [line_impulse(run.force[1:], run.dt, length, share) for run in runs]
+    factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
+    for (values, places), name, (colour, style) in zip(found, names, _STYLES, strict=False):
+        around, turns = np.append(values, values[0]), np.append(places, places[0] + 1.0)
+        axes.plot(2 * np.pi * turns, factor * around, color=colour, linestyle=style, label=name)
+    axes.set_ylim(bottom=0.0)
+    axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
+    axes.tick_params(axis="x", pad=1)
+    axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")
+
+
+def _force(
+    axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
+) -> None:
+    found = [averaged(run.force[1:].sum(axis=1), run.dt, width, MOVING_AVERAGE) for run in runs]
+    (factor, unit), (rate, time_unit) = scaled(np.concatenate(found), "N"), scaled(window[1], "s")
+    for run, values, name, (colour, style) in zip(runs, found, names, _STYLES, strict=False):
+        seen = _within(run, window, 4000)
+        axes.plot(rate * run.time[seen], factor * values[seen], color=colour, linestyle=style, label=name)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"force [{unit}]")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper right")
+    axes.set_title(f"Total force, mean over {1e6 * width:g} µs")
+
+
+def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float]) -> None:
+    seen, arcs = _within(result, window, 4000), result.force.shape[1]
+    rate, time_unit = scaled(window[1], "s")
+    factor, unit = scaled(result.gap[seen], "m")
+    for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
+        arc = int(share * arcs)
+        axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=f"{360 * share:.0f}°")
+    zero_line(axes)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"gap [{unit}]")
+    axes.legend(loc="best", ncols=2)
+    axes.set_title(f"Height over the lip, mean over {360 / arcs:.2g}°")
+
+
+def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], radius: float) -> None:
+    seen = _within(result, window, 4000)
+    rate, time_unit = scaled(window[1], "s")
+    slopes = np.degrees(np.arctan(best_plane(result.gap[seen], radius)[:, 1:]))
+    for values, name, colour in ((slopes[:, 1], "roll, about x", BLUE), (-slopes[:, 0], "pitch, about y", ORANGE)):
+        axes.plot(rate * result.time[seen], values, color=colour, label=name)
+    zero_line(axes)
+    axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel="angle [°]")
+    axes.legend(loc="best")
+    axes.set_title("Tilt: plane next to the gaps of all arcs")

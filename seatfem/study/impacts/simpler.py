@@ -1,0 +1,59 @@
+"""What simpler models say of a contact along a lip: one port in place of the arcs, and a beam in place of the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+import impact
+from impact import measures
+from impact.greens.base import GreensFunction
+from seatfem.structures.kinds.roles import in_role
+from seatfem.structures.rings import Division, as_a_whole
+from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.scene import Scene
+
+ONE_PORT: Final = "one_port"
+BEAM: Final = "beam"
+
+
+def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> dict[str, Touches]:
+    """The same impact by models of one contact, by name; none where the contact is not along a lip.
+
+    Both strike the mean of the seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean
+    of its motion along the lip. `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads
+    and with the stopper of a scene.
+    """
+    division = Division.of(seat)
+    if division.arcs == 1:
+        return {}
+    bodies = dict(_bodies(scene, striker, division))
+    return {name: run_contacts(scene, body, as_a_whole(seat), dt) for name, body in bodies.items()}
+
+
+def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
+    """For summary.json, of each: NAME_impulse_Ns and NAME_filtered_peak_force_N."""
+    keys: dict[str, object] = {}
+    for name, touches in found.items():
+        keys[f"{name}_impulse_Ns"] = measures.impulse(touches.seat)
+        keys[f"{name}_filtered_peak_force_N"] = measures.filtered_peak_force(touches.seat, filter_width)
+    return keys
+
+
+def _bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
+    greens = striker.greens
+    if set(division.names) <= set(greens.ports):
+        weights = np.zeros((len(greens.ports), 1))
+        for name, share in zip(division.names, division.shares, strict=True):
+            weights[greens.port_index(name)] = share
+        yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
+    if scene.load or scene.stopper is not None:
+        return
+    with in_role("reed", scene.reed):
+        beam = scene.reed.as_a_beam(greens)
+    if beam is not None:
+        yield BEAM, beam

@@ -1,0 +1,121 @@
+"""Which pictures belong to a contact along a lip: its forces over place and time, and the plate that lands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from impact.after import measures
+from impact.after.along import per_length
+from impact.after.result import ImpactResult
+from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.greens.base import Array
+from impact.march.motion import modal_coordinates
+from impact.pictures.lip_plots import plot_lip
+from seatfem.pictures.apart import Picture
+from seatfem.pictures.landing import Landing, animate_landing
+from seatfem.structures.elements.mindlin import PlateMesh
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs.round import Round
+from seatfem.study.scene import Scene
+
+LANDING: Final = "landing.gif"
+FEWEST: Final = 3  # arcs that tell a tilt
+FRAMES: Final = 40
+BEFORE: Final = 0.15  # of the first contact's duration, shown before it
+AFTER: Final = 0.35  # and after it
+
+
+def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
+    """lip.png and, of a plate that was computed, landing.gif; none where the contact is not along a lip."""
+    scene, touches = done.plan.scene, done.touches
+    division, ring = Division.of(done.seat.greens), scene.seat.struck_ring
+    if touches.parts is None or touches.line is None or ring is None or division.arcs < FEWEST:
+        return []
+    lip = by_arc(touches.parts, division)
+    springs = None if baseline.parts is None else by_arc(baseline.parts, division)
+    title, width = scene.title or "Contact along the lip", scene.run.filter_width
+    draw = partial(plot_lip, radius=ring[0], share=touches.line.share, filter_width=width, title=title)
+    pictures: list[Picture] = [("lip.png", lambda path: draw(lip, springs, path))]
+    try:
+        landing = landing_of(done, lip)
+    except Exception as problem:  # numbers are known already, as in `gap_of`
+        return [*pictures, (LANDING, partial(_raise, problem))]
+    if landing is not None:
+        pictures.append((LANDING, partial(animate_landing, landing, title=title)))
+    return pictures
+
+
+def _raise(problem: Exception, path: Path) -> None:
+    raise problem
+
+
+def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
+    """The parts of a lip with the rings of each arc as one: sums of the forces, means of displacements and gaps."""
+    shares = division.shares.reshape(division.arcs, division.rings) * division.arcs
+
+    def joined(values: Array, weights: Array) -> Array:
+        return np.asarray((values.reshape(len(values), division.arcs, division.rings) * weights).sum(axis=2))
+
+    return replace(
+        parts,
+        force=joined(parts.force, np.ones_like(shares)),
+        gap=joined(parts.gap, shares),
+        striker_displacement=joined(parts.striker_displacement, shares),
+        target_displacement=joined(parts.target_displacement, shares),
+    )
+
+
+def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
+    """The plate over the lip during its first contact; ``None`` of what is no plate with its modes, of loads that
+    the march alone knows, under a preload, and without contact."""
+    scene, reed, touches = done.plan.scene, done.reed, done.touches
+    groups, ring = measures.contact_groups(touches.seat), scene.seat.struck_ring
+    if not isinstance(scene.reed, ThinPlate) or reed is None or reed.model is None or reed.modes is None:
+        return None
+    if ring is None or not len(groups) or scene.is_blown_by_lift or scene.contact.preload:
+        return None
+    dofs, shapes, modal, dt = reed.model.dofs, reed.modes.shapes, done.striker.greens.modal, touches.seat.dt
+    if dofs is None or not isinstance(dofs.mesh, PlateMesh) or modal is None or len(modal.omega) != shapes.shape[1]:
+        return None
+    (start, end), last = groups[0], len(touches.seat.time) - 1
+    first = max(0.0, start - BEFORE * (end - start))
+    stride = max(1, math.ceil((min(end + AFTER * (end - start), last * dt) - first) / dt / (FRAMES - 1)))
+    begin = min(int(first / dt / stride), last // stride)
+    rows = slice(begin, begin + FRAMES)
+    coordinates = modal_coordinates(done.striker, on_the_ports(scene, done), dt, stride)[rows]
+    deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
+    steps, width = stride * np.arange(begin, begin + len(deflection)), scene.run.filter_width
+    total = averaged(touches.seat.force[1:], dt, width, MOVING_AVERAGE)
+    return Landing(
+        dofs.mesh.points,
+        dofs.mesh.cells,
+        deflection,
+        touches.seat.time[steps],
+        np.array([*(np.asarray(scene.reed.geometry().centre) + scene.contact.offset), ring[0]]),
+        ring[1],
+        -lip.gap[0],
+        per_length(lip.force, dt, width, 2 * math.pi * ring[0])[steps],
+        total[steps],
+        f"forces mean over {1e6 * width:g} us and each of {lip.force.shape[1]} arcs",
+    )
+
+
+def on_the_ports(scene: Scene, done: Round) -> Array:
+    """(P, n) forces of seat and stopper on the ports of the striker, along the normal [N]."""
+    greens, touches = done.striker.greens, done.touches
+    names = Division.of(done.seat.greens).names
+    assert touches.parts is not None
+    force = np.zeros((len(greens.ports), len(touches.seat.time) - 1))
+    for name, pushed in zip(names, touches.parts.force[1:].T, strict=True):
+        force[greens.port_index(name) if name in greens.ports else 0] += pushed
+    if touches.stopper_force is not None:
+        force[len(greens.ports) - 1 if scene.has_two_places else 0] -= touches.stopper_force[1:]
+    return force

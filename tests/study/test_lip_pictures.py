@@ -1,0 +1,169 @@
+"""Pictures of a contact along a lip: what they show is the run's own motion and forces."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impact.after.along import best_plane
+from impact.pictures.drawing import PictureError, text
+from impact.pictures.lip_plots import plot_lip
+from seatfem.pictures import rendering
+from seatfem.pictures.landing import Landing, animate_landing
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import Division
+from seatfem.structures.solved import Solved
+from seatfem.structures.statics import bed
+from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
+from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
+from seatfem.study.scene import load_scene
+
+ARCS, RADIUS = 8, 5.5e-3
+SCENE = """title = "a <tilted> landing"
+[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = "steel"
+[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+greens = { bandwidth = "10 kHz" }
+release = { velocity = "-1 m/s" }
+[contact]
+gap = "1 um"
+tilt = "0.3 deg"
+ports = 8
+rings = 2
+[run]
+duration = "0.3 ms"
+"""
+
+
+@pytest.fixture(scope="module")
+def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """A round as far as pictures ask for it, on springs; and its baseline."""
+    path = tmp_path_factory.mktemp("lip") / "scene.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    scene, springs = load_scene(path), bed(Division(ARCS, 2), 5e6)
+    striker = striker_of(scene)
+    touches, stiffer = (run_contacts(scene, striker, seat, 2e-7) for seat in (springs, bed(Division(ARCS, 2), 5e7)))
+    done = SimpleNamespace(
+        plan=SimpleNamespace(scene=scene),
+        touches=touches,
+        seat=Solved(springs),
+        striker=striker,
+        reed=solved_striker(scene),
+    )
+    return SimpleNamespace(done=done, baseline=stiffer)
+
+
+def test_arcs_have_the_force_of_their_rings_and_their_mean_gap(landed: Any) -> None:
+    parts = landed.done.touches.parts
+    lip = by_arc(parts, Division(ARCS, 2))
+    np.testing.assert_allclose(lip.force.sum(axis=1), landed.done.touches.seat.force, rtol=1e-12)
+    np.testing.assert_allclose(lip.gap[:, 3], (parts.gap[:, 6] + parts.gap[:, 7]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(lip.gap.mean(axis=1), landed.done.touches.seat.gap, rtol=1e-9, atol=1e-15)
+
+
+def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
+    _, pitch, roll = best_plane(by_arc(landed.done.touches.parts, Division(ARCS, 2)).gap, RADIUS)[0]
+    assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=1e-4)  # arcs are means over many points
+    assert abs(pitch) < 1e-9
+
+
+def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
+    """Nodes near the lip's outer circle move as the arcs next to them, which the march knows; what the modes left out
+    is not drawn."""
+    lip = by_arc(landed.done.touches.parts, Division(ARCS, 2))
+    found = landing_of(landed.done, lip)
+    assert found is not None
+    x, y, radius = found.lip
+    places = (found.points - (x, y)) @ np.array([1, 1j])
+    near = np.flatnonzero(np.abs(np.abs(places) - radius) < 0.5e-3)
+    arcs = Lip(radius, found.width, ARCS).angles
+    off = np.abs(np.angle(places[near, None] / np.exp(1j * arcs)))
+    steps = np.searchsorted(landed.done.touches.seat.time, found.time - 1e-12)
+    moved = lip.striker_displacement[steps]
+    assert len(near) >= ARCS
+    for node, arc in zip(near, off.argmin(axis=1), strict=True):
+        # an arc is 45 deg wide, the paddle turns by 3 mrad: the node is up to 3 mm from its middle
+        assert np.abs(found.deflection[:, node] - moved[:, arc]).max() < 0.15 * np.ptp(moved)
+    mean = np.abs(found.deflection[:, near].mean(axis=1) - moved.mean(axis=1))
+    assert mean.max() < 0.03 * np.ptp(moved)
+    assert np.all(np.diff(found.time) > 0)
+    assert found.height == pytest.approx(-lip.gap[0])
+    assert found.force.sum(axis=1) * 2 * np.pi * radius / ARCS == pytest.approx(found.total, rel=1e-9, abs=1e-9)
+    assert found.total.max() > 0
+
+
+def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    names = [name for name, _ in lip_pictures(landed.done, landed.baseline)]
+    assert names == ["lip.png", "landing.gif"]
+    lip, springs = (by_arc(each.parts, Division(ARCS, 2)) for each in (landed.done.touches, landed.baseline))
+    plot_lip(lip, springs, tmp_path / "lip.svg", radius=RADIUS, share=0.25, filter_width=2e-6, title="a <b>title")
+    written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
+    for words in (
+        "a &lt;b&gt;title", "mean over 2 µs and each of 8 arcs", "Impulse per length [mN s/m], mean over 8.6 mm",
+        "Total force, mean over 2 µs", "Height over the lip, mean over 45°", "bed of springs", "roll, about x",
+    ):  # fmt: skip
+        assert f">{words}<" in written
+    plot_lip(lip, None, tmp_path / "alone.png", radius=RADIUS, share=0.25)
+    assert (tmp_path / "alone.png").stat().st_size > 50_000
+
+
+def test_no_pictures_of_other_contacts(landed: Any) -> None:
+    whole = SimpleNamespace(**{**vars(landed.done), "touches": SimpleNamespace(parts=None, line=None)})
+    assert lip_pictures(whole, landed.baseline) == []
+
+
+def test_what_cannot_be_drawn_of_the_plate_is_told_and_the_figure_is_there(landed: Any, tmp_path: Path) -> None:
+    broken = SimpleNamespace(**{**vars(landed.done), "striker": None})
+    found = dict(lip_pictures(broken, landed.baseline))
+    with pytest.raises(AttributeError):
+        found["landing.gif"](tmp_path / "landing.gif")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="drawn off-screen")
+def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    try:
+        rendering.load_pyvista()
+    except PictureError as gap:
+        pytest.skip(str(gap))
+    from PIL import Image
+
+    found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
+    assert found is not None
+    kept = slice(0, None, 12)
+    few = Landing(**{
+        **vars(found), **{name: getattr(found, name)[kept] for name in ("deflection", "time", "force", "total")}
+    })  # fmt: skip
+    animate_landing(few, tmp_path / "landing.gif", title="t")
+    with Image.open(tmp_path / "landing.gif") as film:
+        assert film.n_frames == len(few.time)  # type: ignore[attr-defined]
+        assert len(film.convert("L").getcolors()) > 20
+
+
+def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(landed: Any) -> None:
+    found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
+    assert found is not None
+    span = max(np.ptp(found.deflection), np.ptp(np.append(found.height, 0.0)))
+    drawn = found.exaggeration * span / np.ptp(found.points, axis=0).max()
+    assert 0.16 / 2.5 < drawn <= 0.16
+    assert text(found.exaggeration, "")[0] in "125"
+    with pytest.raises(PictureError, match="8 arcs, but"):
+        Landing(**{**vars(found), "height": found.height[:-1]}).check()

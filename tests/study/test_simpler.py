@@ -1,0 +1,136 @@
+"""One port in place of a lip's arcs, a beam in place of its plate: each is what it says."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import Division
+from seatfem.structures.statics import bed
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.simpler import simpler_keys, simpler_models
+from seatfem.study.scene import Scene, load_scene
+
+STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
+LANDING = 'release = { velocity = "-1 m/s" }'
+SCENE = """
+[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+material = "steel"
+[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
+greens = { bandwidth = "40 kHz" }
+RELEASE
+[contact]
+gap = "1 um"
+tilt = "0.3 deg"
+ports = 8
+[run]
+duration = "0.4 ms"
+"""
+
+
+def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(SCENE.replace("RELEASE", release) + more, encoding="utf-8")
+    return load_scene(path)
+
+
+def plate(scene: Scene) -> ThinPlate:
+    assert isinstance(scene.reed, ThinPlate)
+    return scene.reed
+
+
+def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
+    """The impact on a spring of the plate's one ring, computed as such, over the mean gap; and no other one."""
+    scene = scene_of(tmp_path)
+    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
+    assert list(found) == ["one_port", "beam"]
+    assert scene.seat.struck_ring is not None
+    ring = plate(scene).solved(Lip(*scene.seat.struck_ring)).greens
+    gap = 1e-6 + RADIUS * math.tan(TILT)
+    body = plate(scene).body(ring)
+    problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=STIFFNESS)), gap=gap)
+    expected = impact.solve(problem, dt=DT, duration=scene.run.duration)
+    result = found["one_port"].seat
+    assert result.gap[0] == pytest.approx(gap, rel=1e-6)
+    assert measures.impulse(expected) > 0
+    # what the modes left out, 1e-6 of the compliance, relaxes at eight rates here and at one there
+    assert measures.impulse(result) == pytest.approx(measures.impulse(expected), rel=2e-3)
+    assert measures.filtered_peak_force(result) == pytest.approx(measures.filtered_peak_force(expected), rel=2e-3)
+
+
+def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path)
+    beam, outline = scene.reed.as_a_beam(striker_of(scene).greens), plate(scene).geometry()
+    assert beam is not None
+    assert beam.state is not None
+    greens = beam.greens.modal
+    assert greens is not None
+    centre, x = 15e-3 + math.sqrt(16e-3**2 - 6e-3**2) / 2, np.linspace(0.0, 15e-3, 20_001)
+    width = np.interp(x, [0.0, 2e-3], [8e-3, 6e-3])
+    at = np.linspace(15e-3, centre, 20_001)
+    on_the_paddle = 2 * np.sqrt(8e-3**2 - (at - centre) ** 2)
+    rigidity = 206e9 * 0.3e-3**3 / 12
+    compliance = (
+        np.trapezoid((centre - x) ** 2 / width, x) + np.trapezoid((centre - at) ** 2 / on_the_paddle, at)
+    ) / rigidity
+    assert greens.static_compliance()[0, 0] == pytest.approx(compliance, rel=1e-3)  # chords of a 64th
+    assert greens.shapes[:, 0] @ beam.state.velocity == pytest.approx(-1.0, rel=1e-9)
+    assert np.flatnonzero(beam.state.velocity).tolist() == [0]
+    assert greens.frequencies_hz[0] == pytest.approx(plate(scene).solved().modes.frequencies_hz[0], rel=0.01)
+    assert outline.centre[0] == pytest.approx(centre, rel=1e-12)
+
+
+def test_a_higher_bending_mode_is_found_by_its_frequency(tmp_path: Path) -> None:
+    """The third mode of the plate is the second of the beam: one twists."""
+    scene = scene_of(tmp_path, 'release = { mode = 3, velocity = "-1 m/s" }')
+    beam = scene.reed.as_a_beam(striker_of(scene).greens)
+    assert beam is not None
+    assert beam.state is not None
+    assert np.flatnonzero(beam.state.velocity).tolist() == [1]
+
+
+@pytest.mark.parametrize(
+    ("release", "more"),
+    [
+        ('release = { deflection = "0.1 mm" }', ""),
+        (LANDING + '\npressure = "1 bar"', ""),
+        (LANDING, '[[load]]\nforce = "-1 N"\n'),
+        (LANDING, '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1 mm"\n'),
+    ],
+    ids=["deflected", "pressed", "loaded", "stopped"],
+)
+def test_no_beam_where_it_would_not_move_alike(release: str, more: str, tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, release, more)
+    assert list(simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)) == ["one_port"]
+
+
+def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path)
+    assert simpler_models(scene, striker_of(scene, ports=1), bed(Division(1), STIFFNESS), DT) == {}
+
+
+def test_keys_of_the_summary(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path)
+    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
+    keys = simpler_keys(found, 2e-6)
+    assert keys["beam_impulse_Ns"] == measures.impulse(found["beam"].seat)
+    assert keys["one_port_filtered_peak_force_N"] == measures.filtered_peak_force(found["one_port"].seat, 2e-6)
+    assert len(keys) == 4
