@@ -16,6 +16,7 @@ from seatfem.structures.rings import Division
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
 
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
@@ -124,7 +125,12 @@ def test_no_beam_where_it_would_not_move_alike(release: str, more: str, tmp_path
 
 def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
-    assert simpler_models(scene, striker_of(scene, ports=1), bed(Division(1), STIFFNESS), DT) == {}
+    assert (
+        simpler_models(
+            scene, striker_of(scene, method=stated_method(scene).along(scene, 1).reed), bed(Division(1), STIFFNESS), DT
+        )
+        == {}
+    )
 
 
 def test_keys_of_the_summary(tmp_path: Path) -> None:
