@@ -8,7 +8,7 @@ from pathlib import Path
 from table import RESULTS, Table
 
 TABLES = (
-    *("poles", "fft", "engines", "rod_kernels", "batch", "many_ports", "rings", "imports"),
+    *("poles", "fft", "engines", "rod_kernels", "batch", "many_ports", "rings", "lips", "lip_speed", "imports"),
     *("plan_time", "budget_cost", "cost_model"),
     *("assembly", "factorization", "modes", "small_seats", "cost_vs_dof", "demo_greens"),
 )
