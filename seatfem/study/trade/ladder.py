@@ -3,6 +3,7 @@
 Not the full product of all choices, but
 - the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
 - around one centre, each choice varied alone: mesh, order, band, tolerance, reduction, reed modes, step, history;
+- of a plate on a lip, the arcs of the lip and the band of the plate;
 - the column under the contact as a spring and as a rod: what is used where there are no finite elements.
 """
 
@@ -17,7 +18,7 @@ from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
-from seatfem.study.method import BAND, is_given, stated_method
+from seatfem.study.method import BAND, REED_BAND, is_given, stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings, written
 
@@ -33,13 +34,16 @@ SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
 ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
 REFERENCE_MODES: Final = 128
+PORTS: Final = (1, 16, 64)  # of a lip, beside the centre's
+REFERENCE_PORTS: Final = 128
 
 
 @dataclass(frozen=True)
 class Centre:
     """The fidelity that the ladder is built around, SI.
 
-    ``level``: the cheapest that leaves nothing out; ``None`` for seats that are not drawn.
+    ``level``: the cheapest that leaves nothing out; ``None`` for seats that are not drawn. ``ports``: of a lip, and
+    ``reed_band``: of the plate that lands on it; ``None`` of others.
     """
 
     level: AnyLevel | None = None
@@ -48,6 +52,8 @@ class Centre:
     bandwidth: float | None = None
     tolerance: float | None = None
     n_modes: int | None = None
+    ports: int | None = None
+    reed_band: float | None = None
 
     @property
     def is_solid(self) -> bool:
@@ -70,6 +76,8 @@ class Centre:
             "seat.greens.bandwidth": self.bandwidth and self.bandwidth / (1 / factor if band else 1.0),
             "seat.greens.tolerance": self.tolerance,
             "reed.n_modes": self.n_modes,
+            "contact.ports": self.ports,
+            REED_BAND: self.reed_band,
         }
         return {key: written(key, value) for key, value in values.items() if value is not None}
 
@@ -85,7 +93,9 @@ def centre_of(scene: Scene) -> Centre:
     if not seat.is_drawn:
         return Centre(bandwidth=bandwidth, tolerance=stated.tolerance, n_modes=n_modes)
     level = next(a.level for a in seat.levels() if a.applies and a.error == 0.0)
-    return Centre(level, *_sizes(seat, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes)
+    method = stated_method(scene)
+    along = (None, None) if method.ports is None else (method.ports, method.reed.bandwidth)
+    return Centre(level, *_sizes(seat, stated, level, bandwidth), bandwidth, stated.tolerance, n_modes, *along)
 
 
 def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -> tuple[float, float]:
@@ -187,6 +197,12 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
         for tolerance in TOLERANCES:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
         yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre))
+    if centre.ports is not None and centre.reed_band is not None:
+        for ports in PORTS:
+            yield vary(f"{ports} port{'s'[: ports > 1]}", "ports", "contact.ports", ports)
+        for k in (-1, 1):
+            value = centre.reed_band * RATIO**k
+            yield vary(f"plate's band x {RATIO**k:.2f}", "plate", REED_BAND, value)
     if scene.reed.beam_modes is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
@@ -234,6 +250,9 @@ def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> 
         settings["seat.greens.tolerance"] = min(TOLERANCES) / 3 * RATIO ** (2 * back)
     if centre.n_modes is not None:
         settings["reed.n_modes"] = round(REFERENCE_MODES / RATIO**back)
+    if centre.ports is not None and centre.reed_band is not None:
+        settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
+        settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), scene.reed.widest_band))
     settings["run.time_step"] = None
     steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
     name = "reference, one notch back" if coarser else "reference"

@@ -33,7 +33,7 @@ from seatfem.study.impacts.contact import (
     time_step,
 )
 from seatfem.study.impacts.measures import measured
-from seatfem.study.method import FIELDS, RunMethod, has_key, stated_method
+from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.problems import explain
 
@@ -45,8 +45,9 @@ UNITS: Final = {
     "seat.mesh.contact_size": "m",
     "seat.greens.bandwidth": "Hz",
     "run.time_step": "s",
+    REED_BAND: "Hz",
 }
-ALL_OPEN: Final[Settings] = dict.fromkeys(FIELDS)
+ALL_OPEN: Final[Settings] = dict.fromkeys(key for key in FIELDS if key != REED_BAND)  # of bars none is chosen
 
 
 def scene_with(path: Path, settings: Settings) -> Scene:
