@@ -17,7 +17,8 @@ from seatfem.study.scene import Scene
 
 LEAST: Final = 1.3  # factor by which a band is widened at a time, at least ...
 MOST: Final = 3.0  # ... and at most
-LOOKS: Final = 4  # bands looked at
+MARGIN: Final = 1.3  # on what an error of second order asks for
+LOOKS: Final = 3  # bands looked at
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def in_a_band(scene: Scene, seat: GreensFunction, stopper: Body | None, progress
         worst = max((left[name] for name in scene.accuracy.measures), default=0.0)
         if given or worst <= aim or band >= most * (1 - 1e-9):
             break
-        factor = min(max((worst / aim) ** 0.5, LEAST), MOST)
+        factor = min(max(MARGIN * (worst / aim) ** 0.5, LEAST), MOST)
         wider = stated_method(scene).replaced({REED_BAND: float(f"{min(factor * band, most):.2g}")})
         scene = as_stated(scene, replace(wider, time_step=None))
     return PlateBand(scene, left)
