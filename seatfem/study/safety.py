@@ -21,7 +21,7 @@ LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level ma
 # What a plan predicts of the bars that its run will state, over what it sees beforehand.
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
-MESH_BAR_OF_ARCS: Final = 10.0  # the same of the arcs of a lip, which see less of the body and more of its surface
+MESH_BAR_OF_ARCS: Final = 3.0  # the same of the arcs of a lip, which see less of the body and more of its surface
 PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it
 UNKNOWN_PATCH: Final = 0.03  # of the compliance, of a patch that nothing is known of
 UNKNOWN_BODY: Final = 0.25  # band times filter width, for a body nothing is known of
