@@ -18,7 +18,7 @@ from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
-from tests.plate_model import grid
+from tests.plate_model import Warp, grid
 
 STEEL = Material(206e9, 0.3, 7800.0)
 THIN = 1 / 3000  # of the length: the free edges' layer, of first order in h, moves no frequency by more than 0.02 %

@@ -123,7 +123,7 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
 )
 def test_a_lip_off_the_reed(tmp_path: Path, offset: str, reed: str, words: str) -> None:
     scene = scene_of(tmp_path, f'offset = ["{offset}", "0 mm"]\n', reed)
-    with pytest.raises(ModelError, match="contact.offset: the seat's lip") as caught:
+    with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip") as caught:
         striker_of(scene)
     assert words in str(caught.value)
     assert "change the offset, or reed and seat" in str(caught.value)
