@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -12,13 +14,17 @@ import pytest
 
 import impact
 from impact.after.spectrum import largest_average
+from impact.progress import silent
 from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import OF_TWICE, Division, as_a_whole, divided_less
 from seatfem.structures.solved import Solved
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import problem_of, run_contacts, seat_of, striker_of
 from seatfem.study.impacts.measures import measured
 from seatfem.study.method import stated_method
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.lips import gaps_of
 
@@ -28,7 +34,7 @@ lip_width = "1 mm"
 lip_edge_radius = "0 mm"
 material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
 greens = { bandwidth = "100 kHz" }
-mesh = { size = "2 mm", contact_size = "0.4 mm" }
+mesh = { size = "2.5 mm", contact_size = "0.5 mm" }
 """
 FLAPPER = """kind = "flapper"
 root_width = "8 mm"
@@ -257,7 +263,7 @@ class Stated:
 
 
 @pytest.fixture(scope="module")
-def stated(bench: Bench):
+def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
     @cache
     def at(ports: int, tilt: tuple[str, str]) -> Stated:
         scene, finest = (scene_of(bench.folder, keys(n, tilt), duration="0.15 ms") for n in (ports, 4 * ports))
@@ -278,7 +284,9 @@ def stated(bench: Bench):
 
 @pytest.mark.parametrize("ports", [16, 32])
 @pytest.mark.parametrize("tilt", [("0.1 deg", "0 deg"), ROLL, PITCH, ("1 deg", "0 deg")])
-def test_the_bar_covers_what_more_arcs_change(stated, ports: int, tilt: tuple[str, str]) -> None:
+def test_the_bar_covers_what_more_arcs_change(
+    stated: Callable[[int, tuple[str, str]], Stated], ports: int, tilt: tuple[str, str]
+) -> None:
     found = stated(ports, tilt)
     for name in ("impulse", "filtered_peak", "line_force"):
         assert found.bars[name] > found.true[name], name
@@ -302,3 +310,41 @@ def test_the_share_is_what_twice_as_many_arcs_change(stated) -> None:
     expected = OF_TWICE * abs(impulses[0] - impulses[1])
     assert found.patch["impulse"] == pytest.approx(expected, rel=1e-6)
     assert pytest.approx(4 / 3, rel=1e-12) == OF_TWICE
+
+
+def test_where_no_more_arcs_can_be_half_as_many_tell(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A third of what half as many change: of second order, too."""
+    monkeypatch.setattr("seatfem.structures.rings.MOST_PORTS", 16)
+    scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
+    seat = seat_of(scene, method=stated_method(scene).seat)
+    assert seat.in_rings is not None
+    assert Division.of(seat.in_rings) == Division(16)
+    touches = run_contacts(scene, striker_of(scene), seat.greens, DT)
+    share = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches).parts["patch"]["impulse"]
+    impulses = [
+        run_contacts(
+            scene, striker_of(scene, ports=n), divided_less(seat.in_rings, Division(n)), 2 * DT
+        ).seat.force.sum()
+        for n in (8, 16)
+    ]
+    assert share == pytest.approx(abs(impulses[0] - impulses[1]) * 2 * DT / 3, rel=1e-6)
+
+
+def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
+    """16 arcs of a tilted lip leave too much: the next round has 32, and computes the reed anew."""
+    seat = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"')
+    scene = scene_of(tmp_path, 'gap = "1 um"\ntilt = "0.3 deg"\n', seat=seat, duration="0.1 ms")
+    plan = plan_scene(scene)
+    assert plan.method.ports == 64
+    plan = replace(plan, method=plan.method.along(scene, 16))
+    first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
+    for done, arcs in ((first, 16), (second, 32)):
+        assert done.plan.method.ports == arcs
+        assert Division.of(done.seat.greens) == Division(arcs)
+        assert done.reed is not None
+        assert done.reed.greens.ports == ("contact", *Division(arcs).names)
+    shares = [done.left.parts["patch"]["filtered_peak"] for done in (first, second)]
+    assert shares[0] > 2 * shares[1]
+    assert not first.met

@@ -111,6 +111,11 @@ def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
         assert lip is not None
         assert lip.arcs == arcs
     assert lip_of(scene_of(tmp_path, "", MASS)) is None
+    disc = FLAPPER + 'contact_radius = "3 mm"\n'  # what touches if nothing is said of the lip
+    assert lip_of(scene_of(tmp_path, "", disc)) is None
+    lip = lip_of(scene_of(tmp_path, 'offset = ["0.5 mm", "0 mm"]\n', disc))
+    assert lip is not None
+    assert lip.arcs == 32
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ from impact.exact.half_space import square_compliance
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.lip import Lip
-from seatfem.structures.rings import ring_borders
+from seatfem.structures.rings import ring_borders, ring_shares
 
-CELLS: Final = 4  # across each ring; as many along each arc, or more: that they are about square
+CELLS: Final = 4  # across each ring; as many along each arc, or more: that those of the narrowest are about square
 MOST_CELLS: Final = 64  # along an arc
 
 
@@ -22,7 +22,8 @@ def arc_compliance(lip: Lip, young: float, poisson: float) -> Array:
     Boussinesq: (1 - nu^2)/(pi E r) between cells, a square's mean on each cell itself; the ring is the same all
     around. Source: Johnson, Contact Mechanics, 3.2.
     """
-    along = int(np.clip(round(CELLS * lip.length / (lip.arcs * lip.width)), 1, MOST_CELLS))
+    narrowest = lip.width * float(ring_shares(lip.rings).min())
+    along = int(np.clip(round(CELLS * lip.length / (lip.arcs * narrowest)), 1, MOST_CELLS))
     squares = lip.inner**2 + ring_borders(lip.rings) * (lip.outer**2 - lip.inner**2)
     cells = squares[:-1, None] + np.diff(squares)[:, None] * np.arange(CELLS + 1) / CELLS
     radii = np.sqrt((cells[:, 1:] + cells[:, :-1]) / 2).ravel()  # equal areas in each ring

@@ -19,10 +19,10 @@ POINTS: Final = 4096  # of the centre line, at least, on which openings are aver
 
 
 def usual_ports(scene: Scene) -> int:
-    """Arcs of a scene that states none: `USUAL` where it opens unevenly or under a plate that touches where the lip is,
-    else one."""
+    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or under a plate that
+    touches where the lip is, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
-    many = scene.seat.struck_ring is not None and (touches or scene.contact.uneven)
+    many = scene.seat.struck_ring is not None and (touches or scene.contact.uneven or any(scene.contact.offset))
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
