@@ -305,7 +305,7 @@ def test_the_share_is_what_twice_as_many_arcs_change(stated) -> None:
     many, few = found.seat.in_rings, divided_less(found.seat.in_rings, Division(16))
     impulses = []
     for greens, ports in ((many, 32), (few, 16)):
-        striker = striker_of(found.scene, ports=ports)
+        striker = striker_of(found.scene, method=stated_method(found.scene).along(found.scene, ports).reed)
         impulses.append(run_contacts(found.scene, striker, greens, 2 * DT).seat.force.sum() * 2 * DT)
     expected = OF_TWICE * abs(impulses[0] - impulses[1])
     assert found.patch["impulse"] == pytest.approx(expected, rel=1e-6)
@@ -325,7 +325,10 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
     share = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches).parts["patch"]["impulse"]
     impulses = [
         run_contacts(
-            scene, striker_of(scene, ports=n), divided_less(seat.in_rings, Division(n)), 2 * DT
+            scene,
+            striker_of(scene, method=stated_method(scene).along(scene, n).reed),
+            divided_less(seat.in_rings, Division(n)),
+            2 * DT,
         ).seat.force.sum()
         for n in (8, 16)
     ]

@@ -202,7 +202,7 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
             yield vary(f"{ports} port{'s'[: ports > 1]}", "ports", "contact.ports", ports)
         for k in (-1, 1):
             value = centre.reed_band * RATIO**k
-            yield vary(f"plate's band x {RATIO**k:.2f}", "plate", REED_BAND, value)
+            yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
     if scene.reed.beam_modes is not None:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
