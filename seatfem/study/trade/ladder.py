@@ -198,7 +198,7 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
         yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre))
     if centre.ports is not None and centre.reed_band is not None:
-        for ports in PORTS:
+        for ports in PORTS[bool(scene.contact.along_a_lip) :]:  # one cannot be tilted
             yield vary(f"{ports} port{'s'[: ports > 1]}", "ports", "contact.ports", ports)
         for k in (-1, 1):
             value = centre.reed_band * RATIO**k
