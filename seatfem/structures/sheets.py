@@ -199,7 +199,9 @@ def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float) -> S
     fine, coarse = (each.greens(lips, damping_ratio) for each in (plate, coarser))
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
-    right, off = (each.filtered_matrix(t, width)[0] for each in (fine, coarse))  # all ports under the first one's push
+    right, off = (
+        each.filtered_matrix(t, width, [0]) for each in (fine, coarse)
+    )  # all ports under the first one's push
     ratio = float(np.clip(math.sqrt(len(plate.mesh.cells) / len(coarser.mesh.cells)), 1.1, COARSENING))
     mesh_error = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
     error = ErrorEstimate(fine.error.reduction, mesh_error)
