@@ -2,9 +2,9 @@
 
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
-Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run) and the verification cases, then rewrites
-docs/images/, docs/verification.md and what stands between the markers in README.md. With --demo: nothing of the
-verification, which takes minutes.
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), the tilted landing of the examples and the
+verification cases, then rewrites docs/images/, docs/verification.md and what stands between the markers in README.md.
+With --demo: nothing of the verification, which takes minutes.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from seatfem.verification.table import PROVIDERS, markdown_table, verification_t
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
+OF_A_LIP = ("lip.png", "landing.gif")
 
 
 def main() -> None:
@@ -36,8 +37,10 @@ def main() -> None:
     folder = folders[0] if folders else Path(tempfile.mkdtemp())
     if not (folder / "summary.json").is_file():
         run_scene(load_scene(demo_scene()), folder)
-    for name in PICTURES:
-        shutil.copyfile(folder / name, ROOT / "docs" / "images" / name)
+    copied(folder, PICTURES)
+    landed = Path(tempfile.mkdtemp())
+    run_scene(load_scene(ROOT / "examples" / "tilted_landing.toml"), landed)
+    copied(landed, OF_A_LIP)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     if "--demo" not in sys.argv[1:]:
         rows = verification_table()
@@ -48,6 +51,12 @@ def main() -> None:
         readme, "plan", plan_table(plan_scene(load_scene(demo_scene()), store=Store(Path(tempfile.mkdtemp()))))
     )
     write(ROOT / "README.md", readme)
+
+
+def copied(folder: Path, names: tuple[str, ...]) -> None:
+    """Into docs/images."""
+    for name in names:
+        shutil.copyfile(folder / name, ROOT / "docs" / "images" / name)
 
 
 PREFACE = (

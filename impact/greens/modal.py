@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,9 @@ from impact.greens.answers import (
 )
 from impact.greens.pulse import combine, decay_responses, hann, mode_responses
 from impact.greens.stated import PoleSums
+
+Ports = list[int] | slice
+ALL: Final = slice(None)
 
 
 @dataclass(frozen=True)
@@ -105,10 +109,10 @@ class Residual:
         total: Array = np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
         return total
 
-    def filtered(self, t: Array, width: float) -> Array:
-        """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]."""
-        decays = combine(self.shapes, decay_responses(self.rates, t, width))
-        return decays + self.compliance[:, :, None] * hann(t, width)
+    def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
+        """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]; or ``rows``, ``columns`` of it."""
+        decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
+        return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
 
 @dataclass(frozen=True)
@@ -236,7 +240,7 @@ class ModalGreens(PoleSums):
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
     def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
-        rest = self.residual.filtered(t, width)[np.ix_(rows, columns)]
+        rest = self.residual.filtered(t, width, rows, columns)
         for start in range(0, t.size, 1024):  # blocks bound the memory
             block = slice(start, start + 1024)
             each = mode_responses(self.omega, self.zeta, t[block], width)

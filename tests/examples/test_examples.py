@@ -264,3 +264,27 @@ def test_ball_on_seat(tmp_path: Path) -> None:
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
     assert summary["restitution"] > 0.97
     assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
+    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    scene = load_scene(ROOT / "examples" / "tilted_landing.toml")
+    assert isinstance(scene.seat, Annular)
+    mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
+    parts = {
+        "seat": scene.seat.model_copy(update={"mesh": mesh}),
+        "contact": scene.contact.model_copy(update={"ports": 16}),
+        "run": scene.run.model_copy(update={"time_step": 5e-8}),
+        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
+    }
+    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    assert summary["tilt_deg"] == pytest.approx(0.3)
+    assert summary["first_touch_at_deg"] == pytest.approx(270.0, abs=11.3)  # half an arc
+    assert summary["largest_share_of_lip_pressed"] < 0.7
+    assert summary["one_port_filtered_peak_force_N"] > 4 * summary["filtered_peak_force_N"]  # of 96 arcs: 6.4
+    assert summary["beam_filtered_peak_force_N"] > 2 * summary["filtered_peak_force_N"]  # of 96 arcs: 2.8
+    for name in ("one_port", "beam", "spring"):  # the impulse is a matter of the masses more than of the lip
+        assert summary[f"{name}_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=0.2)
+    assert summary["energy_residual"] < 1e-9

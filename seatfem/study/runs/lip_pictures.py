@@ -104,7 +104,7 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
         -lip.gap[0],
         per_length(lip.force, dt, width, 2 * math.pi * ring[0])[steps],
         total[steps],
-        f"forces mean over {1e6 * width:g} us and each of {lip.force.shape[1]} arcs",
+        f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} arcs",
     )
 
 
