@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, PictureError, scaled, text
-from seatfem.pictures.rendering import aim, load_pyvista, new_plotter, shoot
+from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ GREY: Final = "#D8DADD"
 SIZE: Final = (760, 390)
 FULL: Final = 0.5  # of the largest force per length: from it on the lip is all orange
 MILLISECONDS: Final = 120  # of each picture
+OF_EACH: Final = 40  # of 256 colours, for the lip and for the scale
 _QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # of an element of nine nodes
 _BAR: Final = {
     "n_labels": 2,
@@ -89,8 +90,6 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
     """
     landing.check()
     pyvista = load_pyvista()
-    import imageio.v3 as imageio
-
     up, plotter, frames = landing.exaggeration, new_plotter(pyvista, SIZE), []
     (factor, unit), full = scaled(landing.deflection, "m"), FULL * float(landing.force.max()) or 1.0
     low, high = float(landing.deflection.min()), max(float(landing.deflection.max()), 0.0)
@@ -121,8 +120,23 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
         frames.append(shoot(plotter))
         plotter.remove_scalar_bar(f"deflection [{unit}]")
     plotter.close()
+    few = _in_few_colours(frames)
     with whole_file(path) as temporary:
-        imageio.imwrite(temporary, frames, extension=".gif", duration=MILLISECONDS, loop=0)
+        few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=MILLISECONDS, loop=0)
+
+
+def _in_few_colours(frames: list[Image]) -> list[Any]:
+    """All in the same 256 colours, those of lip and scale among them: these are small, and would be missed by area."""
+    import matplotlib
+    from PIL import Image as Pillow
+
+    shares = np.linspace(0.0, 1.0, OF_EACH)[:, None]
+    ramp, scale = (1 - shares) * _rgb(GREY) + shares * _rgb(ORANGE), 255 * matplotlib.colormaps[COLOURS](shares[:, 0])
+    own = np.concatenate([np.full((1, 3), 255), ramp, scale[:, :3]]).astype(int)
+    everything = Pillow.fromarray(np.concatenate(frames[::4])).quantize(256 - len(own))
+    palette = Pillow.new("P", (1, 1))
+    palette.putpalette([*own.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(own))]])
+    return [Pillow.fromarray(frame).quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in frames]
 
 
 def _rgb(colour: str) -> Array:
