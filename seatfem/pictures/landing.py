@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -24,6 +25,8 @@ COLOURS: Final = "viridis"
 CLEAR: Final = 0.01  # of the plate's size, by which the lip is drawn lower: the plate that touches it would hide it
 GREY: Final = "#D8DADD"
 SIZE: Final = (760, 390)
+MARGIN: Final = 0.12  # of the plate's width
+AROUND: Final = 120  # quadrilaterals of a lip, at least
 FULL: Final = 0.5  # of the largest force per length: from it on the lip is all orange
 MILLISECONDS: Final = 120  # of each picture
 OF_EACH: Final = 40  # of 256 colours, for the lip and for the scale
@@ -109,14 +112,14 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
         )
         edges = moved.extract_feature_edges(feature_edges=False, non_manifold_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color="#404040", line_width=1.5)
-        share = np.clip(force / full, 0.0, 1.0)[:, None]
+        share = np.repeat(np.clip(force / full, 0.0, 1.0), _each(len(force)))[:, None]
         lip.cell_data["colours"] = ((1 - share) * _rgb(GREY) + share * _rgb(ORANGE)).astype(np.uint8)
         plotter.add_mesh(lip, scalars="colours", rgb=True, lighting=False)
         plotter.add_scalar_bar(f"deflection [{unit}]", mapper=drawn.mapper, **_BAR)
         words = f"{title}   {text(float(now), 's')}   {text(float(total), 'N')}".strip()
         plotter.add_text(words, position=(14, SIZE[1] - 34), font_size=9, color="black")
         plotter.add_text(below, position=(14, 12), font_size=7, color="black")
-        aim(plotter, everything, 0.02 * float(np.ptp(landing.points)), VIEW)
+        aim(plotter, everything, MARGIN * float(np.ptp(landing.points[:, 1])), VIEW)
         frames.append(shoot(plotter))
         plotter.remove_scalar_bar(f"deflection [{unit}]")
     plotter.close()
@@ -153,17 +156,22 @@ def _plate(pyvista: ModuleType, landing: Landing) -> Any:
 
 
 def _lip(pyvista: ModuleType, landing: Landing, up: float) -> Any:
-    """One quadrilateral an arc; heights are those of the arcs' middles, in between the mean of two."""
+    """Quadrilaterals, `_each` an arc; heights are those of the arcs' middles, linear between them."""
     arcs, (x, y, radius) = len(landing.height), landing.lip
-    turns = 2 * np.pi * np.arange(arcs) / arcs
-    heights = up * (landing.height + np.roll(landing.height, 1)) / 2 - CLEAR * float(
-        np.ptp(landing.points, axis=0).max()
-    )
+    count = arcs * _each(arcs)
+    places, low = np.arange(count) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
+    heights = up * np.interp(places, (np.arange(arcs) + 0.5) / arcs, landing.height, period=1.0) - low
+    turns = 2 * np.pi * places
     rims = [
         np.column_stack([x + r * np.cos(turns), y + r * np.sin(turns), heights])
         for r in (radius - landing.width / 2, radius + landing.width / 2)
     ]
-    here = np.arange(arcs)
-    there = (here + 1) % arcs
-    faces = np.column_stack([here, here + arcs, there + arcs, there])
+    here = np.arange(count)
+    there = (here + 1) % count
+    faces = np.column_stack([here, here + count, there + count, there])
     return pyvista.PolyData.from_regular_faces(np.concatenate(rims), faces)
+
+
+def _each(arcs: int) -> int:
+    """Quadrilaterals of an arc: they look round."""
+    return math.ceil(AROUND / arcs)
