@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, PictureError, scaled, text
-from seatfem.pictures.rendering import aim, load_pyvista, new_plotter, shoot
+from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
@@ -24,8 +25,11 @@ COLOURS: Final = "viridis"
 CLEAR: Final = 0.01  # of the plate's size, by which the lip is drawn lower: the plate that touches it would hide it
 GREY: Final = "#D8DADD"
 SIZE: Final = (760, 390)
+MARGIN: Final = 0.12  # of the plate's width
+AROUND: Final = 120  # quadrilaterals of a lip, at least
 FULL: Final = 0.5  # of the largest force per length: from it on the lip is all orange
 MILLISECONDS: Final = 120  # of each picture
+OF_EACH: Final = 40  # of 256 colours, for the lip and for the scale
 _QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # of an element of nine nodes
 _BAR: Final = {
     "n_labels": 2,
@@ -89,8 +93,6 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
     """
     landing.check()
     pyvista = load_pyvista()
-    import imageio.v3 as imageio
-
     up, plotter, frames = landing.exaggeration, new_plotter(pyvista, SIZE), []
     (factor, unit), full = scaled(landing.deflection, "m"), FULL * float(landing.force.max()) or 1.0
     low, high = float(landing.deflection.min()), max(float(landing.deflection.max()), 0.0)
@@ -110,19 +112,34 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
         )
         edges = moved.extract_feature_edges(feature_edges=False, non_manifold_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color="#404040", line_width=1.5)
-        share = np.clip(force / full, 0.0, 1.0)[:, None]
+        share = np.repeat(np.clip(force / full, 0.0, 1.0), _each(len(force)))[:, None]
         lip.cell_data["colours"] = ((1 - share) * _rgb(GREY) + share * _rgb(ORANGE)).astype(np.uint8)
         plotter.add_mesh(lip, scalars="colours", rgb=True, lighting=False)
         plotter.add_scalar_bar(f"deflection [{unit}]", mapper=drawn.mapper, **_BAR)
         words = f"{title}   {text(float(now), 's')}   {text(float(total), 'N')}".strip()
         plotter.add_text(words, position=(14, SIZE[1] - 34), font_size=9, color="black")
         plotter.add_text(below, position=(14, 12), font_size=7, color="black")
-        aim(plotter, everything, 0.02 * float(np.ptp(landing.points)), VIEW)
+        aim(plotter, everything, MARGIN * float(np.ptp(landing.points[:, 1])), VIEW)
         frames.append(shoot(plotter))
         plotter.remove_scalar_bar(f"deflection [{unit}]")
     plotter.close()
+    few = _in_few_colours(frames)
     with whole_file(path) as temporary:
-        imageio.imwrite(temporary, frames, extension=".gif", duration=MILLISECONDS, loop=0)
+        few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=MILLISECONDS, loop=0)
+
+
+def _in_few_colours(frames: list[Image]) -> list[Any]:
+    """All in the same 256 colours, those of lip and scale among them: these are small, and would be missed by area."""
+    import matplotlib
+    from PIL import Image as Pillow
+
+    shares = np.linspace(0.0, 1.0, OF_EACH)[:, None]
+    ramp, scale = (1 - shares) * _rgb(GREY) + shares * _rgb(ORANGE), 255 * matplotlib.colormaps[COLOURS](shares[:, 0])
+    own = np.concatenate([np.full((1, 3), 255), ramp, scale[:, :3]]).astype(int)
+    everything = Pillow.fromarray(np.concatenate(frames[::4])).quantize(256 - len(own))
+    palette = Pillow.new("P", (1, 1))
+    palette.putpalette([*own.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(own))]])
+    return [Pillow.fromarray(frame).quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in frames]
 
 
 def _rgb(colour: str) -> Array:
@@ -139,17 +156,22 @@ def _plate(pyvista: ModuleType, landing: Landing) -> Any:
 
 
 def _lip(pyvista: ModuleType, landing: Landing, up: float) -> Any:
-    """One quadrilateral an arc; heights are those of the arcs' middles, in between the mean of two."""
+    """Quadrilaterals, `_each` an arc; heights are those of the arcs' middles, linear between them."""
     arcs, (x, y, radius) = len(landing.height), landing.lip
-    turns = 2 * np.pi * np.arange(arcs) / arcs
-    heights = up * (landing.height + np.roll(landing.height, 1)) / 2 - CLEAR * float(
-        np.ptp(landing.points, axis=0).max()
-    )
+    count = arcs * _each(arcs)
+    places, low = np.arange(count) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
+    heights = up * np.interp(places, (np.arange(arcs) + 0.5) / arcs, landing.height, period=1.0) - low
+    turns = 2 * np.pi * places
     rims = [
         np.column_stack([x + r * np.cos(turns), y + r * np.sin(turns), heights])
         for r in (radius - landing.width / 2, radius + landing.width / 2)
     ]
-    here = np.arange(arcs)
-    there = (here + 1) % arcs
-    faces = np.column_stack([here, here + arcs, there + arcs, there])
+    here = np.arange(count)
+    there = (here + 1) % count
+    faces = np.column_stack([here, here + count, there + count, there])
     return pyvista.PolyData.from_regular_faces(np.concatenate(rims), faces)
+
+
+def _each(arcs: int) -> int:
+    """Quadrilaterals of an arc: they look round."""
+    return math.ceil(AROUND / arcs)

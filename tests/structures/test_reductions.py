@@ -82,6 +82,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
     quadrature = greens.filtered(t, 1.3, 0, 1)
     # the double pole at zeta = 1 is replaced by a pair 1e-7 apart
     assert greens.filtered_matrix(t, 1.3)[0, 1] == pytest.approx(quadrature, abs=1e-6 * np.abs(quadrature).max())
+    np.testing.assert_allclose(greens.filtered_matrix(t, 1.3, [1])[:, 0], greens.filtered_matrix(t, 1.3)[:, 1])
 
 
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.1), Damping(0.0, 1e3, 1e-8)])
