@@ -154,8 +154,10 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         coarsely = not any_needs_stress(scene.accuracy.measures)
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
-    with watch("simpler models"):
-        simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
+    simpler: Mapping[str, Touches] = {}
+    if done.touches.line is not None:
+        with watch("simpler models"):
+            simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
     return _Baseline(done.result, stiffness, touches, stress, simpler)
 
 
