@@ -20,8 +20,7 @@ LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level ma
 
 # What a plan predicts of the bars that its run will state, over what it sees beforehand.
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
-DOUBT_OF_ARCS: Final = 3.0  # the same where a lip is struck in arcs: with 2, seed 401 of benchmarks/coverage_of_lips.py
-# had three of 28 impulses and peaks outside by up to 1.3
+DOUBT_OF_ARCS: Final = 3.0  # the same of a lip in arcs: with 2, four of 100 measures were outside their bars
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
 MESH_BAR_OF_ARCS: Final = 3.0  # the same of the arcs of a lip, which see less of the body and more of its surface
 PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it
