@@ -10,6 +10,7 @@ With --demo: nothing of the verification, which takes minutes.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import sys
@@ -19,7 +20,7 @@ from pathlib import Path
 from impact.files.atomic import whole_file
 from seatfem.faces.cli import demo_scene
 from seatfem.faces.verdict import verdict
-from seatfem.structures.store import Store
+from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
@@ -33,7 +34,11 @@ OF_A_LIP = ("lip.png", "landing.gif")
 
 
 def main() -> None:
-    folders = [Path(word) for word in sys.argv[1:] if word != "--demo"]
+    words = [word for word in sys.argv[1:] if word != "--demo"]
+    if any(word.startswith("-") for word in words) or len(words) > 1:
+        raise SystemExit(__doc__)
+    os.environ[VARIABLE] = tempfile.mkdtemp()  # a seat that was computed before tells no unknowns
+    folders = [Path(word) for word in words]
     folder = folders[0] if folders else Path(tempfile.mkdtemp())
     if not (folder / "summary.json").is_file():
         run_scene(load_scene(demo_scene()), folder)
