@@ -11,15 +11,14 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
 import tempfile
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import COVERED, Verdict, coverage, line, read, write_table
+from coverage_of_runs import Verdict, cover
 
 import impact
 from impact.progress import silent
@@ -133,36 +132,11 @@ def reference(done: Round) -> Values:
     return measures_of(asked, problem, done.result.dt / SHORTER)
 
 
-def _stop(signum: int, frame: object) -> None:
-    raise TimeoutError
-
-
 def main() -> None:
     """Run what is missing, write the table, print the shares."""
-    signal.signal(signal.SIGALRM, _stop)
     given = [int(word) for word in sys.argv[1:]]
     seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    done = {(v.seed, v.index) for v in read(FILE)}
-    for index in range(first, last):
-        if (seed, index) in done:
-            continue
-        signal.alarm(LONGEST)
-        try:
-            verdict = judge(index, seed)
-        except TimeoutError:
-            print(f"{index:3d} stopped: it or its reference takes more than {LONGEST} s", flush=True)  # noqa: T201
-            continue
-        finally:
-            signal.alarm(0)
-        with FILE.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(verdict)) + "\n")
-        print(line(verdict), flush=True)  # noqa: T201
-    write_table(read(FILE), FILE.with_suffix(".csv"))
-    verdicts = [v for v in read(FILE) if v.seed == seed]
-    measures, scenes = coverage(verdicts)
-    count = sum(len(v.values) for v in verdicts)
-    words = f"{measures:.1%} inside (aim {COVERED:.0%}), all measures of a scene in {scenes:.1%}"
-    print(f"{count} measures of {len(verdicts)} scenes: {words}")  # noqa: T201
+    cover(FILE, seed, range(first, last), judge, LONGEST)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -419,23 +419,20 @@ def _stop(signum: int, frame: object) -> None:
     raise _TooLong
 
 
-def main() -> None:
-    """Run what is missing, write the table, print the shares."""
+def cover(path: Path, seed: int, indices: range, judge: Callable[[int, int], Verdict], longest: int) -> None:
+    """Judge the scenes of a seed that are not in the file, each within so many seconds; table and shares."""
     signal.signal(signal.SIGALRM, _stop)
-    given = [int(word) for word in sys.argv[1:]]
-    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    path = FILE if seed == SEED else HELD_OUT_FILE
     done = {(v.seed, v.index) for v in read(path)}
-    for index in range(first, last):
+    for index in indices:
         if (seed, index) not in done:
-            signal.alarm(LONGEST)
+            signal.alarm(longest)
             try:
                 verdict = judge(index, seed)
             except ConvergenceError as refusal:  # stated band, tolerance and duration that no Krylov space holds
                 print(f"{index:3d} refused: {refusal}", flush=True)  # noqa: T201
                 continue
             except _TooLong:
-                print(f"{index:3d} stopped: it or its reference takes more than {LONGEST} s", flush=True)  # noqa: T201
+                print(f"{index:3d} stopped: it or its reference takes more than {longest} s", flush=True)  # noqa: T201
                 continue
             finally:
                 signal.alarm(0)
@@ -448,6 +445,13 @@ def main() -> None:
     count = sum(len(v.values) for v in verdicts)
     words = f"{measures:.1%} inside (aim {COVERED:.0%}), all measures of a scene in {scenes:.1%}"
     print(f"{count} measures of {len(verdicts)} scenes: {words}")  # noqa: T201
+
+
+def main() -> None:
+    """Run what is missing, write the table, print the shares."""
+    given = [int(word) for word in sys.argv[1:]]
+    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
+    cover(FILE if seed == SEED else HELD_OUT_FILE, seed, range(first, last), judge, LONGEST)
 
 
 if __name__ == "__main__":

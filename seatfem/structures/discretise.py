@@ -66,21 +66,27 @@ def draw_both(
 
 
 def matrices(
-    body: Elastic, mesh: AnyMesh, level: Level, progress: Progress = silent, *, rings: int = 1
+    body: Elastic, mesh: AnyMesh, level: Level, progress: Progress = silent, *, rings: int = 1, harmonic: int = 0
 ) -> SecondOrderModel:
-    """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level."""
+    """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level.
+
+    ``harmonic``: in the angle, of a half section.
+    """
     try:
-        return _assembled(body, mesh, level, rings, progress)
+        return _assembled(body, mesh, level, rings, harmonic, progress)
     except ModelError as error:
         place = next(iter(body.files()), None) if body.given_mesh else f"seat.model = {level!r}"
         raise ModelError(f"{place}: {error}") from error
 
 
-def _assembled(body: Elastic, mesh: AnyMesh, level: Level, rings: int, progress: Progress) -> SecondOrderModel:
+def _assembled(
+    body: Elastic, mesh: AnyMesh, level: Level, rings: int, harmonic: int, progress: Progress
+) -> SecondOrderModel:
     if isinstance(mesh, MeridianMesh):
         return assemble_axisymmetric(
             mesh,
             body.solids(regions_of(mesh)),
+            harmonic=harmonic,
             fixed=body.held,
             sliding=sliding_faces(body),
             supports=supports_of(body),

@@ -20,7 +20,6 @@ from seatfem.structures.discretise import (
     sliding_faces,
     supports_of,
 )
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
@@ -182,20 +181,12 @@ def _along(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
     """All of the ring in arcs, by Fourier harmonics."""
-    lip, solids = method.lip, body.solids(regions_of(mesh))
+    lip = method.lip
     assert lip is not None
     assert method.bandwidth is not None
 
     def build(harmonic: int) -> SecondOrderModel:
-        return assemble_axisymmetric(
-            mesh,
-            solids,
-            harmonic=harmonic,
-            sliding=sliding_faces(body),
-            supports=supports_of(body),
-            rayleigh=rayleigh_of(body),
-            rings=lip.rings,
-        )
+        return matrices(body, mesh, "harmonics", rings=lip.rings, harmonic=harmonic)
 
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
     patches = [RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]

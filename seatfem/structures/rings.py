@@ -98,11 +98,16 @@ def divided_less(greens: GreensFunction, less: Division) -> GreensFunction:
             raise GreensFunctionError(
                 f"contact.{name} = {few}: the Green's function has its patch in {many}; take a divisor of that"
             )
+    return greens.combined(_joining(there, less), less.names)
+
+
+def _joining(there: Division, less: Division) -> Array:
+    """(parts, fewer parts) W: a load on a part of ``less`` is spread over those ``there`` that it is made of."""
     arcs = np.repeat(np.eye(less.arcs), there.arcs // less.arcs, axis=0) * less.arcs / there.arcs
     of = np.arange(there.rings) * less.rings // there.rings
     across = np.zeros((there.rings, less.rings))
     across[np.arange(there.rings), of] = ring_shares(there.rings) / ring_shares(less.rings)[of]
-    return greens.combined(np.asarray(np.kron(arcs, across)), less.names)
+    return np.asarray(np.kron(arcs, across))
 
 
 def parts_behind(division: Division) -> Division:
@@ -121,9 +126,8 @@ def arcs_joined(greens: GreensFunction, there: Division, arcs: int) -> GreensFun
     if before < 0 or greens.ports[before:] != there.names:
         return greens
     less = Division(arcs, there.rings)
-    join = np.repeat(np.eye(arcs), there.arcs // arcs, axis=0) * arcs / there.arcs
     weights: Array = np.eye(len(greens.ports), before + len(less.names))
-    weights[before:, before:] = np.kron(join, np.eye(there.rings))
+    weights[before:, before:] = _joining(there, less)
     return greens.combined(weights, (*greens.ports[:before], *less.names))
 
 

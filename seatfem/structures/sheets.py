@@ -228,22 +228,17 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
 
     Raises as `solved_sheet`.
     """
-    asked.check()
-    mesh = mesh_sheet(asked.shape, coarser * asked.element_size)
-    clamped = CLAMPED if asked.shape.is_clamped else ()
-    model = assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped)
-    modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
-    return PlateModes(asked, mesh, model, modes)
+    mesh, model = _meshed(asked, coarser, {})
+    return PlateModes(asked, mesh, model, solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth))
 
 
 def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
     """The plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
+    return _meshed(asked, 1.0, patches_of(asked, lips))[1]
+
+
+def _meshed(asked: Sheet, coarser: float, ports: Mapping[str, Patch]) -> tuple[PlateMesh, SecondOrderModel]:
     asked.check()
-    mesh = mesh_sheet(asked.shape, asked.element_size)
-    return assemble_plate(
-        mesh,
-        asked.weighed(mesh),
-        asked.shape.thickness,
-        clamped=CLAMPED if asked.shape.is_clamped else (),
-        ports=patches_of(asked, lips),
-    )
+    mesh = mesh_sheet(asked.shape, coarser * asked.element_size)
+    clamped = CLAMPED if asked.shape.is_clamped else ()
+    return mesh, assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped, ports=ports)

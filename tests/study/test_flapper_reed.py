@@ -19,16 +19,8 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.flapper_scene import FLAPPER
 
-OUTLINE = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-"""
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
 BALL = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-0.1 m/s"\n'
@@ -55,7 +47,7 @@ def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
     """At the paddle's centre, whichever patch touches; undeformed."""
     more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 3, velocity = "-2 m/s" }\n'
     for release, mode in ((more, 3), (more.replace("mode = 3, ", ""), 1)):
-        scene = scene_of(tmp_path, OUTLINE + COARSE, more=release)
+        scene = scene_of(tmp_path, FLAPPER + COARSE, more=release)
         body, found = striker_of(scene), solved_of(scene.reed)
         assert body.state is not None
         assert not body.state.displacement.any()
@@ -65,7 +57,7 @@ def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
 
 def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
     """Modes of the scene's own mesh; the compliance is complete however few they are."""
-    reed = scene_of(tmp_path, OUTLINE + COARSE, more=LANDING).reed
+    reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     found = solved_of(reed)
     assert found.modes.complete
     assert found.modes.frequencies_hz[:5] == pytest.approx((196.6, 915.2, 1644.7, 4856.6, 6221.4), rel=2e-3)
@@ -82,7 +74,7 @@ def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
 
 def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
     """Against elements half as large."""
-    reed = scene_of(tmp_path, OUTLINE + COARSE, more=LANDING).reed
+    reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     found = solved_of(reed)
     sheet: Sheet = reed.sheet()  # type: ignore[attr-defined]
     finer = solved_of(reed.model_copy(update={"mesh": reed.mesh.model_copy(update={"size": sheet.element_size / 2})}))  # type: ignore[attr-defined]
@@ -93,7 +85,7 @@ def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
 
 
 def test_a_static_deflection_of_its_contact(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, OUTLINE + COARSE, more='deflection = "0.1 mm"\n')
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more='deflection = "0.1 mm"\n')
     body = striker_of(scene)
     assert body.state is not None
     assert body.greens.modal is not None
@@ -107,7 +99,7 @@ def test_landing_on_the_lip_of_a_steel_seat(tmp_path: Path) -> None:
     there, 12 % more than their 331 N; the seat is another, and 39 modes fewer: 2 % and 12 %."""
     more = LANDING + 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\n'
     seat = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
-    scene = scene_of(tmp_path, OUTLINE, seat, more, 'time_step = "50 ns"\n')
+    scene = scene_of(tmp_path, FLAPPER, seat, more, 'time_step = "50 ns"\n')
     plan = plan_scene(scene)
     assert not any("no contact" in note for note in plan.notes)
     found = run_scene(scene, tmp_path / "out").summary
@@ -119,11 +111,11 @@ def test_landing_on_the_lip_of_a_steel_seat(tmp_path: Path) -> None:
 
 def test_it_is_struck_and_stops(tmp_path: Path) -> None:
     """As a seat under a ball, and as a stopper."""
-    scene = scene_of(tmp_path, BALL, OUTLINE + COARSE)
+    scene = scene_of(tmp_path, BALL, FLAPPER + COARSE)
     found = run_scene(scene, tmp_path / "out").summary
     assert found["contact_count"] != 0
     assert "Mindlin plate" in str(found["seat_model"])
-    stopper = f'[stopper]\ngap = "0.5 mm"\n{OUTLINE}{COARSE}'
+    stopper = f'[stopper]\ngap = "0.5 mm"\n{FLAPPER}{COARSE}'
     path = tmp_path / "scene.toml"
     reed = 'kind = "cantilever"\nlength = "20 mm"\nn_modes = 4\nrelease = { tip_deflection = "0.2 mm" }\n'
     path.write_text(f"[seat]\n{SPRING}[reed]\n{reed}{stopper}{RUN.format('')}", encoding="utf-8")
@@ -133,7 +125,7 @@ def test_it_is_struck_and_stops(tmp_path: Path) -> None:
 
 
 def test_natural_modes(tmp_path: Path) -> None:
-    reed = scene_of(tmp_path, OUTLINE + COARSE, more=LANDING).reed
+    reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     modes = reed.natural_modes(Wanted(3), Stopwatch(), lambda *given: None)
     assert modes is not None
     assert modes.complete
@@ -144,11 +136,11 @@ def test_natural_modes(tmp_path: Path) -> None:
 def test_what_its_function_depends_on(tmp_path: Path) -> None:
     """Not on how it starts; on its contact, its band and its elements."""
     keys = {
-        more: key_of(reed := scene_of(tmp_path, OUTLINE, more=LANDING + more).reed, reed.stated())
+        more: key_of(reed := scene_of(tmp_path, FLAPPER, more=LANDING + more).reed, reed.stated())
         for more in ("", 'contact_radius = "2 mm"\n', COARSE, 'mesh = { size = "2 mm" }\n', "damping_ratio = 0.01\n")
     }
     assert len(set(keys.values())) == len(keys)
-    at_rest = scene_of(tmp_path, OUTLINE, more='force = "-1 N"\n').reed
+    at_rest = scene_of(tmp_path, FLAPPER, more='force = "-1 N"\n').reed
     assert key_of(at_rest, at_rest.stated()) == keys[""]
 
 
@@ -166,7 +158,7 @@ def test_what_its_function_depends_on(tmp_path: Path) -> None:
 )
 def test_keys_that_do_not_fit(tmp_path: Path, change: str, key: str, message: str) -> None:
     name = change.partition(" ")[0]
-    kept = "".join(line + "\n" for line in OUTLINE.splitlines() if not line.startswith(f"{name} "))
+    kept = "".join(line + "\n" for line in FLAPPER.splitlines() if not line.startswith(f"{name} "))
     with pytest.raises(SceneError) as caught:
         scene_of(tmp_path, kept, more=LANDING + change)
     assert key in str(caught.value)
@@ -175,18 +167,18 @@ def test_keys_that_do_not_fit(tmp_path: Path, change: str, key: str, message: st
 
 def test_motion_is_required(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"reed.release.*required key is missing"):
-        scene_of(tmp_path, OUTLINE)
+        scene_of(tmp_path, FLAPPER)
 
 
 def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, OUTLINE + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
     with pytest.raises(ModelError, match=r"reed.release.mode = 2: it does not move the paddle's centre"):
         striker_of(scene)
 
 
 def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
     """No step before it tells the closing speed: it is unknown, not a number that JSON has no word for."""
-    scene = scene_of(tmp_path, OUTLINE + COARSE, more=LANDING)
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING)
     scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 0.0})})
     found = run_scene(scene, tmp_path / "out").summary
     assert found["contact_count"] != 0
@@ -194,7 +186,7 @@ def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
 
 
 def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, OUTLINE + COARSE, more='release = { mode = 500, velocity = "-2 m/s" }\n')
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 500, velocity = "-2 m/s" }\n')
     with pytest.raises(
         ModelError, match=r"reed.release.mode = 500: there are .* below three times reed.greens.bandwidth"
     ):
@@ -210,11 +202,11 @@ def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
 )
 def test_too_much_is_refused(tmp_path: Path, change: str, message: str) -> None:
     with pytest.raises(ModelError, match=message):
-        striker_of(scene_of(tmp_path, OUTLINE, more=LANDING + change))
+        striker_of(scene_of(tmp_path, FLAPPER, more=LANDING + change))
 
 
 def test_its_theory_ends_where_waves_are_short(tmp_path: Path) -> None:
-    assert scene_of(tmp_path, OUTLINE, more=LANDING).reed.limits() == ()
-    (advice,) = scene_of(tmp_path, OUTLINE, more=LANDING + 'greens = { bandwidth = "1 MHz" }\n').reed.limits()
+    assert scene_of(tmp_path, FLAPPER, more=LANDING).reed.limits() == ()
+    (advice,) = scene_of(tmp_path, FLAPPER, more=LANDING + 'greens = { bandwidth = "1 MHz" }\n').reed.limits()
     assert advice.value > advice.limit
     assert "reed.greens.bandwidth <=" in advice.remedy

@@ -27,6 +27,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.lips import gaps_of
+from tests.flapper_scene import FLAPPER
 
 SEAT = """kind = "annular"
 bore_radius = "5 mm"
@@ -36,17 +37,7 @@ material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
 greens = { bandwidth = "100 kHz" }
 mesh = { size = "2.5 mm", contact_size = "0.5 mm" }
 """
-FLAPPER = """kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-greens = { bandwidth = "60 kHz" }
-release = { velocity = "-2 m/s" }
-"""
+LANDING = FLAPPER + 'greens = { bandwidth = "60 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
 MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
 RADIUS, GAP, DT = 5.5e-3, 1e-6, 1e-7
 ROLL, PITCH, BACK = ("0.3 deg", "0 deg"), ("0.3 deg", "90 deg"), ("-0.3 deg", "90 deg")
@@ -57,7 +48,7 @@ def keys(ports: int, tilt: tuple[str, str] = FLAT, more: str = "") -> str:
     return f'gap = "1 um"\nports = {ports}\ntilt = "{tilt[0]}"\ntilt_axis = "{tilt[1]}"\n{more}'
 
 
-def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT, duration: str = "0.2 ms") -> Scene:
+def scene_of(folder: Path, contact: str, reed: str = LANDING, seat: str = SEAT, duration: str = "0.2 ms") -> Scene:
     path = folder / "scene.toml"
     text = (
         f'[seat]\n{seat}[reed]\n{reed}[contact]\n{contact}[run]\nduration = "{duration}"\n[accuracy]\ntarget = "5 %"\n'

@@ -22,9 +22,11 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import run_contacts, solved_striker, striker_of
 from seatfem.study.runs.lip_pictures import by_arc, landing_of, lip_pictures
 from seatfem.study.scene import load_scene
+from tests.flapper_scene import FLAPPER
 
 ARCS, RADIUS = 8, 5.5e-3
-SCENE = """title = "a <tilted> landing"
+SCENE = (
+    """title = "a <tilted> landing"
 [seat]
 kind = "annular"
 bore_radius = "5 mm"
@@ -32,15 +34,9 @@ lip_width = "1 mm"
 lip_edge_radius = "0 mm"
 material = "steel"
 [reed]
-kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-greens = { bandwidth = "10 kHz" }
+"""
+    + FLAPPER
+    + """greens = { bandwidth = "10 kHz" }
 release = { velocity = "-1 m/s" }
 [contact]
 gap = "1 um"
@@ -50,6 +46,7 @@ rings = 2
 [run]
 duration = "0.3 ms"
 """
+)
 
 
 @pytest.fixture(scope="module")

@@ -18,25 +18,21 @@ from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
+from tests.flapper_scene import FLAPPER
 
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
 LANDING = 'release = { velocity = "-1 m/s" }'
-SCENE = """
+SCENE = (
+    """
 [seat]
 kind = "annular"
 bore_radius = "5 mm"
 lip_width = "1 mm"
 material = "steel"
 [reed]
-kind = "flapper"
-root_width = "8 mm"
-taper_length = "2 mm"
-neck_width = "6 mm"
-neck_length = "15 mm"
-paddle_diameter = "16 mm"
-thickness = "0.3 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-greens = { bandwidth = "40 kHz" }
+"""
+    + FLAPPER
+    + """greens = { bandwidth = "40 kHz" }
 RELEASE
 [contact]
 gap = "1 um"
@@ -45,6 +41,7 @@ ports = 8
 [run]
 duration = "0.4 ms"
 """
+)
 
 
 def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:

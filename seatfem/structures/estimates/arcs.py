@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -65,13 +66,4 @@ def in_arcs(whole: ModalGreens, lip: Lip, young: float, poisson: float, impedanc
     local = vectors * np.maximum(values, 0.0) @ vectors.T
     alike = whole.combined(np.ones((1, len(shares))), lip.division.names)
     rest = Residual.exponential(local, np.diag(1 / (shares * impedance)))
-    return ModalGreens(
-        alike.omega,
-        alike.zeta,
-        alike.shapes,
-        Residual.together([alike.residual, rest]),
-        alike.port_names,
-        alike.error,
-        alike.origin,
-        alike.valid_for,
-    )
+    return replace(alike, residual=Residual.together([alike.residual, rest]))

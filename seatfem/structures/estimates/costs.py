@@ -46,7 +46,6 @@ class Numbers:
         section: whether it is a half section.
         hexahedra: whether elements are hexahedra or quadrilaterals.
         drawn: whether gmsh makes the mesh.
-        ports: of its patch.
         kept: poles of its Green's function, where not all of the reductions' are kept.
     """
 
@@ -56,7 +55,6 @@ class Numbers:
     section: bool = False
     hexahedra: bool = False
     drawn: bool = True
-    ports: int = 1
     kept: float | None = None
 
 
@@ -106,7 +104,7 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
         return Numbers(sizes, modes, around, section, spec.shape == "hex")
     ports = method.lip.arcs * method.lip.rings
     kept = modes_of_volume(body.measures_inside("3d"), BEYOND * method.bandwidth, body.slowest) + ports
-    return Numbers(sizes, modes, around, section, ports=ports, kept=kept)
+    return Numbers(sizes, modes, around, section, kept=kept)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
