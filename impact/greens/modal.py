@@ -104,10 +104,9 @@ class Residual:
 
     def static(self) -> Array:
         """(p, p) static compliance [m/N]; ``inf`` for a dashpot (rate 0)."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            terms = self.shapes[:, :, None] * self.shapes[:, None, :] / self.rates[:, None, None]
-        total: Array = np.nan_to_num(terms, nan=0.0, posinf=np.inf, neginf=-np.inf).sum(axis=0) + self.compliance
-        return total
+        loose = self.rates == 0
+        bent = self.shapes[~loose] / np.sqrt(self.rates[~loose])[:, None]
+        return np.asarray(bent.T @ bent + _endless(self.shapes[loose]) + self.compliance)
 
     def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
         """(p, p, nt) its part of g after a unit Hann pulse of ``width`` [m/(N s)]; or ``rows``, ``columns`` of it."""
@@ -229,10 +228,8 @@ class ModalGreens(PoleSums):
     def static_compliance(self) -> Array:
         """(p, p) sum of phi phi'/w^2 plus the residual's; ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
-        elastic = (self._factors[:, :, ~rigid] / self.omega[~rigid] ** 2).sum(axis=-1)
-        free = self._factors[:, :, rigid].sum(axis=-1)
-        rigid_part = np.where(free != 0, np.copysign(np.inf, free), 0.0)
-        return np.asarray(elastic + rigid_part + self.residual.static())
+        bent = self.shapes[~rigid] / self.omega[~rigid, None]
+        return np.asarray(bent.T @ bent + _endless(self.shapes[rigid]) + self.residual.static())
 
     def initial_value(self) -> Array:
         """(p, p) g(0+): the relaxations' sum; ``inf`` where a bare compliance stands; 0 for modes alone."""
@@ -288,3 +285,9 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     if eigenvalues[0] < -limit:
         raise GreensFunctionError(f"{name} has the negative eigenvalue {eigenvalues[0]:g}: the body would gain energy")
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
+
+
+def _endless(shapes: Array) -> Array:
+    """(p, p) compliance of motions (r, p) that nothing holds: infinite where both ports share one."""
+    shared = shapes.T @ shapes
+    return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

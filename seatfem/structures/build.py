@@ -36,8 +36,8 @@ def build(
     Raises:
         What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    found = None if cache is None else cache.find(structure, method, duration)
+    found = None if cache is None else cache.find(structure, method, duration, mesh_error=mesh_error)
     if found is not None:
         return found
     solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-    return solved if cache is None else cache.keep(structure, method, solved)
+    return solved if cache is None else cache.keep(structure, method, solved, mesh_error=mesh_error)

@@ -30,8 +30,9 @@ def warn(text: str) -> None:
     warnings.warn(text, CacheWarning, stacklevel=4)
 
 
-def key_of(structure: Structure, method: Method) -> str:
-    """A hash of everything a structure's Green's function depends on, the code included.
+def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
+    """A hash of everything a structure's Green's function depends on, the code included, and whether its mesh's error
+    is known.
 
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
     a kind, a shape or a reduction from elsewhere the file counts in which it is written.
@@ -42,6 +43,8 @@ def key_of(structure: Structure, method: Method) -> str:
     if method.lip is not None:
         how["lip"] = vars(method.lip)
     parts: dict[str, object] = {**structure.content(), "method": how}
+    if not mesh_error:
+        parts["mesh_error"] = False
     if code := _from_elsewhere(structure, method):
         parts["code"] = code
     for key in type(structure).model_fields:
@@ -119,9 +122,9 @@ class Cache:
     path: Path | None
     store: Store = field(default_factory=lambda: Store.default(warn))
 
-    def find(self, structure: Structure, method: Method, duration: float) -> Solved | None:
+    def find(self, structure: Structure, method: Method, duration: float, *, mesh_error: bool = True) -> Solved | None:
         """What was computed before and serves a run of ``duration`` [s]."""
-        key, own = key_of(structure, method), self._is_own(structure)
+        key, own = key_of(structure, method, mesh_error=mesh_error), self._is_own(structure)
         here = None if self.path is None else at(self.path, key, duration, None if own else warn)
         found = here if here is not None else _serving(self.store.get(key), key, duration)
         if found is None:
@@ -131,12 +134,12 @@ class Cache:
         where = "the store" if self.path is None else self.path.name
         return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {where}"})
 
-    def keep(self, structure: Structure, method: Method, solved: Solved) -> Solved:
+    def keep(self, structure: Structure, method: Method, solved: Solved, *, mesh_error: bool = True) -> Solved:
         """``solved``, its function marked with its key and on file."""
-        key, greens = key_of(structure, method), solved.greens
+        key, greens = key_of(structure, method, mesh_error=mesh_error), solved.greens
         if not greens.closed_form:  # one costs nothing to make again
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
-        if structure.is_meshed and not greens.closed_form:
+        if structure.is_kept and not greens.closed_form:
             try:
                 if solved.in_rings is not None:  # first: a function without it would lose its error bars
                     self.store.put(_beside(key), solved.in_rings)

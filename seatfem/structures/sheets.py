@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -18,6 +19,7 @@ from seatfem.structures.materials import Material
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
 from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
+from seatfem.structures.plate_store import kept
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes
 from seatfem.structures.rings import CONTACT
@@ -224,21 +226,29 @@ def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float, *, m
 
 @lru_cache(maxsize=8)
 def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
-    """The plate on its mesh, or one of elements ``coarser`` times as large; found once in a process.
+    """The plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on file.
 
     Raises as `solved_sheet`.
     """
-    mesh, model = _meshed(asked, coarser, {})
-    return PlateModes(asked, mesh, model, solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth))
+
+    def compute() -> tuple[PlateMesh, Modes]:
+        mesh = _mesh(asked, coarser)
+        return mesh, solve_modes(_model(asked, mesh), up_to_hz=CUTOFF * asked.bandwidth)
+
+    mesh, modes = kept(asked, coarser, compute)
+    return PlateModes(asked, mesh, _model(asked, mesh), modes)
 
 
 def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
     """The plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
-    return _meshed(asked, 1.0, patches_of(asked, lips))[1]
+    return _model(asked, _mesh(asked), patches_of(asked, lips))
 
 
-def _meshed(asked: Sheet, coarser: float, ports: Mapping[str, Patch]) -> tuple[PlateMesh, SecondOrderModel]:
+def _mesh(asked: Sheet, coarser: float = 1.0) -> PlateMesh:
     asked.check()
-    mesh = mesh_sheet(asked.shape, coarser * asked.element_size)
+    return mesh_sheet(asked.shape, coarser * asked.element_size)
+
+
+def _model(asked: Sheet, mesh: PlateMesh, ports: Mapping[str, Patch] = MappingProxyType({})) -> SecondOrderModel:
     clamped = CLAMPED if asked.shape.is_clamped else ()
-    return mesh, assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped, ports=ports)
+    return assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped, ports=ports)

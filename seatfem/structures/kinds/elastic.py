@@ -27,6 +27,7 @@ class Elastic(Reduced):
 
     needs_gmsh: ClassVar[bool] = True
     is_meshed: ClassVar[bool] = True
+    is_kept: ClassVar[bool] = True
     has_rings: ClassVar[bool] = True
 
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")

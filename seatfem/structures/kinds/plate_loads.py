@@ -114,13 +114,6 @@ class ClampedPlate(ThinPlate):
     def _has_pressed_disc(self) -> bool:
         return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
 
-    def plate(self, greens: GreensFunction) -> PlateModes:
-        """The modes behind its Green's function, whatever touches it; found once in a process."""
-        from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
-
-        band = greens.provenance.get("bandwidth_Hz")
-        return plate_modes(self.sheet(band if isinstance(band, float) else None))
-
     @property
     def moved_by(self) -> tuple[str, ...]:
         return ("release", "deflection", "force", "pressure", "point_force", "gravity")

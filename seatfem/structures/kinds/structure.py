@@ -46,6 +46,8 @@ class Structure(Striking):
     """Whether its Green's function is a reduction of matrices, for a band and a tolerance."""
     is_meshed: ClassVar[bool] = False
     """Whether it has finite elements, whose cost is known beforehand."""
+    is_kept: ClassVar[bool] = False
+    """Whether its Green's function is worth a file in the user's store."""
     is_drawn: ClassVar[bool] = False
     """Whether its mesh is made from a drawing, as fine as it is asked for."""
     plane: ClassVar[bool] = False

@@ -26,7 +26,7 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from seatfem.structures.natural_modes import NaturalModes, Wanted
-    from seatfem.structures.sheets import Sheet, SolvedSheet
+    from seatfem.structures.sheets import PlateModes, Sheet, SolvedSheet
 
 SHORTEST: Final = 1 / 6  # thickness over a bending wave that is a plate's
 ROUND_OFF: Final = 1e-9  # relative, of a contact that reaches to the edge of its plate
@@ -48,6 +48,7 @@ class ThinPlate(Moving):
     """What all flat plates have that touch with a disc or a ring; computed by Mindlin plate elements."""
 
     needs_gmsh: ClassVar[bool] = True
+    is_kept: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
     about: ClassVar[str] = "the plate's centre"
@@ -170,6 +171,13 @@ class ThinPlate(Moving):
         from seatfem.structures.sheets import solved_sheet  # as above
 
         return solved_sheet(self.sheet(band), self.lips(lip), self.damping_ratio, mesh_error=mesh_error)
+
+    def plate(self, greens: GreensFunction) -> PlateModes:
+        """The modes behind its Green's function, whatever touches it; found once in a process."""
+        from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
+
+        band = greens.provenance.get("bandwidth_Hz")
+        return plate_modes(self.sheet(band if isinstance(band, float) else None))
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()

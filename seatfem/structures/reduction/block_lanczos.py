@@ -47,6 +47,7 @@ class BlockLanczos:
         known: (n, k) M-orthonormal eigenvectors not to be found again; (n, 0) without.
         block: columns solved for at once.
         limit: largest number of vectors.
+        below: eigenvalues below the shift, which restarts keep even where more of those above are nearer.
         seed: of the random start; the same one gives the same vectors.
     """
 
@@ -59,11 +60,13 @@ class BlockLanczos:
         *,
         block: int,
         limit: int,
+        below: int = 0,
         seed: int = 0,
     ) -> None:
         n = model.size
         self.model, self.factor, self.sigma, self.known = model, factor, sigma, known
         self.block = min(block, n - known.shape[1])
+        self.below = below
         self.limit = min(max(limit, 2 * self.block), n - known.shape[1])
         self.size = 0  # vectors whose image is known
         self.solves = 0  # right-hand sides so far
@@ -151,9 +154,11 @@ class BlockLanczos:
         return np.asarray(self._vectors[:, : len(together)] @ together)
 
     def restart(self, kept: int) -> None:
-        """Keep the ``kept`` Ritz vectors nearest to the shift, and the newest block."""
+        """Keep ``kept`` Ritz vectors, those below the shift and then the nearest to it, and the newest block."""
         ritz, width = self.ritz(), self.width
-        coefficients = ritz.coefficients[:, :kept]
+        lower = np.flatnonzero(ritz.theta < 0)[: self.below + self.block]
+        first = np.concatenate([lower, np.setdiff1d(np.arange(len(ritz.theta)), lower)])[:kept]
+        theta, coefficients = ritz.theta[first], ritz.coefficients[:, first]
         self._link = self._residual(coefficients)
         for row in range(0, self.model.size, _CHUNK):
             rows = slice(row, row + _CHUNK)
@@ -161,7 +166,7 @@ class BlockLanczos:
             self._vectors[rows, :kept] = self._vectors[rows, : self.size] @ coefficients
             self._vectors[rows, kept : kept + width] = newest
         self._projected[:] = 0.0
-        self._projected[range(kept), range(kept)] = ritz.theta[:kept]
+        self._projected[range(kept), range(kept)] = theta
         self.size, self._coupled = kept, 0
         self.restarts += 1
 

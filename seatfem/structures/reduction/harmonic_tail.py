@@ -50,15 +50,22 @@ class Tail:
 
     def doubt(self) -> float:
         """Half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
-        if len(self._numbers) < 2:
-            return math.inf
-        return float(np.abs(self._sum(np.arange(self.last + 1, max(self._far, 20 * self.last)))).max()) / 2
+        return math.inf if len(self._numbers) < 2 else self.largest(self.last) / 2
+
+    def largest(self, after: int = 0) -> float:
+        """Value of what the harmonics above ``reduced`` and ``after`` sum up to [m/N]: it stands on the diagonal."""
+        harmonics = np.arange(max(self.reduced, after) + 1, max(self._far, 20 * self.last))
+        law = self._law(harmonics)
+        kinds = {(patch.width, place): patch for patch, place in zip(self.patches.values(), self._places, strict=True)}
+        return max(float(patch.coefficients(harmonics) ** 2 @ law[place, place]) for (_, place), patch in kinds.items())
 
     def _sum(self, harmonics: NDArray[np.int64]) -> Array:
+        return summed(self.patches, harmonics, self._law(harmonics), self._places)
+
+    def _law(self, harmonics: NDArray[np.int64]) -> Array:
         known, scaled = np.log(self._numbers), np.array(self._scaled)
         at, rings = np.log(harmonics), range(scaled.shape[1])
-        law = np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
-        return summed(self.patches, harmonics, law, self._places)
+        return np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])
 
 
 def static_lag(greens: ModalGreens, start: Array, damping: Damping, t: Array, width: float) -> float:

@@ -160,10 +160,17 @@ class Spectrum:
         """Lanczos about a shift, which moves where an eigenvalue is too near."""
         block = min(WIDEST, max(4, need))
         fits = int(self.room / (8 * self.model.size))
-        limit = max(2 * need + 4 * block, min(4 * need + 8 * block, fits))
+        limit, have = max(2 * need + 4 * block, min(4 * need + 8 * block, fits)), len(self.values)
         for move in (1e-3, -7e-3, 2e-2, 0.0):
             lanczos = BlockLanczos(
-                self.model, shift.factor, shift.value, self.shapes, block=block, limit=limit, seed=self.seed
+                self.model,
+                shift.factor,
+                shift.value,
+                self.shapes,
+                block=block,
+                limit=limit,
+                below=max(0, shift.count - have),
+                seed=self.seed,
             )
             lanczos.expand()
             if move == 0.0 or np.abs(lanczos.ritz().theta).max() * abs(shift.value) < _NEAR:

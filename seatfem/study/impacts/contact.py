@@ -133,7 +133,7 @@ class _Asked:
 
 @lru_cache(maxsize=4)
 def _solved(asked: _Asked) -> Solved:
-    cache = Cache(None) if asked.structure.is_meshed else None
+    cache = Cache(None) if asked.structure.is_kept else None
     told = asked.progress
     return build(asked.structure, asked.method, asked.duration, cache, progress=told, mesh_error=asked.mesh_error)
 

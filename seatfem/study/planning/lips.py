@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from impact.bodies.body import Body
@@ -76,6 +76,21 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         chosen //= 2
     here = _with(scene, chosen)
     return Arcs(here, surrogate_in_arcs(here, surrogate), left_by(chosen))
+
+
+def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes) -> Arcs:
+    """Twice as many, where what stands ``beside`` them uses up half of the target: then they may use up half as much.
+
+    ``scene``: with their number stated by the plan; ``surrogate``: of the whole lip.
+    """
+    target, asked = scene.accuracy.target, scene.accuracy.measures
+    full = any(safety(name) * beside[name] > target / 2 for name in asked)
+    few = any(safety(name) * arcs.left[name] > ARCS_SHARE / 2 * target for name in asked)
+    twice = 2 * (stated_method(scene).ports or 1)
+    if not (full and few) or twice * scene.contact.rings > MOST_PORTS:
+        return replace(arcs, scene=scene)
+    more = _with(scene, twice)
+    return Arcs(more, surrogate_in_arcs(more, surrogate), times(0.5, arcs.left))
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:

@@ -35,7 +35,7 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_some_arcs
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
@@ -81,9 +81,14 @@ class Seen:
         if scene.stopper is not None:  # a look costs nothing: the run computes it
             stopper = Body(scene.stopper.body.surrogate(scene.run.duration, scene.reed.face).greens)
         arcs = in_some_arcs(scene, surrogate, stopper, progress)
-        asked, surrogate = (scene, surrogate) if arcs is None else (arcs.scene, arcs.surrogate)
+        whole = surrogate
+        asked, surrogate = (scene, whole) if arcs is None else (arcs.scene, arcs.surrogate)
         band = in_a_band(asked, surrogate.greens, stopper, progress)
-        asked = asked if band is None else band.scene
+        if band is not None:
+            asked = band.scene
+            if arcs is not None and not is_given(scene, PORTS):
+                arcs = in_more_arcs(asked, whole, arcs, band.left)
+                asked, surrogate = arcs.scene, arcs.surrogate
         seat, striker = surrogate.greens, stand_in_of(asked, progress)
         bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)

@@ -78,11 +78,12 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
     the march alone knows, under a preload, and without contact."""
     scene, reed, touches = done.plan.scene, done.reed, done.touches
     groups, ring = measures.contact_groups(touches.seat), scene.seat.struck_ring
-    if not isinstance(scene.reed, ThinPlate) or reed is None or reed.model is None or reed.modes is None:
+    if not isinstance(scene.reed, ThinPlate) or reed is None:
         return None
     if ring is None or not len(groups) or scene.is_blown_by_lift or scene.contact.preload:
         return None
-    dofs, shapes, modal, dt = reed.model.dofs, reed.modes.shapes, done.striker.greens.modal, touches.seat.dt
+    plate, modal, dt = scene.reed.plate(reed.greens), done.striker.greens.modal, touches.seat.dt
+    dofs, shapes = plate.model.dofs, plate.modes.shapes
     if dofs is None or not isinstance(dofs.mesh, PlateMesh) or modal is None or len(modal.omega) != shapes.shape[1]:
         return None
     (start, end), last = groups[0], len(touches.seat.time) - 1

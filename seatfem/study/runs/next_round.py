@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
-from impact.runs.budget import Budget, safety
+from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.planning.costs import OF_THE_SEAT
+from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import LONGEST, MEMORY, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
+from seatfem.study.safety import LEAST_FINER, LONGEST, MEMORY, MOST_FINER, MOST_OFF, MOST_ROUNDS, RESERVE, TELLING
 from seatfem.study.scene.measures import key_of
 
 STAGES: Final[Mapping[str, tuple[str, ...]]] = {
@@ -92,31 +92,51 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
 
 
 def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
-    """For the sake of one measure."""
-    left = done.left
-    allowed = done.plan.scene.accuracy.target * abs(left.values[measure]) / safety(measure)
+    """For the sake of one measure: sources made smaller, one after the other, until their sum is what it may be.
+
+    The cheapest that suffices by itself, else the largest first. One whose keys are stated, or at their end, stays.
+    """
+    allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
         return None, f"{key_of(measure)} is zero, a relative error means nothing"
-    stated = []
-    for source in sorted(left.parts, key=lambda s: -left.parts[s][measure]):
-        share = left.parts[source][measure]
-        if share <= RESERVE * allowed:
+    plan, left = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
+    while sum(left.values()) > allowed and (steps := list(_steps(plan, left, allowed))):
+        enough = [step for step in steps if sum(left.values()) - left[step.source] + step.leaves <= allowed]
+        step = min(enough, key=lambda step: price(done, step.plan)) if enough else steps[0]
+        plan, left[step.source] = step.plan, step.leaves
+        if plan.without != done.plan.without:  # another level, and a plan of its own
             break
-        plan = refine(done.plan, source, _too_large(left, source, measure, allowed))
-        if plan is not None:
-            why = _too_much(done, plan, time_left)
-            return (None, why) if why else (plan, "")
-        stated.append(source.replace("_", " "))
-        if share > allowed:  # by itself: nothing else can help
-            break
-    return None, f"nothing finer is left to choose for the {' and the '.join(stated)} (stated in the file?)"
+    if plan == done.plan:
+        largest = [source for source in left if left[source] > RESERVE * allowed]
+        words = " and the ".join(source.replace("_", " ") for source in sorted(largest, key=lambda s: -left[s]))
+        return None, f"nothing finer is left to choose for the {words} (stated in the file?)"
+    kept = plan.method.seat == done.plan.method.seat
+    plan = replace(plan, cost=predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
+    why = _too_much(done, plan, time_left)
+    return (None, why) if why else (plan, "")
 
 
-def _too_large(left: Budget, source: str, measure: str, allowed: float) -> float:
-    """By which factor one source is too large, the others left as they are and a fifth kept in reserve."""
-    here = left.parts[source][measure]
-    others = sum(part[measure] for part in left.parts.values()) - here
-    return here / max((1 - RESERVE) * allowed - others, RESERVE * allowed)
+@dataclass(frozen=True)
+class _Step:
+    """One source of error made smaller: by a plan, and what it leaves."""
+
+    source: str
+    plan: Plan
+    leaves: float
+
+
+def _steps(plan: Plan, left: Mapping[str, float], allowed: float) -> Iterator[_Step]:
+    """What can be made finer and counts, the largest first; none where one that counts by itself cannot."""
+    for source in sorted(left, key=lambda source: -left[source]):
+        if left[source] <= RESERVE / 2 * allowed:
+            return
+        room = max((1 - RESERVE) * allowed - (sum(left.values()) - left[source]), RESERVE * allowed)
+        factor = min(max(left[source] / room, LEAST_FINER), MOST_FINER)
+        finer = refine(plan, source, factor)
+        if finer is not None:
+            yield _Step(source, finer, left[source] / factor)
+        elif left[source] > allowed:
+            return
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
