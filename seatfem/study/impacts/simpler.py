@@ -31,7 +31,7 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
     division = Division.of(seat)
     if division.arcs == 1:
         return {}
-    bodies = dict(_bodies(scene, striker, division))
+    bodies = dict(simpler_bodies(scene, striker, division))
     return {name: run_contacts(scene, body, as_a_whole(seat), dt) for name, body in bodies.items()}
 
 
@@ -44,7 +44,8 @@ def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str,
     return keys
 
 
-def _bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
+def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> Iterator[tuple[str, impact.Body]]:
+    """By name, what strikes in place of ``striker``, whose lip is divided."""
     greens = striker.greens
     if set(division.names) <= set(greens.ports):
         weights = np.zeros((len(greens.ports), 1))

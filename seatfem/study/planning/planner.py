@@ -20,7 +20,7 @@ from seatfem.study.method import BAND, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
-from seatfem.study.planning.reasons import choices_of
+from seatfem.study.planning.reasons import WORDS, choices_of
 from seatfem.study.planning.seen import BANDS, TOLERANCES, Seen
 from seatfem.study.safety import LONGEST, MEMORY, STEP_UP
 from seatfem.study.scene import Scene
@@ -165,6 +165,11 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             "the striker is computed as [reed] states it; what its mesh, reduction and level leave is not predicted: "
             "the run measures it"
         )
+    for model, changes in seen.simpler.items():
+        left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.measures if name in changes}
+        if len(left) == len(plan.scene.accuracy.measures) and max(left.values()) <= target:
+            name = max(left, key=lambda measure: left[measure])
+            found.append(f"{WORDS[model]} would serve: it changes {name} by {100 * left[name]:.2g} %, margin included")
     if not seen.sensitivity.bench.window.touches:
         found.append("no contact at a first look: the measures are zero unless run.duration is longer")
     elif surrogate.patch is not None:

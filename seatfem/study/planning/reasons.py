@@ -14,6 +14,7 @@ from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
 from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.impacts.simpler import BEAM, ONE_PORT
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -38,6 +39,7 @@ from seatfem.study.planning.plan import Choice
 from seatfem.study.safety import FEW, FEWER, MANY
 from seatfem.study.scene import Scene
 
+WORDS: Final = {ONE_PORT: "one port", BEAM: "a beam"}
 COUPLED: Final = "the seat is no sum of oscillators (its damping couples the modes, or it is stepped): step weights"
 
 
@@ -189,11 +191,19 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 
 
 def _ports(decision: Decision, method: RunMethod) -> str:
-    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}"
+    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}{_simpler(decision, ONE_PORT)}"
 
 
 def _reed_band(decision: Decision, method: RunMethod) -> str:
-    return f"the plate's highest modes, down to 1/{NARROWER:g} of the last, change {_most(_of(decision, REED_BAND))}"
+    highest = _most(_of(decision, REED_BAND))
+    return f"the plate's highest modes, to 1/{NARROWER:g} of the last, change {highest}{_simpler(decision, BEAM)}"
+
+
+def _simpler(decision: Decision, model: str) -> str:
+    """What a simpler model of the striker would change in what is asked for."""
+    there = decision.seen.simpler.get(model, {})
+    asked = {name: there[name] for name in decision.seen.scene.accuracy.measures if name in there}
+    return f"; {WORDS[model]} in place, {_most(asked)}" if asked else ""
 
 
 def _modes(decision: Decision, method: RunMethod) -> str:
@@ -225,7 +235,7 @@ def _count(value: float) -> str:
 
 
 def _percent(value: float) -> str:
-    return f"{100 * value:.2g} %"
+    return f"{100 * value:.2g} %" if value < 1 else f"{100 * value:,.0f} %"
 
 
 def _time(value: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from impact.bodies.body import Body
@@ -35,7 +35,7 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
@@ -63,6 +63,7 @@ class Seen:
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
         band: of a plate that strikes; ``None`` of other strikers.
+        simpler: by the name of a simpler model of the striker, what it would change.
     """
 
     scene: Scene
@@ -72,6 +73,7 @@ class Seen:
     machine: Machine
     arcs: Arcs | None = None
     band: PlateBand | None = None
+    simpler: Mapping[str, Changes] = field(default_factory=dict)
 
     @staticmethod
     def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
@@ -92,7 +94,7 @@ class Seen:
         seat, striker = surrogate.greens, stand_in_of(asked, progress)
         bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
-        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs, band)
+        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs, band, of_simpler(bench))
 
     @property
     def patch(self) -> Patch | None:
