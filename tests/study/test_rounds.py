@@ -76,6 +76,28 @@ def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
     assert done.left.relative("filtered_peak") <= 0.02
 
 
+def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
+    """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone."""
+    plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
+    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    value = abs(done.left.values["impulse"])
+
+    def after(**shares: float) -> Plan:
+        parts = {source: {"impulse": share * 0.02 * value / 1.5} for source, share in shares.items()}
+        left = replace(done.left, parts=parts, values={"impulse": done.left.values["impulse"]})
+        further, why = next_round.next_plan(replace(done, left=left, number=1), Limits(), 1e9)
+        assert further is not None, why
+        return further
+
+    old = done.plan.method
+    both = after(time_step=0.9, model=0.8).method
+    assert both.time_step < old.time_step  # type: ignore[operator]
+    assert both.reed.n_modes > old.reed.n_modes  # type: ignore[operator]
+    alone = after(time_step=1.0, model=0.15).method
+    assert alone.time_step < old.time_step  # type: ignore[operator]
+    assert alone.reed.n_modes == old.reed.n_modes
+
+
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
     """Three modes, and a step that cannot do: one round, because nothing else can help."""
     text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")

@@ -28,6 +28,7 @@ from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.ended import begun_where_it_ended, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.round import remarks
@@ -96,7 +97,7 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
-        plan = plan_scene(scene, progress=progress, folder=folder)
+        plan = begun_where_it_ended(plan_scene(scene, progress=progress, folder=folder))
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
@@ -109,6 +110,7 @@ def run_scene(
             all_of_them |= {name: result for name, result in others.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    remember(done)
     assert baseline is not None
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
