@@ -1,0 +1,92 @@
+"""Fatigue maps: cycles and damage of many points, Crossland's criterion, the mean over planes."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Iterator
+from time import perf_counter
+
+import numpy as np
+from rainflow import extract_cycles
+from table import Table, best, publish
+
+from impact.life.curves import basquin
+from impact.life.cycles import from_peak, rainflow
+from impact.life.damage import damage
+from impact.life.maps import SHARE, cycle_map, margin_map
+from impact.life.mean_stress import Goodman
+from impact.life.multiaxial import Crossland, DangVan, Papadopoulos
+from impact.life.strength import Strength
+
+POINTS, SAMPLES, BLOCK, MODES = 1_000, 200_000, 64, 12
+INVENTED = Strength("invented for this benchmark", ultimate=1.8e9, curve=basquin(400e6, 1e7, 12.0))
+
+
+class Modal:
+    """Histories as a reed's: modes that ring down after a blow, summed at each point, and the time that takes."""
+
+    def __init__(self, points: int) -> None:
+        random = np.random.default_rng(1)
+        time = np.linspace(0, 1, SAMPLES)
+        turns = 10 * (1 + np.arange(MODES)) ** 1.7
+        self.courses = np.exp(-5 * time) * np.sin(2 * np.pi * turns[:, None] * time)
+        self.shapes = 1e8 * random.normal(size=(points, MODES)) / (1 + np.arange(MODES))
+        self.shapes *= random.uniform(0.3, 1.0, size=(points, 1))
+        self.seconds = 0.0
+
+    def blocks(self) -> Iterator[np.ndarray]:
+        """(p, n) at a time."""
+        for first in range(0, len(self.shapes), BLOCK):
+            start = perf_counter()
+            block = self.shapes[first : first + BLOCK] @ self.courses
+            self.seconds += perf_counter() - start
+            yield block
+
+
+def mapped(share: float) -> tuple[str, ...]:
+    """One row: all points."""
+    made = Modal(POINTS)
+    judge = Goodman(1.8e9)
+    start = perf_counter()
+    found = cycle_map(made.blocks(), lambda cycles: damage(cycles, INVENTED, judge), share)
+    seconds = perf_counter() - start - made.seconds
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    what = f"cycles and damage, {POINTS} points x {SAMPLES} samples, from {share:.0%} of the largest range"
+    return what, f"{seconds:.1f} s", f"{found.skipped} skipped; peak {peak:.2f} GiB; making them {made.seconds:.0f} s"
+
+
+def main() -> None:
+    """One core."""
+    few = Modal(BLOCK)
+    [block] = few.blocks()
+    rainflow(block[0])
+    rows = [mapped(SHARE), mapped(0.0)]
+    noise = from_peak(np.random.default_rng(2).normal(size=SAMPLES))
+    ours = best(lambda: rainflow(noise), 3)
+    theirs = best(lambda: list(extract_cycles(noise)), 1)
+    what = f"cycles of one history of {len(noise)} turning points"
+    rows.append((what, f"{ours * 1e3:.1f} ms", f"the package {theirs * 1e3:.0f} ms"))
+    cycles, judge = rainflow(noise), Goodman(1.8e9)
+    rows.append(
+        ("their damage", f"{best(lambda: damage(cycles, INVENTED, judge), 3) * 1e3:.1f} ms", "Goodman, two slopes")
+    )
+    tensors = np.stack([few.shapes[k : k + 6] @ few.courses for k in range(4)]).transpose(0, 2, 1)
+    for kind in (Crossland, DangVan):
+        of_axes = kind(310e6, 500e6)
+        of_axes.value(tensors[0])
+        each = best(lambda j=of_axes: margin_map([tensors], j), 3) / len(tensors)
+        rows.append((f"{kind.name}, one point of {SAMPLES} tensors", f"{each * 1e3:.1f} ms", "exact sphere"))
+    for tolerance in (1e-3, 1e-4):
+        of_planes = Papadopoulos(310e6, 500e6, tolerance)
+        of_planes.value(tensors[0][:10])
+        seconds = best(lambda j=of_planes: j.value(tensors[0]), 1)
+        rows.append((f"papadopoulos, one point of {SAMPLES} tensors", f"{seconds:.1f} s", f"tolerance {tolerance:g}"))
+    notes = (
+        "Histories of twelve modes that ring down, each point with its own sum of them; one core. Making the histories",
+        "is not counted. Aims: all points in less than 120 s and 1 GiB.",
+    )
+    publish("life", Table("Fatigue maps", notes, ("what", "time", "besides"), tuple(rows)))
+
+
+if __name__ == "__main__":
+    main()
