@@ -18,7 +18,7 @@ from impact.life.mean_stress import Goodman
 from impact.life.multiaxial import Crossland, DangVan, Papadopoulos
 from impact.life.strength import Strength
 
-POINTS, SAMPLES, BLOCK, MODES = 1_000, 200_000, 64, 12
+POINTS, SAMPLES, BLOCK, MODES = 20_000, 200_000, 64, 12
 INVENTED = Strength("invented for this benchmark", ultimate=1.8e9, curve=basquin(400e6, 1e7, 12.0))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,18 +47,18 @@ class Curve:
 
     def __post_init__(self) -> None:
         if not self.stresses or len(self.stresses) != len(self.cycles):
-            raise LifeError(
-                f"an S-N curve needs as many stresses as cycles, not {len(self.stresses)}, {len(self.cycles)}"
-            )
-        numbers = [*self.stresses, *self.cycles, self.first_slope]
-        if not all(math.isfinite(each) and each > 0 for each in numbers) or not self.last_slope > 0:
-            raise LifeError(f"stresses, cycles and slopes of an S-N curve must be positive and finite: {self}")
-        falls = np.all(np.diff(self.stresses) < 0) and np.all(np.diff(self.cycles) > 0)
-        if not falls:
-            raise LifeError(
-                f"S-N points rise: stresses {self.stresses} must fall while cycles {self.cycles} grow; "
-                "sort them, and leave out or fit points that scatter"
-            )
+            raise LifeError("an S-N curve needs points: as many stresses as cycles, at least one")
+        points = list(zip(self.stresses, self.cycles, strict=True))
+        if bad := [pair for pair in points if not (min(pair) > 0 and max(pair) < math.inf)]:
+            raise LifeError(f"S-N point {bad[0]}: stress and cycles must be positive and finite")
+        if not (self.first_slope > 0 and self.last_slope > 0 and self.first_slope < math.inf):
+            raise LifeError(f"slopes {self.first_slope:g} and {self.last_slope:g} of an S-N curve must be positive")
+        for (high, early), (low, late) in pairwise(points):
+            if not (low < high and late > early):
+                raise LifeError(
+                    f"S-N points rise: from {high:g} Pa at {early:g} cycles to {low:g} Pa at {late:g}; stress must "
+                    "fall while cycles grow: sort the points, and fit those that scatter"
+                )
         if self.scatter is not None and not (math.isfinite(self.scatter) and self.scatter >= 0):
             raise LifeError(f"scatter = {self.scatter:g} of log10 N must not be negative")
         _quantile(self.survival)
