@@ -91,7 +91,7 @@ class DangVan(Multiaxial):
     The microscopic stress is the deviator seen from the centre of the smallest sphere around the block's deviators,
     where plastic grains come to rest; tau is half its largest difference of principal stresses (Tresca).
 
-    Source: K. Dang Van et al., ICF-5 (1981) 185 and ASTM STP 1191 (1993) 120.
+    Source: K. Dang Van et al., in Biaxial and Multiaxial Fatigue, EGF 3 (1989) 479; ASTM STP 1191 (1993) 120.
     """
 
     name: ClassVar[str] = "dang_van"
