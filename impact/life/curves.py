@@ -64,21 +64,27 @@ class Curve:
         _quantile(self.survival)
 
     def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
-        """Cycles to failure of (...,) fully reversed amplitudes [Pa] for a share of survivors; 0 Pa: ``inf``.
+        """Cycles to failure of (...,) amplitudes >= 0 [Pa] for a share of survivors; 0 Pa: ``inf``.
 
         Raises:
-            LifeError: a ``survival`` other than the curve's own where its scatter is not known.
+            LifeError: a ``survival`` other than the curve's own where its scatter is not known; an amplitude that is
+                no number >= 0.
         """
+        stress = np.asarray(amplitude, dtype=float)
+        if not np.all(stress >= 0):
+            raise LifeError(f"an amplitude of {stress.min():g} Pa is no amplitude: give halves of ranges, >= 0")
         levels, counts = np.log(self.stresses), np.log(self.cycles)
         with np.errstate(divide="ignore", over="ignore"):
-            level = np.log(np.asarray(amplitude, dtype=float))
+            level = np.log(stress)
             above, below = np.maximum(level - levels[0], 0.0), np.maximum(levels[-1] - level, 0.0)
             later = np.multiply(self.last_slope, below, out=np.zeros_like(below), where=below > 0)
             logs = np.interp(level, levels[::-1], counts[::-1]) - self.first_slope * above + later
             return np.asarray(np.exp(logs - self._shift(survival)))
 
     def stress(self, cycles: float, survival: float | None = None) -> float:
-        """The amplitude [Pa] that a share of the parts endures for so many cycles; raises as `life`."""
+        """The amplitude [Pa] that a share of the parts endures for so many cycles > 0; raises as `life`."""
+        if not 0 < cycles < math.inf:
+            raise LifeError(f"cycles = {cycles:g} must be positive and finite")
         levels, counts = np.log(self.stresses), np.log(self.cycles)
         count = math.log(cycles) + self._shift(survival)
         before, after = max(counts[0] - count, 0.0), max(count - counts[-1], 0.0)
@@ -111,17 +117,17 @@ def basquin(
     Args:
         knee_stress: S_k, amplitude [Pa].
         knee_cycles: N_k.
-        slope: k >= 1 above the knee.
+        slope: k above the knee, 1 to 1000.
         second_slope: below it; ``inf`` states an endurance limit.
         scatter, survival: as in `Curve`.
 
     Raises:
-        LifeError: as `Curve`, a slope below 1.
+        LifeError: as `Curve`, a slope out of its range.
 
     Source: O. H. Basquin, ASTM Proc. 10 (1910) 625; E. Haibach, LBF TM 50 (1970), for 2k - 1.
     """
-    if not slope >= 1:
-        raise LifeError(f"slope = {slope:g} of an S-N curve: k = -dlogN/dlogS must be at least 1; is it 1/k?")
+    if not 1 <= slope <= 1000:
+        raise LifeError(f"slope = {slope:g} of an S-N curve: k = -dlogN/dlogS lies between 1 and 1000; is it 1/k?")
     second = 2 * slope - 1 if second_slope is None else second_slope
     return Curve((knee_stress,), (knee_cycles,), slope, second, scatter, survival)
 

@@ -60,7 +60,7 @@ def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: f
     slant = (1 + strength.loading_ratio) / (1 - strength.loading_ratio)
     lasting = np.isfinite(amplitudes)
     amplitudes[lasting] = judge.at_ratio(amplitudes[lasting], slant)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         return float(np.sum(cycles.counts / curve.life(amplitudes, survival)))
 
 

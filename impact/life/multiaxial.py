@@ -156,7 +156,8 @@ def largest_shear(path: Array) -> Array:
     x, y, z = 2 * a / ROOT_3, b - a / ROOT_3, -b - a / ROOT_3
     second = (path**2).sum(axis=1)
     third = x * y * z + 2 * xy * yz * xz - x * yz**2 - y * xz**2 - z * xy**2
-    cosine = np.divide(1.5 * ROOT_3 * third, second**1.5, out=np.ones_like(second), where=second > 0)
+    cube = second**1.5
+    cosine = np.divide(1.5 * ROOT_3 * third, cube, out=np.ones_like(cube), where=cube > 0)
     return np.asarray(np.sqrt(second) * np.sin(np.arccos(np.clip(cosine, -1, 1)) / 3 + math.pi / 3))
 
 

@@ -40,7 +40,7 @@ class CurveTable(Table):
 
     knee_stress: Pressure | None = Field(None, description="amplitude at the knee")
     knee_cycles: Count | None = Field(None, description="cycles at the knee")
-    slope: float | None = Field(None, ge=1, description="k above the knee, N ~ S^-k")
+    slope: float | None = Field(None, ge=1, le=1000, description="k above the knee, N ~ S^-k")
     second_slope: float | None = Field(
         None, gt=0, description="below the knee; 2k - 1 (Haibach) where nothing is stated"
     )

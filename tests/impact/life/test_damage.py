@@ -1,6 +1,7 @@
 """S-N curves, Miner's sum, life in blocks, margins, the rule of a closing speed. All strengths are invented."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +78,9 @@ def test_stress_and_life_are_inverse(stress: float, share: float) -> None:
         (lambda: basquin(400e6, 1e7, 12.0, scatter=-0.1), "scatter = -0.1"),
         (lambda: basquin(400e6, 1e7, 12.0, survival=1.0), "survival = 1 must lie between"),
         (lambda: basquin(400e6, 1e7, 12.0).life(1e8, 0.99), "needs the scatter"),
+        (lambda: KNEE.life([1e8, -1e8]), "amplitude of -1e\\+08 Pa"),
+        (lambda: KNEE.life(math.nan), "amplitude of nan Pa"),
+        (lambda: KNEE.stress(0.0), "cycles = 0 must be positive"),
         (lambda: Curve((), (), 1.0, 1.0), "needs points"),
     ],
 )
@@ -164,6 +168,29 @@ def test_a_curve_of_pulsating_stress() -> None:
     assert damage(reversed_cycles(350e6), pulsating, lower) == pytest.approx(
         1 / KNEE.life(350e6 / math.sqrt(2)), rel=1e-9
     )
+
+
+@settings(deadline=None)
+@given(
+    st.floats(1e-3, 1e18),
+    st.floats(1e-300, 1e300),
+    st.floats(1, 1000),
+    st.floats(0, 1e6),
+    blocks_of_stress,
+    st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")),
+    st.floats(-1e6, 0.999),
+)
+def test_extreme_strengths_give_a_number(
+    knee: float, cycles: float, slope: float, scatter: float, history: np.ndarray, name: str, ratio: float
+) -> None:
+    """Any curve that is accepted: a damage >= 0, a margin >= 0, and less of it for more survivors."""
+    curve = basquin(knee, cycles, slope, scatter=scatter)
+    extreme = Strength("invented", ultimate=knee, fatigue_strength=2 * knee, walker_exponent=0.5, curve=curve)
+    extreme = replace(extreme, loading_ratio=ratio)
+    judge = mean_stress(name, extreme)
+    found = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
+    assert 0 <= found[0].damage <= found[1].damage
+    assert found[0].margin >= found[1].margin * (1 - 1e-6) >= 0
 
 
 @pytest.mark.parametrize("blocks", [0.0, -1.0, math.inf, math.nan])
