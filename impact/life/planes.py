@@ -107,24 +107,22 @@ def _half_width_squared(points):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _outer(points):  # type: ignore[no-untyped-def]
     """Without points inside the octagon of those that are extreme along eight directions (Akl and Toussaint 1978)."""
-    directions = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
     at, reach = np.zeros(9, dtype=np.int64), np.full(8, -np.inf)
     for k in range(len(points)):
-        for d in range(8):
-            along = directions[d][0] * points[k, 0] + directions[d][1] * points[k, 1]
+        x, y = points[k, 0], points[k, 1]
+        for d, along in enumerate((x, x + y, y, y - x, -x, -x - y, -y, x - y)):
             if along > reach[d]:
                 reach[d], at[d] = along, k
     at[8] = at[0]
+    corners = points[at]
     kept = 0
     outer = np.empty_like(points)
     for k in range(len(points)):
         inside = True
         for d in range(8):
-            x, y = points[at[d], 0], points[at[d], 1]
-            ex, ey = points[at[d + 1], 0] - x, points[at[d + 1], 1] - y
-            if at[d] != at[d + 1] and ex * (points[k, 1] - y) <= ey * (points[k, 0] - x):
-                inside = False
-                break
+            right, up = corners[d + 1, 0] - corners[d, 0], corners[d + 1, 1] - corners[d, 1]
+            left_of = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
+            inside &= left_of > 0 or (right == 0 and up == 0)
         if not inside:
             outer[kept] = points[k]
             kept += 1
