@@ -16,7 +16,7 @@ from impact.life.mean_stress import MeanStress
 from impact.life.strength import Strength
 
 _STEEPEST = 700.0  # of log(damage): further out it is none or infinite
-_WIDEST = 1e12  # factors on stress that are looked at, and their inverse
+_WIDEST = 1e12  # stresses that are looked at, over the curve's own, and their inverse
 
 
 @dataclass(frozen=True)
@@ -87,18 +87,25 @@ def margin(
     if not (math.isfinite(blocks) and blocks > 0):
         raise LifeError(f"blocks = {blocks:g}, the design number of repetitions, must be positive and finite")
 
+    [curve] = strength.needed("a life", "curve")
+    largest = float((np.abs(cycles.means) + cycles.ranges / 2).max(initial=0.0))
+    if largest == 0.0:
+        return math.inf
+    ranges, means = cycles.ranges / largest, cycles.means / largest
+
     def excess(exponent: float) -> float:
-        f = math.exp(exponent)
-        scaled = Cycles(f * cycles.ranges, f * cycles.means, cycles.counts)
-        sum_ = damage(scaled, strength, judge, survival=survival) * blocks
+        """log(blocks D), the largest stress being e^exponent times the curve's first."""
+        level = curve.stresses[0] * math.exp(exponent)
+        sum_ = damage(Cycles(level * ranges, level * means, cycles.counts), strength, judge, survival=survival) * blocks
         return float(np.clip(math.log(sum_) if sum_ > 0 else -_STEEPEST, -_STEEPEST, _STEEPEST))
 
     reach = math.log(_WIDEST)
-    if not len(cycles.ranges) or excess(reach) < 0:
+    if excess(reach) < 0:
         return math.inf
     if excess(-reach) > 0:
         return 0.0
-    return math.exp(brentq(excess, -reach, reach, xtol=1e-13, rtol=1e-14))
+    root = float(brentq(excess, -reach, reach, xtol=1e-13, rtol=1e-14))
+    return float(curve.stresses[0] * math.exp(root) / largest)
 
 
 def life(
