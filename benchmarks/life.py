@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import resource
 from collections.abc import Callable, Iterator
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from rainflow import extract_cycles
@@ -38,14 +38,14 @@ def mapped(what: str, block: Callable[[int], np.ndarray], share: float) -> tuple
     def blocks() -> Iterator[np.ndarray]:
         nonlocal making
         for first in range(0, POINTS, BLOCK):
-            start = perf_counter()
+            start = process_time()
             made = block(first)
-            making += perf_counter() - start
+            making += process_time() - start
             yield made[: POINTS - first]
 
-    start = perf_counter()
+    start = process_time()
     found = cycle_map(blocks(), lambda cycles: damage(cycles, INVENTED, judge), share)
-    seconds = perf_counter() - start - making
+    seconds = process_time() - start - making
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     title = f"{what}: cycles and damage, from {share:.0%} of the largest range"
     return title, f"{seconds:.1f} s", f"{found.skipped} of {len(found.values)} skipped; peak {peak:.2f} GiB"
@@ -79,7 +79,8 @@ def main() -> None:
         seconds = best(lambda j=of_planes: j.value(tensors[0]), 1)
         rows.append((f"papadopoulos, one point of {SAMPLES} tensors", f"{seconds:.1f} s", f"tolerance {tolerance:g}"))
     notes = (
-        f"{POINTS} points of {SAMPLES} samples, {BLOCK} points at a time, one core; making histories is not counted.",
+        f"{POINTS} points of {SAMPLES} samples, {BLOCK} points at a time, "
+        "processor time of one core; making histories not counted.",
         f"Ringing: {MODES} modes that decay, each point with its own sum. Aims: less than 120 s and 1 GiB.",
     )
     publish("life", Table("Fatigue maps", notes, ("what", "time", "besides"), tuple(rows)))
