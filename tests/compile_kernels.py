@@ -1,11 +1,14 @@
-"""Compiles what numba compiles, once, before several processes would: the march, bodies, batches, elements."""
+"""Compiles what numba compiles, once, before several processes would: the march, bodies, batches, fatigue, elements."""
 
 from __future__ import annotations
 
+import numpy as np
 import skfem
 
 import impact
 import seatfem
+from impact.life.cycles import rainflow
+from impact.life.multiaxial import DangVan, Papadopoulos
 
 STEP, DURATION = 1e-7, 2e-6
 STEEL = seatfem.Material(young=2e11, poisson=0.3, density=7850.0)
@@ -39,6 +42,15 @@ def elements() -> None:
     seatfem.greens_function(model, bandwidth=1e5, duration=2e-5, tolerance=0.1, method="lanczos")
 
 
+def fatigue() -> None:
+    """Cycles, spheres, planes."""
+    rainflow([0.0, 1.0])
+    stress = np.random.default_rng(0).normal(size=(70, 6))
+    DangVan(0.6, 1.0).value(stress)
+    Papadopoulos(0.6, 1.0, tolerance=0.1).value(stress)
+
+
 if __name__ == "__main__":
     march()
+    fatigue()
     elements()

@@ -26,6 +26,7 @@ LIBRARIES: Final = (
     "scipy",
     "numba",
     "h5py",
+    "rainflow",
     "gmsh",
     "scikit-fem",
     "pymetis",

@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 from pydantic import ValidationError, create_model
 
 from impact.files.input_files import MB, read_text
-from seatfem.fields import one_of
+from seatfem.fields import AnyTable, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.locate import KeyPath, key_lines
@@ -38,10 +38,14 @@ def load_scene(path: Path | str) -> Scene:
     Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
     units, values out of range, and keys that contradict each other.
     """
+    return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())))
+
+
+def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
+    """Read a TOML file of up to 1 MB that holds the keys of a table; raises `SceneError` as `load_scene`."""
     path = Path(path)
     text = _read(path)
     data = _parse(text, path)
-    model = scene_of(kinds_of(), laws(), tuple(all_measures()))
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -84,13 +88,13 @@ def _read(path: Path) -> str:
     except (OSError, _Unreadable) as error:
         raise _whole_file(path, f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from None
     except UnicodeDecodeError as error:
-        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}); a scene is a TOML file") from None
+        raise _whole_file(path, f"is not UTF-8 text (byte {error.start}), as TOML files are") from None
 
 
 def _parse(text: str, path: Path) -> dict[str, Any]:
     if found := _DEEP_KEY.search(text):
         line = text.count("\n", 0, found.start()) + 1
-        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; a scene has four levels"),))
+        raise SceneError((Problem(path, line, "", f"a key of more than {DEEPEST} parts; four levels are enough"),))
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -100,7 +104,7 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         column = f" (column {place[2]})" if place else " (end of file)"
         raise SceneError((Problem(path, line, "", f"TOML syntax: {message}{column}"),)) from None
     except RecursionError:
-        raise _whole_file(path, "tables or arrays are nested too deeply; a scene has four levels") from None
+        raise _whole_file(path, "tables or arrays are nested too deeply; four levels are enough") from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
         raise _whole_file(path, f"TOML: {error}") from None
 

@@ -1,0 +1,170 @@
+"""Criteria of unlimited life (or of N cycles) under stress tensors that turn: Crossland, Dang Van, Papadopoulos.
+
+Stress histories are (n, 6) of one block, in Voigt order xx, yy, zz, yz, xz, xy with tensor shear stresses [Pa]. Every
+criterion compares an equivalent shear amplitude with t-1 and is of first degree in stress, so that t-1 over it is the
+factor on all stresses at which the limit is met. Pure bending with the amplitude f-1 and pure torsion with t-1 both
+give t-1 exactly: that determines the constant of each.
+
+To add a criterion: a frozen dataclass that is a `Multiaxial`, with its ``name`` and ``within``.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impact.greens.base import Array
+from impact.life.curves import LifeError
+from impact.life.hypersphere import enclosing_sphere
+from impact.life.planes import mean_square_shear
+from impact.life.strength import Strength, criterion
+
+ROOT_3 = math.sqrt(3)
+
+
+@dataclass(frozen=True)
+class Multiaxial(ABC):
+    """A criterion calibrated by two limits.
+
+    Attributes:
+        torsion_limit: t-1, fully reversed shear amplitude [Pa].
+        bending_limit: f-1, fully reversed bending amplitude, at the same number of cycles [Pa].
+
+    Raises:
+        LifeError: t-1/f-1 not ``within`` what the criterion can mean: above the first, up to the second.
+    """
+
+    name: ClassVar[str]
+    within: ClassVar[tuple[float, float]]
+    torsion_limit: float
+    bending_limit: float
+
+    def __post_init__(self) -> None:
+        least, most = self.within
+        if not least < self.ratio <= most:
+            raise LifeError(
+                f"torsion_limit/bending_limit = {self.ratio:.4g}: {self.name} holds above {least:.4g} and up to "
+                f"{most:g}; take another criterion, or check that both limits are of one survival and one N"
+            )
+
+    @property
+    def ratio(self) -> float:
+        """t-1/f-1."""
+        return self.torsion_limit / self.bending_limit
+
+    @abstractmethod
+    def value(self, stress: ArrayLike) -> float:
+        """Equivalent shear amplitude [Pa] of an (n, 6) block; raises `LifeError` for stress of another shape."""
+
+    def margin(self, stress: ArrayLike) -> float:
+        """t-1/value: the factor on all stresses at which the limit is met; ``inf`` where there is nothing to bear."""
+        value = self.value(stress)
+        return self.torsion_limit / value if value > 0 else math.inf
+
+
+class Crossland(Multiaxial):
+    """sqrt(J2a) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, sqrt(J2a) the radius of the smallest sphere around the deviators.
+
+    A negative constant, of t-1/f-1 < 1/sqrt 3, would let pressure do damage; beyond 1 a shaft endures
+    more in torsion than in bending, which no metal does.
+
+    Source: B. Crossland, Proc. Int. Conf. Fatigue of Metals, IMechE, London 1956, 138.
+    """
+
+    name: ClassVar[str] = "crossland"
+    within: ClassVar[tuple[float, float]] = (1 / ROOT_3, 1.0)
+
+    def value(self, stress: ArrayLike) -> float:
+        tensors = _checked(stress)
+        radius = enclosing_sphere(deviators(tensors))[1]
+        return radius + (3 * self.ratio - ROOT_3) * float(pressure(tensors).max())
+
+
+class DangVan(Multiaxial):
+    """max over t of tau(t) + (3 t-1/f-1 - 3/2) p(t) <= t-1, tau the largest shear stress around the shaken-down state.
+
+    The microscopic stress is the deviator seen from the centre of the smallest sphere around the block's deviators,
+    where plastic grains come to rest; tau is half its largest difference of principal stresses (Tresca).
+
+    Source: K. Dang Van et al., in Biaxial and Multiaxial Fatigue, EGF 3 (1989) 479; ASTM STP 1191 (1993) 120.
+    """
+
+    name: ClassVar[str] = "dang_van"
+    within: ClassVar[tuple[float, float]] = (0.5, 1.0)
+
+    def value(self, stress: ArrayLike) -> float:
+        tensors = _checked(stress)
+        path = deviators(tensors)
+        shear = largest_shear(path - enclosing_sphere(path)[0])
+        return float((shear + (3 * self.ratio - 1.5) * pressure(tensors)).max())
+
+
+@dataclass(frozen=True)
+class Papadopoulos(Multiaxial):
+    """sqrt(5 <Ta^2>) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, the mean over all planes and directions in them.
+
+    Ta is half the range of the resolved shear stress. Where all components are harmonic at one frequency,
+    stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B): phases do not count. For hard metals.
+
+    Attributes:
+        tolerance: of the mean square (`impact.life.planes.mean_square_shear`).
+
+    Source: I. V. Papadopoulos, Int. J. Fatigue 16 (1994) 377; Papadopoulos et al., Int. J. Fatigue 19 (1997) 219.
+    """
+
+    name: ClassVar[str] = "papadopoulos"
+    within: ClassVar[tuple[float, float]] = (1 / ROOT_3, 0.8)
+    tolerance: float = 1e-6
+
+    def value(self, stress: ArrayLike) -> float:
+        tensors = _checked(stress)
+        shear = math.sqrt(5 * mean_square_shear(tensors, self.tolerance))
+        return shear + (3 * self.ratio - ROOT_3) * float(pressure(tensors).max())
+
+
+def multiaxial(name: str, strength: Strength) -> Multiaxial:
+    """The criterion of that name: crossland, dang_van, papadopoulos.
+
+    Raises:
+        LifeError: another name, limits that the strength lacks or that the criterion cannot use.
+    """
+    return criterion(Multiaxial, name, strength)  # type: ignore[type-abstract]
+
+
+def pressure(stress: Array) -> Array:
+    """(n,) hydrostatic stress p = (xx + yy + zz)/3, > 0 in tension [Pa]."""
+    return np.asarray(stress[:, :3].sum(axis=1) / 3)
+
+
+def deviators(stress: Array) -> Array:
+    """(n, 5) deviators in Ilyushin's space, scaled so that the squared length is J2 = s:s/2 [Pa]."""
+    xx, yy, zz, yz, xz, xy = stress.T
+    return np.stack([(2 * xx - yy - zz) / (2 * ROOT_3), (yy - zz) / 2, yz, xz, xy], axis=1)
+
+
+def largest_shear(path: Array) -> Array:
+    """(n,) half the largest difference of principal values of (n, 5) `deviators` [Pa].
+
+    (s1 - s3)/2 = sqrt(J2) sin(theta + pi/3), cos(3 theta) = (3 sqrt 3/2) J3/J2^(3/2), 0 <= theta <= pi/3.
+    """
+    a, b, yz, xz, xy = path.T
+    x, y, z = 2 * a / ROOT_3, b - a / ROOT_3, -b - a / ROOT_3
+    second = (path**2).sum(axis=1)
+    third = x * y * z + 2 * xy * yz * xz - x * yz**2 - y * xz**2 - z * xy**2
+    cube = second**1.5
+    cosine = np.divide(1.5 * ROOT_3 * third, cube, out=np.ones_like(cube), where=cube > 0)
+    return np.asarray(np.sqrt(second) * np.sin(np.arccos(np.clip(cosine, -1, 1)) / 3 + math.pi / 3))
+
+
+def _checked(stress: ArrayLike) -> Array:
+    tensors = np.ascontiguousarray(stress, dtype=float)
+    if tensors.ndim != 2 or tensors.shape[1] != 6 or not len(tensors):
+        raise LifeError(f"a history of stress tensors is (n, 6), in order xx, yy, zz, yz, xz, xy, not {tensors.shape}")
+    if not np.isfinite(tensors).all():
+        raise LifeError("the stress history has values that are not finite")
+    return tensors

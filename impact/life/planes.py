@@ -1,0 +1,153 @@
+"""Mean square of the resolved shear stress amplitude over all planes and directions in them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from impact.greens.base import Array
+from impact.life.curves import LifeError
+
+_FIRST, _FINEST = 8, 256  # values of the polar angle over the sphere
+_FEW = 64  # points that are sorted as they are
+
+
+def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
+    """<Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with the normal n along a direction m in it.
+
+        <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
+
+    Over chi it is exact: the shear vectors on a plane lie in a polygon, their convex hull, of which Ta is half the
+    width. Over the normals, Gauss-Legendre in cos(theta), equal steps in phi: exact from the first number on where the
+    stress path is a segment or an ellipse (proportional, or harmonic at one frequency), of third order where the path
+    has corners. The number is doubled until a quarter of the last change and of an eighth of the one before, lest two
+    agree by chance, meet the tolerance.
+
+    Args:
+        stress: (n, 6), one block, in Voigt order xx, yy, zz, yz, xz, xy [Pa].
+        tolerance: of the mean, relative. With many corners each factor of 10 takes five times the time.
+
+    Raises:
+        LifeError: the value does not settle to the tolerance.
+    """
+    turns = stress - stress.mean(axis=0)
+    scale = float(np.abs(turns).max())
+    if scale == 0.0:
+        return 0.0
+    turns, number, change = turns / scale, _FIRST, math.inf
+    value = _average(turns, *_polar(number))
+    while number < _FINEST:
+        number *= 2
+        last, before, value = change, value, _average(turns, *_polar(number))
+        change = abs(value - before)
+        if max(change, last / 8) <= 4 * tolerance * value:
+            return float(value) * scale**2
+    raise LifeError(
+        f"the mean over planes changes by {change / value:.1e} from {number // 2} to {number} polar angles, too much "
+        f"for a tolerance of {tolerance:g}: ask for less"
+    )
+
+
+def _polar(number: int) -> tuple[Array, Array]:
+    """Cosines and weights over half the sphere: opposite normals are one plane."""
+    cosines, weights = np.polynomial.legendre.leggauss(number)
+    return cosines[number // 2 :], weights[number // 2 :]
+
+
+@njit(cache=True)
+def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
+    around = 4 * len(cosines)
+    vectors = np.empty((len(stress), 2))
+    total = 0.0
+    for i in range(len(cosines)):
+        height, width = cosines[i], math.sqrt(1 - cosines[i] ** 2)
+        for j in range(around):
+            c, s = math.cos(2 * math.pi * j / around), math.sin(2 * math.pi * j / around)
+            for k in range(len(stress)):
+                xx, yy, zz, yz, xz, xy = stress[k]
+                tx = (xx * c + xy * s) * width + xz * height
+                ty = (xy * c + yy * s) * width + yz * height
+                tz = (xz * c + yz * s) * width + zz * height
+                vectors[k, 0] = c * ty - s * tx
+                vectors[k, 1] = (c * tx + s * ty) * height - width * tz
+            total += weights[i] / around * _half_width_squared(vectors)
+    return total
+
+
+@njit(cache=True)
+def _half_width_squared(points):  # type: ignore[no-untyped-def]
+    """Mean over all directions of (half the width)^2 of points in a plane.
+
+    With the edges of the hull sorted by their directions mod pi, e_1, e_2, ..., the width is the support function of
+    the symmetric polygon with the corners v_0 = -sum e_i/2, v_1 = v_0 + e_1, ...: v_k . u between the normals of e_k
+    and e_(k+1).
+    """
+    edges = _hull_edges(_outer(points) if len(points) > _FEW else points)
+    angles = np.empty(len(edges))
+    for k in range(len(edges)):
+        if edges[k, 1] < 0 or (edges[k, 1] == 0 and edges[k, 0] < 0):
+            edges[k] = -edges[k]
+        angles[k] = math.atan2(edges[k, 1], edges[k, 0])
+    x, y = -0.5 * edges[:, 0].sum(), -0.5 * edges[:, 1].sum()
+    total = 0.0
+    order = np.argsort(angles)
+    for place in range(len(order)):
+        k = order[place]
+        x, y = x + edges[k, 0], y + edges[k, 1]
+        last = place + 1 == len(order)
+        end = angles[order[0]] + math.pi if last else angles[order[place + 1]]
+        middle, span = 0.5 * (angles[k] + end), end - angles[k]
+        along, across = x * math.sin(middle) - y * math.cos(middle), x * math.cos(middle) + y * math.sin(middle)
+        total += 0.5 * (along**2 + across**2) * span + 0.5 * (along**2 - across**2) * math.sin(span)
+    return 0.25 * total / math.pi
+
+
+@njit(cache=True)
+def _outer(points):  # type: ignore[no-untyped-def]
+    """Without points inside the octagon of those that are extreme along eight directions (Akl and Toussaint 1978)."""
+    at, reach = np.zeros(9, dtype=np.int64), np.full(8, -np.inf)
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        for d, along in enumerate((x, x + y, y, y - x, -x, -x - y, -y, x - y)):
+            if along > reach[d]:
+                reach[d], at[d] = along, k
+    at[8] = at[0]
+    corners = points[at]
+    kept = 0
+    outer = np.empty_like(points)
+    for k in range(len(points)):
+        inside = True
+        for d in range(8):
+            right, up = corners[d + 1, 0] - corners[d, 0], corners[d + 1, 1] - corners[d, 1]
+            left_of = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
+            inside &= left_of > 0 or (right == 0 and up == 0)
+        if not inside:
+            outer[kept] = points[k]
+            kept += 1
+    return outer[:kept]
+
+
+@njit(cache=True)
+def _hull_edges(points):  # type: ignore[no-untyped-def]
+    """Of the convex hull, by Andrew's monotone chain."""
+    upwards = np.argsort(points[:, 1])
+    order = upwards[np.argsort(points[upwards, 0], kind="mergesort")]
+    chain = np.empty((2 * len(points), 2))
+    size = 0
+    for side in range(2):
+        start = size
+        for place in range(len(order)):
+            p = points[order[place] if side == 0 else order[len(order) - 1 - place]]
+            while size >= start + 2 and (
+                (chain[size - 1, 0] - chain[size - 2, 0]) * (p[1] - chain[size - 2, 1])
+                <= (chain[size - 1, 1] - chain[size - 2, 1]) * (p[0] - chain[size - 2, 0])
+            ):
+                size -= 1
+            chain[size] = p
+            size += 1
+    edges = np.empty((size, 2))
+    for k in range(size):
+        edges[k] = chain[(k + 1) % size] - chain[k]
+    return edges

@@ -1,0 +1,126 @@
+"""Measured strength of a material, and criteria made of it by name. No number of strength ships with the program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, fields
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from impact.life.curves import Curve, LifeError
+
+Kind = TypeVar("Kind")
+
+
+@dataclass(frozen=True)
+class Strength:
+    """What is known of a material's fatigue, and from where; ``None`` is what nobody measured.
+
+    Attributes:
+        source: citation of all numbers; required.
+        grade, direction: which material, and along what it was loaded (rolling, across).
+        thickness: of the specimens [m].
+        temperature: of the tests [K].
+        specimens: their number.
+        ultimate: tensile strength [Pa].
+        fatigue_strength: Morrow's coefficient sf' [Pa].
+        walker_exponent: gamma, 0 < gamma <= 1.
+        curve: stress amplitude against cycles, at the loading ratio.
+        loading_ratio: R = smin/smax < 1 of the curve; -1: fully reversed.
+        torsion_limit, bending_limit: t-1 and f-1, fully reversed amplitudes [Pa] endured for ``limit_cycles`` cycles.
+        limit_cycles: N of the two limits.
+        impact_velocity: largest speed of closing allowed [m/s].
+
+    Raises:
+        LifeError: no source, a number that is not positive and finite, an exponent or ratio outside its range.
+    """
+
+    source: str
+    grade: str = ""
+    direction: str = ""
+    thickness: float | None = None
+    temperature: float | None = None
+    specimens: int | None = None
+    ultimate: float | None = None
+    fatigue_strength: float | None = None
+    walker_exponent: float | None = None
+    curve: Curve | None = None
+    loading_ratio: float = -1.0
+    torsion_limit: float | None = None
+    bending_limit: float | None = None
+    limit_cycles: float | None = None
+    impact_velocity: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.source.strip():
+            raise LifeError("strength.source is empty: cite the report or standard that the numbers are from")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            number = isinstance(value, float | int) and field.name != "loading_ratio"
+            if number and not (math.isfinite(value) and value > 0):
+                raise LifeError(f"strength.{field.name} = {value:g} must be positive and finite")
+        if self.walker_exponent is not None and self.walker_exponent > 1:
+            raise LifeError(f"strength.walker_exponent = {self.walker_exponent:g} must not be above 1")
+        if not (math.isfinite(self.loading_ratio) and self.loading_ratio < 1):
+            raise LifeError(f"strength.loading_ratio = {self.loading_ratio:g} must be finite and below 1 (smin/smax)")
+
+    def needed(self, what: str, *names: str) -> list[Any]:
+        """The values of these fields. Raises `LifeError`, which names those that are missing and ``what`` needs."""
+        if missing := [name for name in names if getattr(self, name) is None]:
+            raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
+        return [getattr(self, name) for name in names]
+
+
+def kinds(base: type[Kind]) -> Iterator[type[Kind]]:
+    """The criteria there are: every subclass with a ``name``, those defined elsewhere, too."""
+    for each in base.__subclasses__():
+        yield from [each] if "name" in vars(each) else []
+        yield from kinds(each)
+
+
+def criterion(base: type[Kind], name: str, strength: Strength) -> Kind:
+    """The criterion of that name, its constants the fields of the same names of the strength.
+
+    Args:
+        base: what kind of criterion, `MeanStress` or `Multiaxial`.
+        name: "goodman", ..., or "crossland", ...
+        strength: has the fields that the criterion asks for.
+
+    Raises:
+        LifeError: no criterion of that name, or constants that are missing or outside its range.
+    """
+    known: dict[str, Any] = {each.name: each for each in kinds(base)}  # type: ignore[attr-defined]
+    if name not in known:
+        close = get_close_matches(name, known, n=1)
+        meant = f"did you mean {close[0]!r}? " if close else ""
+        raise LifeError(f"no criterion named {name!r}; {meant}There are: {', '.join(known)}")
+    asked = [field.name for field in fields(known[name]) if field.default is MISSING]
+    made: Kind = known[name](*strength.needed(name, *asked))
+    return made
+
+
+@dataclass(frozen=True)
+class SpeedMargin:
+    """The industry's rule: a valve may close up to a speed that experience allows; ``margin`` = allowed/speed."""
+
+    margin: float
+    speed: float
+    allowed: float
+    source: str
+
+
+def speed_margin(speed: float, strength: Strength) -> SpeedMargin:
+    """How far a speed of closing is below the one that the strength allows.
+
+    Args:
+        speed: largest speed of closing, either sign [m/s].
+        strength: with ``impact_velocity``.
+
+    Raises:
+        LifeError: no allowed speed is known, or the speed is not finite.
+    """
+    [allowed] = strength.needed("the impact velocity limit", "impact_velocity")
+    if not math.isfinite(speed):
+        raise LifeError(f"speed = {speed:g} m/s is not finite")
+    return SpeedMargin(math.inf if speed == 0 else allowed / abs(speed), abs(speed), allowed, strength.source)

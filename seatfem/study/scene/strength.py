@@ -1,0 +1,113 @@
+"""Files of measured strength: TOML with units in strings, checked like scenes (docs/life.md lists the keys)."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from impact.life.curves import Curve, LifeError, basquin, tabled
+from impact.life.strength import Strength
+from seatfem.fields import Fraction, KeyProblem, Length, Pressure, Speed, Table, of_same_names
+from seatfem.study.scene.load import load_table
+from seatfem.units import UnitError, parse_fraction
+
+
+def _read_temperature(value: object) -> float:
+    text = value.strip() if isinstance(value, str) and "%" not in value else ""
+    for unit, zero in (("degC", 273.15), ("K", 0.0)):
+        if text.endswith(unit):
+            return parse_fraction(text.removesuffix(unit)) + zero
+    raise UnitError(f"{value!r} is no temperature; write '120 degC' or '393 K'")
+
+
+def _cited(value: str) -> str:
+    if not value.strip():
+        raise ValueError("is empty: numbers of strength need a citation, as of a report, a standard or a data sheet")
+    return value
+
+
+Source = Annotated[str, AfterValidator(_cited)]
+Temperature = Annotated[float, BeforeValidator(_read_temperature), Field(gt=0)]
+Count = Annotated[float, Field(gt=0)]
+
+
+class CurveTable(Table):
+    """Stress amplitude against cycles: a knee with slopes, or points."""
+
+    knee_stress: Pressure | None = Field(None, description="amplitude at the knee")
+    knee_cycles: Count | None = Field(None, description="cycles at the knee")
+    slope: float | None = Field(None, ge=1, le=1000, description="k above the knee, N ~ S^-k")
+    second_slope: float | None = Field(
+        None, gt=0, description="below the knee; 2k - 1 (Haibach) where nothing is stated"
+    )
+    endurance_limit: bool = Field(False, description="whether amplitudes below the knee do no damage at all")
+    points: tuple[tuple[Pressure, Count], ...] = Field(
+        (), description="in place of the knee: [amplitude, cycles], falling"
+    )
+    scatter: float | None = Field(None, ge=0, description="standard deviation of log10 N")
+    survival: Fraction = Field(0.5, description="share of specimens that survive the curve as it is stated")
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
+        if self.points and (any(knee.values()) or self.second_slope or self.endurance_limit):
+            raise KeyProblem("points", "a curve is given by a knee and slopes or by points, not by both")
+        if missing := [key for key, value in knee.items() if value is None and not self.points]:
+            raise KeyProblem(
+                missing[0],
+                f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}",
+            )
+        if self.endurance_limit and self.second_slope:
+            raise KeyProblem("second_slope", "an endurance limit leaves no second slope; state one of them")
+        try:
+            _ = self.curve
+        except LifeError as problem:
+            raise KeyProblem("points", str(problem)) from None
+        return self
+
+    @cached_property
+    def curve(self) -> Curve:
+        """In SI."""
+        if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
+            return tabled(self.points, scatter=self.scatter, survival=self.survival)
+        second = math.inf if self.endurance_limit else self.second_slope
+        return basquin(
+            self.knee_stress, self.knee_cycles, self.slope, second, scatter=self.scatter, survival=self.survival
+        )
+
+
+class StrengthTable(Table):
+    """A material's fatigue strength, with its source. What nobody measured is left out."""
+
+    source: Source = Field(description="citation of the numbers: report, standard, data sheet, page")
+    grade: str = Field("", description="of the material")
+    direction: str = Field("", description="of loading, as against rolling")
+    thickness: Length | None = Field(None, description="of the specimens")
+    temperature: Temperature | None = Field(None, description="of the tests")
+    specimens: int | None = Field(None, gt=0, description="their number")
+    ultimate: Pressure | None = Field(None, description="tensile strength: goodman, gerber")
+    fatigue_strength: Pressure | None = Field(None, description="coefficient sf': morrow")
+    walker_exponent: float | None = Field(None, gt=0, le=1, description="gamma: walker")
+    loading_ratio: float = Field(-1.0, lt=1, description="smin/smax of the curve")
+    curve: CurveTable | None = Field(None, description="amplitude against cycles: every life")
+    torsion_limit: Pressure | None = Field(
+        None, description="fully reversed shear t-1: crossland, dang_van, papadopoulos"
+    )
+    bending_limit: Pressure | None = Field(None, description="fully reversed bending f-1: the same")
+    limit_cycles: Count | None = Field(None, description="N of the two limits")
+    impact_velocity: Speed | None = Field(None, description="largest speed of closing allowed")
+
+
+def load_strength(path: Path | str) -> Strength:
+    """Read a file of measured strength (TOML, up to 1 MB) into SI.
+
+    Raises:
+        SceneError: everything that is wrong with it: no source, unknown keys, wrong units, values out of range, S-N
+            points that rise.
+    """
+    table = load_table(path, StrengthTable)
+    return of_same_names(Strength, table, curve=table.curve and table.curve.curve)

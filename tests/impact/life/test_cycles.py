@@ -1,0 +1,125 @@
+"""Rainflow counting against the standard's example, the package, and what counting must not change."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from rainflow import extract_cycles
+
+from impact.life.curves import LifeError
+from impact.life.cycles import Cycles, from_peak, rainflow, reversals
+
+ASTM = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]
+"""ASTM E1049-85, figure 6: the history of its example of rainflow counting."""
+
+
+def round_to_millis(value: float) -> float:
+    """Differences whose products underflow escape the package."""
+    return round(value, 3)
+
+
+few_levels = arrays(np.float64, st.integers(1, 60), elements=st.integers(-5, 5).map(float))
+histories = few_levels | arrays(np.float64, st.integers(1, 60), elements=st.floats(-1e9, 1e9).map(round_to_millis))
+
+
+def rows(cycles: Cycles) -> list[tuple[float, float, float]]:
+    """(range, mean, count), sorted."""
+    return sorted(zip(cycles.ranges.tolist(), cycles.means.tolist(), cycles.counts.tolist(), strict=True))
+
+
+def test_the_example_of_the_standard() -> None:
+    """Its table: 3: 0.5, 4: 1.5, 6: 0.5, 8: 1, 9: 0.5; means by hand."""
+    found = rainflow(ASTM, repeated=False)
+    told = [(3, -0.5, 0.5), (4, -1, 0.5), (4, 1, 1), (6, 1, 0.5), (8, 0, 0.5), (8, 1, 0.5), (9, 0.5, 0.5)]
+    assert rows(found) == told
+    by_range = Counter[float]()
+    for size, _, count in rows(found):
+        by_range[size] += count
+    assert by_range == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
+
+
+def test_the_same_history_without_end() -> None:
+    assert from_peak(ASTM).tolist() == [5, -1, 3, -4, 4, -2, 1, -3, 5]
+    assert rows(rainflow(ASTM)) == [(3, -0.5, 1), (4, 1, 1), (7, 0.5, 1), (9, 0.5, 1)]
+
+
+def four_point(points: list[float]) -> tuple[list[float], list[float]]:
+    """Ranges closed by the four-point method, and the residue."""
+    closed: list[float] = []
+    stack: list[float] = []
+    for value in points:
+        stack.append(value)
+        while len(stack) >= 4:
+            a, b, c, d = stack[-4:]
+            if not abs(c - b) <= min(abs(b - a), abs(d - c)):
+                break
+            closed.append(abs(c - b))
+            del stack[-3:-1]
+    return closed, stack
+
+
+def test_the_residue_twice_closes_what_repetition_does() -> None:
+    closed, residue = four_point(ASTM)
+    assert (closed, residue) == ([4], [-2, 1, -3, 5, -4, 4, -2])
+    again, _ = four_point(reversals([*residue, *residue]).tolist())
+    assert sorted(closed + again) == [3, 4, 7, 9]
+
+
+@given(histories)
+def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
+    """Which has half cycles where the highest peak is; they come in pairs."""
+    counts = Counter[tuple[float, float]]()
+    for size, mean, count, *_ in extract_cycles(from_peak(history)):
+        counts[size, mean] += count
+    assert counts == Counter((size, mean) for size, mean, _ in rows(rainflow(history)))
+
+
+@given(histories)
+def test_repetition_closes_what_the_residue_twice_does(history: np.ndarray) -> None:
+    closed, residue = four_point(reversals(history).tolist())
+    again, _ = four_point(reversals([*residue, *residue]).tolist())
+    np.testing.assert_allclose(sorted(closed + again), np.sort(rainflow(history).ranges), rtol=1e-12)
+
+
+@given(histories, st.integers(0, 59))
+def test_where_a_period_begins_does_not_count(history: np.ndarray, shift: int) -> None:
+    assert rows(rainflow(np.roll(history, shift))) == rows(rainflow(history))
+
+
+@given(histories)
+def test_backwards_and_upside_down(history: np.ndarray) -> None:
+    """Ranges stay; means change sign with the stress."""
+    ranges = np.sort(rainflow(history).ranges)
+    assert np.array_equal(np.sort(rainflow(history[::-1]).ranges), ranges)
+    assert np.array_equal(np.sort(rainflow(-history).ranges), ranges)
+
+
+@given(histories)
+def test_the_largest_cycle_spans_the_history(history: np.ndarray) -> None:
+    if np.ptp(history) > 0:
+        assert rainflow(history).ranges.max() == np.ptp(history)
+        assert np.all(rainflow(history).ranges > 0)
+
+
+def test_turning_points_alone() -> None:
+    assert reversals([1, 1, 2, 3, 3, 2, 2, 2, 4, 4]).tolist() == [1, 3, 2, 4]
+    assert reversals([7, 7, 7]).tolist() == [7]
+    assert len(rainflow([7.0, 7.0]).ranges) == 0
+
+
+@settings(deadline=None, max_examples=10)
+@given(st.integers(2, 200))
+def test_a_sine_is_as_many_cycles_as_it_has_periods(periods: int) -> None:
+    wave = np.sin(2 * np.pi * periods * (np.arange(100 * periods) + 0.5) / (100 * periods))
+    found = rainflow(wave)
+    assert len(found.ranges) == periods
+    np.testing.assert_allclose(found.ranges, 2 * np.cos(np.pi / 100), rtol=1e-3)  # samples 1/100 period apart
+
+
+@pytest.mark.parametrize("history", [[], [[1.0, 2.0]], [1.0, np.nan], [np.inf, 0.0]])
+def test_what_is_no_history(history: list[float]) -> None:
+    with pytest.raises(LifeError, match=r"one row|not finite"):
+        rainflow(history)

@@ -1,0 +1,219 @@
+"""S-N curves, Miner's sum, life in blocks, margins, the rule of a closing speed. All strengths are invented."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from impact.life.curves import Curve, LifeError, basquin, tabled
+from impact.life.cycles import Cycles, rainflow
+from impact.life.damage import damage, life, margin
+from impact.life.mean_stress import Goodman, MeanStress, Morrow, SmithWatsonTopper, mean_stress
+from impact.life.strength import Strength, speed_margin
+
+CLOSINGS = 25_000 * 60 * 3000.0
+"""25 000 h at 3000 rpm."""
+KNEE = basquin(400e6, 1e7, 12.0, scatter=0.25)
+INVENTED = Strength("invented for tests", ultimate=1800e6, fatigue_strength=2000e6, walker_exponent=0.65, curve=KNEE)
+blocks_of_stress = arrays(
+    np.float64, st.integers(2, 40), elements=st.integers(-300 * 10**6, 400 * 10**6).map(float)
+).filter(np.ptp)
+
+
+def reversed_cycles(amplitude: float, count: float = 1.0) -> Cycles:
+    """Without a mean."""
+    return Cycles(np.array([2 * amplitude]), np.zeros(1), np.array([count]))
+
+
+def test_what_is_endured_through_25000_hours() -> None:
+    """400 MPa 450^(-1/23), and with 5.92 times the cycles: 99.9 % survive, 3.0902 deviations of 0.25."""
+    assert CLOSINGS == 4.5e9
+    assert KNEE.stress(CLOSINGS) == pytest.approx(306.69e6, abs=5e3)
+    assert KNEE.stress(CLOSINGS, 0.999) == pytest.approx(283.87e6, abs=5e3)
+
+
+@pytest.mark.parametrize(("share", "z"), [(0.9, 1.28155), (0.977, 1.99539), (0.99, 2.32635), (0.999, 3.09023)])
+def test_survival_by_the_normal_distribution(share: float, z: float) -> None:
+    """Tables of the normal distribution."""
+    assert math.log10(KNEE.life(450e6) / KNEE.life(450e6, share)) / 0.25 == pytest.approx(z, abs=5e-6)
+
+
+def test_slopes_on_both_sides_of_the_knee() -> None:
+    lives = KNEE.life([800e6, 400e6, 200e6, 0.0, math.inf])
+    np.testing.assert_allclose(lives[:3], [1e7 * 2.0**-12, 1e7, 1e7 * 2.0**23], rtol=1e-12)
+    assert lives[3:].tolist() == [math.inf, 0.0]
+    assert basquin(400e6, 1e7, 12.0, 5.0).life(200e6) == pytest.approx(1e7 * 32)
+    limit = basquin(400e6, 1e7, 12.0, math.inf)
+    assert limit.life(400e6) == pytest.approx(1e7)
+    assert limit.life(399.9e6) == math.inf
+    assert limit.stress(1e12) == pytest.approx(400e6)
+
+
+def test_a_table_goes_through_its_points() -> None:
+    points = [(600e6, 1e5), (450e6, 1e6), (400e6, 1e7)]
+    curve = tabled(points)
+    for stress, cycles in points:
+        assert curve.life(stress) == pytest.approx(cycles)
+        assert curve.stress(cycles) == pytest.approx(stress)
+    assert curve.life(math.sqrt(600e6 * 450e6)) == pytest.approx(math.sqrt(1e5 * 1e6))
+    assert curve.life(200e6) == pytest.approx(1e7 * 2 ** (math.log(10) / math.log(450 / 400)))
+
+
+@given(st.floats(5e7, 1e9), st.floats(0.01, 0.99))
+def test_stress_and_life_are_inverse(stress: float, share: float) -> None:
+    assert KNEE.stress(float(KNEE.life(stress, share)), share) == pytest.approx(stress, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        (lambda: tabled([(400e6, 1e5), (420e6, 1e6)]), r"points rise: from 4e\+08 Pa at 100000 cycles to 4.2e\+08 Pa"),
+        (lambda: tabled([(400e6, 1e5), (300e6, 1e5)]), "points rise"),
+        (lambda: tabled([(400e6, 1e5)]), "two points or more"),
+        (lambda: tabled([(400e6, 1e5), (-300e6, 1e6)]), "must be positive"),
+        (lambda: basquin(400e6, 1e7, 1 / 12), "is it 1/k"),
+        (lambda: basquin(400e6, 1e7, 12.0, 0.0), "slopes 12 and 0"),
+        (lambda: basquin(400e6, 1e7, 12.0, scatter=-0.1), "scatter = -0.1"),
+        (lambda: basquin(400e6, 1e7, 12.0, survival=1.0), "survival = 1 must lie between"),
+        (lambda: basquin(400e6, 1e7, 12.0).life(1e8, 0.99), "needs the scatter"),
+        (lambda: KNEE.life([1e8, -1e8]), "amplitude of -1e\\+08 Pa"),
+        (lambda: KNEE.life(math.nan), "amplitude of nan Pa"),
+        (lambda: KNEE.stress(0.0), "cycles = 0 must be positive"),
+        (lambda: Curve((), (), 1.0, 1.0), "needs points"),
+    ],
+)
+def test_curves_that_are_refused(made: object, told: str) -> None:
+    with pytest.raises(LifeError, match=told):
+        made()  # type: ignore[operator]
+
+
+def test_miner_adds_up_cycles() -> None:
+    both = Cycles(np.array([800e6, 1600e6]), np.zeros(2), np.array([10.0, 2.0]))
+    assert damage(both, INVENTED, SmithWatsonTopper()) == pytest.approx(10 / 1e7 + 2 * 4096 / 1e7)
+
+
+def test_a_life_by_hand() -> None:
+    """300 about 200 MPa is 337.5 MPa for Goodman: N = 1e7 (400/337.5)^23."""
+    found = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
+    assert found.blocks == pytest.approx(1e7 * (400 / 337.5) ** 23)
+    stress = KNEE.stress(CLOSINGS) / 1e6  # f 300/(1 - f 200/1800) = stress
+    assert found.margin == pytest.approx(stress / (300 + stress / 9), rel=1e-9)
+    assert found.damage == pytest.approx(1 / found.blocks)
+    assert (found.survival, found.advice) == (0.5, ())
+
+
+def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
+    for share in (0.5, 0.999):
+        found = margin(reversed_cycles(250e6), INVENTED, Goodman(1800e6), blocks=CLOSINGS, survival=share)
+        assert found == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
+
+
+@settings(deadline=None)
+@given(blocks_of_stress, st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")), st.floats(0.3, 3.0))
+def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, name: str, factor: float) -> None:
+    judge, cycles = mean_stress(name, INVENTED), rainflow(history)
+    found = margin(cycles, INVENTED, judge, blocks=1e6)
+    scaled = margin(rainflow(factor * history), INVENTED, judge, blocks=1e6)
+    assert scaled == pytest.approx(found / factor, rel=1e-6)
+    if math.isfinite(found):
+        at_it = Cycles(found * cycles.ranges, found * cycles.means, cycles.counts)
+        assert damage(at_it, INVENTED, judge) * 1e6 == pytest.approx(
+            1, rel=1e-4
+        )  # smax of 1 Pa: 1e-7 off, to the 12th power
+
+
+@given(blocks_of_stress)
+def test_a_doubled_block_halves_the_life_in_blocks(history: np.ndarray) -> None:
+    once, twice = (damage(rainflow(np.tile(history, n)), INVENTED, Goodman(1800e6)) for n in (1, 2))
+    assert twice == pytest.approx(2 * once, rel=1e-13)
+
+
+@given(blocks_of_stress)
+def test_a_life_has_no_direction_in_time(history: np.ndarray) -> None:
+    there, back = (damage(rainflow(each), INVENTED, Goodman(1800e6)) for each in (history, history[::-1]))
+    assert back == pytest.approx(there, rel=1e-9)
+
+
+def test_a_margin_at_a_jump() -> None:
+    """An endurance limit; a mean that breaks the part before cycles do."""
+    limited = Strength("invented", curve=basquin(400e6, 1e7, 12.0, math.inf))
+    assert margin(reversed_cycles(200e6), limited, SmithWatsonTopper(), blocks=1e9) == pytest.approx(2.0, rel=1e-9)
+    steady = Cycles(np.array([2.0]), np.array([900e6]), np.ones(1))
+    assert margin(steady, INVENTED, Goodman(1800e6), blocks=1.0) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_nothing_to_bear() -> None:
+    none = rainflow([5.0])
+    assert life(none, INVENTED, Goodman(1800e6), blocks=1.0).blocks == math.inf
+    assert margin(none, INVENTED, Goodman(1800e6), blocks=1.0) == math.inf
+    pressed = Cycles(np.array([100e6]), np.array([-500e6]), np.ones(1))
+    assert margin(pressed, INVENTED, SmithWatsonTopper(), blocks=1e9) == math.inf
+
+
+def test_a_part_that_breaks_says_so() -> None:
+    broken = Cycles(np.array([100e6]), np.array([2100e6]), np.ones(1))
+    found = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
+    assert (found.damage, found.blocks) == (math.inf, 0.0)
+    assert [each.name for each in found.advice] == ["mean_stress", "largest_stress"]
+    assert "limit 2e+09): no cycle survives that mean, says morrow" in str(found.advice[0])
+
+
+def test_a_curve_of_pulsating_stress() -> None:
+    """S-N at R = 0: cycles with that ratio read the curve directly, whatever the criterion that has a mean there."""
+    pulsating = Strength("invented", ultimate=1800e6, curve=KNEE, loading_ratio=0.0)
+    cycles = Cycles(np.array([700e6]), np.array([350e6]), np.ones(1))
+    for judge in (Goodman(1800e6), SmithWatsonTopper()):
+        assert damage(cycles, pulsating, judge) == pytest.approx(1 / KNEE.life(350e6), rel=1e-9)
+    lower: MeanStress = SmithWatsonTopper()
+    assert damage(reversed_cycles(350e6), pulsating, lower) == pytest.approx(
+        1 / KNEE.life(350e6 / math.sqrt(2)), rel=1e-9
+    )
+
+
+@settings(deadline=None)
+@given(
+    st.floats(1e-3, 1e18),
+    st.floats(1e-300, 1e300),
+    st.floats(1, 1000),
+    st.floats(0, 1e6),
+    blocks_of_stress,
+    st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")),
+    st.floats(-1e6, 0.999),
+)
+def test_extreme_strengths_give_a_number(
+    knee: float, cycles: float, slope: float, scatter: float, history: np.ndarray, name: str, ratio: float
+) -> None:
+    """Any curve that is accepted: a damage >= 0, a margin >= 0, and less of it for more survivors."""
+    curve = basquin(knee, cycles, slope, scatter=scatter)
+    extreme = Strength("invented", ultimate=knee, fatigue_strength=2 * knee, walker_exponent=0.5, curve=curve)
+    extreme = replace(extreme, loading_ratio=ratio)
+    judge = mean_stress(name, extreme)
+    found = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
+    assert 0 <= found[0].damage <= found[1].damage
+    assert found[0].margin >= found[1].margin * (1 - 1e-6) >= 0
+
+
+@pytest.mark.parametrize("blocks", [0.0, -1.0, math.inf, math.nan])
+def test_a_design_number_is_a_number(blocks: float) -> None:
+    with pytest.raises(LifeError, match="blocks = "):
+        margin(reversed_cycles(1e8), INVENTED, SmithWatsonTopper(), blocks=blocks)
+
+
+def test_a_life_needs_a_curve() -> None:
+    with pytest.raises(LifeError, match=r"a life needs curve of the material \(a data sheet\)"):
+        damage(reversed_cycles(1e8), Strength("a data sheet"), SmithWatsonTopper())
+
+
+def test_the_rule_of_a_closing_speed() -> None:
+    allowed = Strength("invented: at most 8 m/s", impact_velocity=8.0)
+    found = speed_margin(-5.0, allowed)
+    assert (found.margin, found.speed, found.source) == (1.6, 5.0, "invented: at most 8 m/s")
+    assert speed_margin(0.0, allowed).margin == math.inf
+    with pytest.raises(LifeError, match="needs impact_velocity"):
+        speed_margin(5.0, INVENTED)
+    with pytest.raises(LifeError, match="not finite"):
+        speed_margin(math.nan, allowed)

@@ -1,0 +1,52 @@
+"""The numbers of docs/life.md are those of the code."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact.life.curves import basquin
+from impact.life.maps import SHARE
+from impact.life.mean_stress import mean_stress
+from impact.life.multiaxial import multiaxial
+from impact.life.strength import Strength
+
+PAGE = (Path(__file__).parents[3] / "docs" / "life.md").read_text(encoding="utf-8")
+INVENTED = Strength("the page", ultimate=1800.0, fatigue_strength=2000.0, walker_exponent=0.65)
+TIME = 2 * np.pi * np.arange(720) / 720
+
+
+def rows(columns: int, *names: str) -> dict[str, list[str]]:
+    """Of the table with so many columns that has them."""
+    found = {}
+    for line in PAGE.splitlines():
+        name, *cells = [cell.strip() for cell in line.strip("| ").split("|")]
+        if name in names and len(cells) == columns - 1 and re.match(r"\d", cells[1]):
+            found[name] = cells
+    assert set(found) == set(names)
+    return found
+
+
+def test_mean_stresses() -> None:
+    table = rows(4, "goodman", "gerber", "morrow", "walker", "swt")
+    for name, cells in table.items():
+        [found] = mean_stress(name, INVENTED).equivalent(np.array([300.0]), np.array([200.0]))
+        assert f"{found:.2f}" == cells[1].split()[0]
+
+
+def test_criteria_of_several_axes() -> None:
+    table = rows(4, "dang_van", "crossland", "papadopoulos")
+    for name, cells in table.items():
+        judge = multiaxial(name, Strength("the page", torsion_limit=310.0, bending_limit=500.0))
+        for told, lag, mean in zip(cells, (0.0, np.pi / 2, 0.0), (0.0, 0.0, 200.0), strict=True):
+            stress = np.zeros((len(TIME), 6))
+            stress[:, 0], stress[:, 5] = 300 * np.sin(TIME) + mean, 150 * np.sin(TIME - lag)
+            assert judge.value(stress) == pytest.approx(float(told), abs=1.5e-3)
+
+
+def test_curves_and_maps() -> None:
+    curve = basquin(400.0, 1e7, 12.0, scatter=0.25)
+    assert f"leaves {curve.stress(4.5e9):.2f} MPa" in PAGE
+    assert f"with s = 0.25, {curve.stress(4.5e9, 0.999):.2f} MPa" in PAGE
+    assert f"below {SHARE:.0%} of".replace("%", " %") in " ".join(PAGE.split())

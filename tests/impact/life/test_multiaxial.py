@@ -1,0 +1,188 @@
+"""Criteria of several axes: published forms by hand, calibration, invariances, quadrature. Strengths are invented."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from impact.life.curves import LifeError
+from impact.life.multiaxial import Crossland, DangVan, Multiaxial, Papadopoulos, deviators, largest_shear, multiaxial
+from impact.life.planes import _average, _half_width_squared, _polar, mean_square_shear
+from impact.life.strength import Strength, kinds
+
+TORSION, BENDING = 310e6, 500e6
+INVENTED = Strength("invented for tests", torsion_limit=TORSION, bending_limit=BENDING)
+TIME = 2 * np.pi * np.arange(720) / 720
+PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+CRITERIA: tuple[type[Multiaxial], ...] = (Crossland, DangVan, Papadopoulos)
+
+
+def bending_and_torsion(sa: float, ta: float, *, lag: float = 0.0, mean: float = 0.0) -> np.ndarray:
+    """(n, 6) of stresses in MPa."""
+    stress = np.zeros((len(TIME), 6))
+    stress[:, 0] = 1e6 * (sa * np.sin(TIME) + mean)
+    stress[:, 5] = 1e6 * ta * np.sin(TIME - lag)
+    return stress
+
+
+def tensors(stress: np.ndarray) -> np.ndarray:
+    full = np.zeros((len(stress), 3, 3))
+    for k, (i, j) in enumerate(PLACES):
+        full[:, i, j] = full[:, j, i] = stress[:, k]
+    return full
+
+
+def voigt(full: np.ndarray) -> np.ndarray:
+    return np.stack([full[:, i, j] for i, j in PLACES], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("name", "in_phase", "quarter", "with_mean"),
+    [
+        ("dang_van", 248.132, 186.000, 272.132),
+        ("crossland", 241.924, 186.000, 250.454),
+        ("papadopoulos", 241.924, 241.924, 250.454),
+    ],
+)
+def test_bending_300_and_torsion_150(name: str, in_phase: float, quarter: float, with_mean: float) -> None:
+    """By hand, from the radii of a segment and of an ellipse; rounded. 720 samples of a sine: (pi/720)^2/6 of it."""
+    judge = multiaxial(name, INVENTED)
+    histories = [bending_and_torsion(300, 150, **more) for more in ({}, {"lag": np.pi / 2}, {"mean": 200.0})]
+    found = [judge.value(history) / 1e6 for history in histories]
+    assert found == pytest.approx([in_phase, quarter, with_mean], abs=1.1e-3)
+    assert judge.margin(histories[0]) == pytest.approx(310 / in_phase, rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", CRITERIA)
+@pytest.mark.parametrize("ratio", [0.58, 0.62, 0.8])
+def test_both_limits_are_met_exactly(kind: type[Multiaxial], ratio: float) -> None:
+    judge = kind(ratio * BENDING, BENDING)
+    for stress in (bending_and_torsion(500, 0), bending_and_torsion(0, ratio * 500)):
+        assert judge.value(stress) == pytest.approx(ratio * BENDING, rel=1e-9)
+        assert judge.margin(stress) == pytest.approx(1, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kind", "ratio"),
+    [
+        (Crossland, 0.577),
+        (Crossland, 1.01),
+        (DangVan, 0.5),
+        (DangVan, 1.01),
+        (Papadopoulos, 0.577),
+        (Papadopoulos, 0.81),
+    ],
+)
+def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> None:
+    with pytest.raises(LifeError, match=rf"= {ratio}: {kind.name} holds above"):
+        kind(ratio * BENDING, BENDING)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(1, 30), st.integers(0, 10**6), st.floats(0.2, 5.0))
+def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float) -> None:
+    """Turned bodies, reversed and shuffled time; all criteria are of first degree.
+
+    The mean over planes is as exact as asked for; a turn changes where its nodes lie.
+    """
+    random = np.random.default_rng(seed)
+    stress = 1e8 * random.normal(size=(number, 6))
+    turn = Rotation.random(rng=seed).as_matrix()
+    turned = voigt(turn @ tensors(stress) @ turn.T)
+    shuffled = random.permutation(stress)
+    for judge, rel in ((Crossland(TORSION, BENDING), 1e-9), (DangVan(TORSION, BENDING), 1e-6)):
+        expected = judge.value(stress)
+        assert judge.value(turned) == pytest.approx(expected, rel=rel)
+        assert judge.value(shuffled) == pytest.approx(expected, rel=rel)
+        assert judge.value(factor * stress) == pytest.approx(factor * expected, rel=rel)
+    planes = Papadopoulos(TORSION, BENDING, tolerance=1e-4)
+    assert planes.value(turned) == pytest.approx(planes.value(stress), rel=3e-4)
+
+
+def test_shear_of_means_does_no_harm() -> None:
+    """A constant shear stress moves the path and leaves its size."""
+    base = bending_and_torsion(300, 150)
+    shifted = base + 1e8 * np.array([0, 0, 0, 1.0, -2.0, 0.5])
+    for kind in CRITERIA:
+        judge = kind(TORSION, BENDING)
+        assert judge.value(shifted) == pytest.approx(judge.value(base), rel=1e-7)
+
+
+@given(st.integers(0, 10**6))
+def test_largest_shear_is_half_the_difference_of_principal_stresses(seed: int) -> None:
+    stress = np.random.default_rng(seed).normal(size=(20, 6))
+    stress[0, 3:] = 0
+    stress[1] = [1, 1, 1, 0, 0, 0]
+    stress[2] = [1, 1, -2, 0, 0, 0]
+    principal = np.linalg.eigvalsh(tensors(stress))
+    np.testing.assert_allclose(largest_shear(deviators(stress)), (principal[:, 2] - principal[:, 0]) / 2, atol=1e-7)
+
+
+def test_deviators_are_as_long_as_j2() -> None:
+    stress = np.random.default_rng(3).normal(size=(20, 6))
+    full = tensors(stress)
+    deviator = full - np.trace(full, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+    np.testing.assert_allclose((deviators(stress) ** 2).sum(axis=1), (deviator**2).sum(axis=(1, 2)) / 2, rtol=1e-12)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 10**6))
+def test_the_mean_over_planes_of_harmonic_stress(seed: int) -> None:
+    """5 <Ta^2> = J2(A) + J2(B), whatever the phases: polygons of 180 corners lack (pi/180)^2/3 on the mean."""
+    in_phase, out = np.random.default_rng(seed).normal(size=(2, 6))
+    stress = np.outer(np.cos(TIME), in_phase) + np.outer(np.sin(TIME), out) + 7.0
+    expected = (deviators(np.stack([in_phase, out])) ** 2).sum()
+    assert 5 * mean_square_shear(stress[::4], 1e-4) == pytest.approx(expected, rel=3e-4)
+
+
+def test_half_the_width_of_a_polygon_by_many_directions() -> None:
+    points = np.random.default_rng(5).normal(size=(300, 2))
+    chi = np.pi * (np.arange(100_000) + 0.5) / 100_000
+    widths = np.ptp(points @ np.stack([np.cos(chi), np.sin(chi)]), axis=0)
+    assert _half_width_squared(points) == pytest.approx((widths**2).mean() / 4, rel=1e-9)
+    upright = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, 2.0]])  # |sin|^2 = 1/2 on the mean
+    assert _half_width_squared(upright) == pytest.approx(0.5, rel=1e-12)
+    assert _half_width_squared(upright[:1]) == 0
+
+
+def test_the_quadrature_is_of_third_order_and_meets_its_tolerance() -> None:
+    """Paths with corners, the mean square over several of them: single errors change sign."""
+    paths = [np.random.default_rng(seed).normal(size=(6, 6)) for seed in range(10)]
+    exact = np.array([_average(path, *_polar(160)) for path in paths])
+    numbers = np.array([8, 16, 32, 64])
+    errors = [
+        np.sqrt(np.mean([(_average(p, *_polar(n)) / e - 1) ** 2 for p, e in zip(paths, exact, strict=True)]))
+        for n in numbers
+    ]
+    order = -np.polyfit(np.log(numbers), np.log(errors), 1)[0]
+    assert 2.6 < order < 3.8
+    for path, expected in zip(paths, exact, strict=True):
+        for tolerance in (1e-3, 1e-4, 1e-5):
+            assert mean_square_shear(path, tolerance) == pytest.approx(expected, rel=tolerance)
+
+
+def test_a_mean_that_does_not_settle_says_so() -> None:
+    path = np.random.default_rng(1).normal(size=(5, 6))
+    with pytest.raises(LifeError, match=r"from 128 to 256 polar angles, too much for a tolerance of 1e-12"):
+        mean_square_shear(path, 1e-12)
+
+
+def test_what_stays_does_nothing() -> None:
+    """A constant pressure bears no shear: an equivalent amplitude of 0 or below leaves any margin."""
+    squeezed = np.tile([-1e8, -1e8, -1e8, 0, 0, 0], (5, 1))
+    for kind in CRITERIA:
+        assert kind(TORSION, BENDING).margin(squeezed) == np.inf
+        assert kind(TORSION, BENDING).value(np.zeros((3, 6))) == 0
+
+
+@pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.zeros(6), np.full((2, 6), np.nan)])
+def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
+    with pytest.raises(LifeError, match=r"\(n, 6\)|not finite"):
+        Crossland(TORSION, BENDING).value(stress)
+
+
+def test_they_are_known_by_name() -> None:
+    assert {each.name for each in kinds(Multiaxial)} == {"crossland", "dang_van", "papadopoulos"}  # type: ignore[type-abstract]
+    with pytest.raises(LifeError, match=r"crossland needs torsion_limit of the material \(a report\)"):
+        multiaxial("crossland", Strength("a report", bending_limit=BENDING))

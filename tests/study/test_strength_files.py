@@ -1,0 +1,152 @@
+"""Files of measured strength: read into SI, refused with every reason at once, named on the page."""
+
+import re
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from impact.life.curves import Curve
+from impact.life.strength import Strength
+from seatfem.study.scene import SceneError
+from seatfem.study.scene.problems import tables_in
+from seatfem.study.scene.strength import CurveTable, StrengthTable, load_strength
+
+PAGE = Path(__file__).parents[2] / "docs" / "life.md"
+WHOLE = """
+source = "invented for tests"
+grade = "strip"
+direction = "along rolling"
+thickness = "0.3 mm"
+temperature = "120 degC"
+specimens = 30
+ultimate = "1800 MPa"
+fatigue_strength = "2 GPa"
+walker_exponent = 0.65
+loading_ratio = 0
+torsion_limit = "310 MPa"
+bending_limit = "500 MPa"
+limit_cycles = 1e7
+impact_velocity = "8 m/s"
+
+[curve]
+knee_stress = "400 MPa"
+knee_cycles = 1e7
+slope = 12
+scatter = 0.25
+survival = "90 %"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "strength.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_key_in_si(tmp_path: Path) -> None:
+    assert load_strength(written(tmp_path, WHOLE)) == Strength(
+        source="invented for tests",
+        grade="strip",
+        direction="along rolling",
+        thickness=0.3e-3,
+        temperature=393.15,
+        specimens=30,
+        ultimate=1.8e9,
+        fatigue_strength=2e9,
+        walker_exponent=0.65,
+        loading_ratio=0.0,
+        torsion_limit=310e6,
+        bending_limit=500e6,
+        limit_cycles=1e7,
+        impact_velocity=8.0,
+        curve=Curve((400e6,), (1e7,), 12.0, 23.0, scatter=0.25, survival=0.9),
+    )
+
+
+def test_a_source_is_enough(tmp_path: Path) -> None:
+    assert load_strength(written(tmp_path, 'source = "a data sheet"\n')) == Strength("a data sheet")
+
+
+@pytest.mark.parametrize(
+    ("curve", "expected"),
+    [
+        ('points = [["500 MPa", 1e5], ["400 MPa", 1e6]]', (10.319, 10.319)),  # log 10/log 1.25
+        ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\nsecond_slope = 8', (12, 8)),
+        ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\nendurance_limit = true', (12, float("inf"))),
+    ],
+)
+def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> None:
+    found = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
+    assert found is not None
+    assert (found.first_slope, found.last_slope) == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        (('source = "invented for tests"', ""), "source: required key is missing: citation"),
+        (('"invented for tests"', '"  "'), "2: source: is empty: numbers of strength need a citation"),
+        (('"1800 MPa"', "1800"), "8: ultimate: 1800 has no unit"),
+        (('"1800 MPa"', '"1800 mm"'), "is a length; a pressure is needed"),
+        (("ultimate", "ultimat"), "unknown key; did you mean 'ultimate'?"),
+        (('"120 degC"', '"250 degF"'), "is no temperature; write '120 degC' or '393 K'"),
+        (('"120 degC"', '"-300 degC"'), "temperature"),
+        (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1: input should be less than 1"),
+        (("= 0.65", "= nan"), "walker_exponent"),
+        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s' is not positive"),
+        (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
+        (("slope = 12", ""), "missing: slope"),
+        (
+            ("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
+            "by a knee and slopes or by points",
+        ),
+        (("slope = 12", "slope = 12\nsecond_slope = 9\nendurance_limit = true"), "leaves no second slope"),
+        (('survival = "90 %"', "survival = 1"), "curve.survival"),
+        (
+            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5], ["420 MPa", 1e6]]'),
+            "curve.points: S-N points rise: from 4e+08 Pa at 100000 cycles to 4.2e+08 Pa at 1e+06",
+        ),
+        (
+            ('knee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12', 'points = [["400 MPa", 1e5]]'),
+            "two points or more",
+        ),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) -> None:
+    text = WHOLE.replace(*changed)
+    assert text != WHOLE
+    with pytest.raises(SceneError, match=re.escape(told)):
+        load_strength(written(tmp_path, text))
+
+
+def test_everything_at_once(tmp_path: Path) -> None:
+    spoiled = WHOLE.replace('"0.3 mm"', "0.3").replace("specimens = 30", "specimens = 0").replace('"2 GPa"', '"2 kg"')
+    with pytest.raises(SceneError) as caught:
+        load_strength(written(tmp_path, spoiled))
+    assert [problem.key for problem in caught.value.problems] == ["thickness", "specimens", "fatigue_strength"]
+
+
+def test_hostile_files(tmp_path: Path) -> None:
+    large = tmp_path / "large.toml"
+    large.write_text("# " + "x" * (1 << 20), encoding="utf-8")
+    with pytest.raises(SceneError, match="read up to 1 MB"):
+        load_strength(large)
+    with pytest.raises(SceneError, match="a folder"):
+        load_strength(tmp_path)
+    with pytest.raises(SceneError, match="no such file"):
+        load_strength(tmp_path / "none.toml")
+    with pytest.raises(SceneError, match="TOML syntax"):
+        load_strength(written(tmp_path, "source = "))
+    with pytest.raises(SceneError, match="nested too deeply"):
+        load_strength(written(tmp_path, "source = " + "[" * 100_000))
+
+
+def keys_of(table: type[BaseModel]) -> set[str]:
+    return set(table.model_fields)
+
+
+def test_the_page_names_every_key() -> None:
+    told = set(re.findall(r"^\| `(\w+)` \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE))
+    assert told == keys_of(StrengthTable) | keys_of(CurveTable)
+    assert tables_in(StrengthTable.model_fields["curve"].annotation) == (CurveTable,)
