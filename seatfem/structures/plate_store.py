@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from seatfem.structures.sheets import Sheet
 
 MOST: Final = 1024 * MB  # of all plates together: the longest unused go
-CONTENT: Final = "plate"
+CONTENT: Final = "modes of a plate"
 Meshed = tuple[PlateMesh, Modes]
 
 
@@ -31,7 +31,7 @@ def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
 
     store = Store(cache_folder() / "plates", warn)
     parts = {**vars(asked), "shape": fingerprint(asked.shape), "material": vars(asked.material)}
-    key = content_key({"plate": parts, "coarser": coarser})
+    key = content_key({"modes of": parts, "coarser": coarser})
     path = store.path(key)
     try:
         if path.is_file():

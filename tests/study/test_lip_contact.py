@@ -327,14 +327,14 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
 
 
 def test_rounds_take_more_arcs_on_both_bodies(tmp_path: Path) -> None:
-    """16 arcs of a tilted lip leave too much: the next round has 32, and computes the reed anew."""
+    """16 arcs of a tilted lip leave too much: the next round has 64, and computes the reed anew."""
     seat = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"')
     scene = scene_of(tmp_path, 'gap = "1 um"\ntilt = "0.3 deg"\n', seat=seat, duration="0.1 ms")
     plan = plan_scene(scene)
     assert plan.method.ports == 64
     plan = replace(plan, method=plan.method.along(scene, 16))
     first, second = itertools.islice(rounds(plan, tmp_path, Stopwatch(), silent), 2)
-    for done, arcs in ((first, 16), (second, 32)):
+    for done, arcs in ((first, 16), (second, 64)):
         assert done.plan.method.ports == arcs
         assert Division.of(done.seat.greens) == Division(arcs)
         assert done.reed is not None

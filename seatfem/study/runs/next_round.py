@@ -94,13 +94,15 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
 def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
     """For the sake of one measure: sources made smaller, one after the other, until their sum is what it may be.
 
-    The cheapest that suffices by itself, else the largest first. One whose keys are stated, or at their end, stays.
+    The cheapest that suffices by itself, else the largest first; none by more than `MOST_FINER` at a time. One whose
+    keys are stated, or at their end, stays.
     """
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
         return None, f"{key_of(measure)} is zero, a relative error means nothing"
-    plan, left = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
-    while sum(left.values()) > allowed and (steps := list(_steps(plan, left, allowed))):
+    plan, before = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
+    left = dict(before)
+    while sum(left.values()) > allowed and (steps := list(_steps(plan, measure, left, before, allowed))):
         enough = [step for step in steps if sum(left.values()) - left[step.source] + step.leaves <= allowed]
         step = min(enough, key=lambda step: price(done, step.plan)) if enough else steps[0]
         plan, left[step.source] = step.plan, step.leaves
@@ -125,18 +127,29 @@ class _Step:
     leaves: float
 
 
-def _steps(plan: Plan, left: Mapping[str, float], allowed: float) -> Iterator[_Step]:
+def _steps(
+    plan: Plan, measure: str, left: Mapping[str, float], before: Mapping[str, float], allowed: float
+) -> Iterator[_Step]:
     """What can be made finer and counts, the largest first; none where one that counts by itself cannot."""
     for source in sorted(left, key=lambda source: -left[source]):
         if left[source] <= RESERVE / 2 * allowed:
             return
         room = max((1 - RESERVE) * allowed - (sum(left.values()) - left[source]), RESERVE * allowed)
-        factor = min(max(left[source] / room, LEAST_FINER), MOST_FINER)
-        finer = refine(plan, source, factor)
+        most = MOST_FINER * left[source] / before[source]
+        if most < LEAST_FINER:
+            continue
+        finer = refine(plan, source, min(max(left[source] / room, LEAST_FINER), most))
         if finer is not None:
-            yield _Step(source, finer, left[source] / factor)
+            yield _Step(source, finer, left[source] * _smaller(plan, finer, source, measure))
         elif left[source] > allowed:
             return
+
+
+def _smaller(plan: Plan, finer: Plan, source: str, measure: str) -> float:
+    """By which factor a source's share becomes, as predicted."""
+    shares = [{str(name): part[measure] for name, part in each.shares.items()} for each in (plan, finer)]
+    now, then = (share.get(source, 0.0) for share in shares)
+    return then / now if now > 0 else 1 / LEAST_FINER
 
 
 def _too_much(done: Round, plan: Plan, time_left: float) -> str:
