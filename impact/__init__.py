@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from impact.greens.poles import PoleGreens
     from impact.greens.sampled import SampledGreens
     from impact.greens.sums import ScaledGreens, SumGreens
+    from impact.march.film import SqueezeFilm
     from impact.march.laws import (
         CompiledLaw,
         Hertz,
@@ -111,6 +112,7 @@ __all__ = [
     "SampledGreens",
     "ScaledGreens",
     "Signorini",
+    "SqueezeFilm",
     "StaticShape",
     "StepKernel",
     "StepState",
@@ -181,6 +183,7 @@ _LATER = {
     "greens.poles": "PoleGreens",
     "greens.sampled": "SampledGreens",
     "greens.sums": "ScaledGreens SumGreens",
+    "march.film": "SqueezeFilm",
     "march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
     "march.problem": "Contact ContactError ContactProblem",
     "march.stepper": "ContactStepper StepState prepare",

@@ -65,9 +65,12 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
     deflection = max(_deflection(s, *pair) for pair in zip(bodies, motions, strict=True))
-    energy = ledger(s.problem, motions, force, gap)
+    film = stepper.film[:n] if stepper.film.size else None
+    energy = ledger(s.problem, motions, force, gap, film)
     single = len(s.rest) == 1
     whole = np.concatenate([s.rest[None], force])
+    pulls = None if film is None else np.concatenate([np.zeros((1, len(s.rest))), film])
+    solid = force if film is None else force - film
     first = s.problem.contacts[0]
     _refuse_overflow(s.dt, whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated)
     return ImpactResult(
@@ -86,11 +89,12 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         advice=(
             *unsolved_advice(stepper.unsolved, n),
             *_advice(s, energy),
-            *overlap_advice(s.problem, force, gap, s.dt),
+            *overlap_advice(s.problem, solid, gap, s.dt),
             *digits_advice(deflection, force, gap, s.own),
-            *contact_advice(force, s.dt),
+            *contact_advice(solid, s.dt),
             *direction_advice(s.problem, whole),
         ),
+        film=None if pulls is None else pulls[:, 0] if single else pulls,
     )
 
 
