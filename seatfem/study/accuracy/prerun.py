@@ -27,7 +27,7 @@ from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
-from seatfem.study.impacts.touches import displacement_of, force_of, parts_of, stopper_force_of
+from seatfem.study.impacts.touches import displacement_of, film_of, force_of, parts_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import line_of
@@ -108,7 +108,7 @@ def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Arr
     if stopper is not None and np.any(stopper):
         first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
-    if scene.is_loaded or scene.contact.preload or striker.greens.modal is None:
+    if scene.is_loaded or scene.contact.preload or scene.contact.film or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
@@ -161,7 +161,7 @@ class Bench:
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
         line = line_of(self.scene, problem, parts_of(stepper))
-        return values_of(Blow(force, dt, width, displacement, stress, line))
+        return values_of(Blow(force, dt, width, displacement, stress, line, film_of(stepper)))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""

@@ -27,6 +27,7 @@ from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import (
     Touches,
     displacement_of,
+    film_of,
     force_of,
     parts_of,
     pushes,
@@ -176,12 +177,16 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division = scene.contact.law, Division.of(seat.greens)
+    film = None if scene.contact.film is None else scene.contact.film.of(scene.seat.struck_ring)
     gaps = np.repeat(gaps_of(scene, division.arcs), division.rings)
-    if len(gaps) == 1 and scene.stopper is None:
-        return impact.ContactProblem(striker, seat, gap=float(gaps[0]), law=law.law(), preload=scene.contact.preload)
     contacts = [
         impact.Contact(
-            seat, port=k, gap=float(gap), law=law.law(float(share)), striker_port=_facing(striker, division.names[k])
+            seat,
+            port=k,
+            gap=float(gap),
+            law=law.law(float(share)),
+            striker_port=_facing(striker, division.names[k]),
+            film=None if film is None else film.part(float(share)),
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]
@@ -211,7 +216,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
-    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line))
+    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:

@@ -65,11 +65,11 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     return np.asarray(contact.gap + (height - height.min()).reshape(arcs, each).mean(axis=1))
 
 
-def line_of(scene: Scene, problem: ContactProblem, parts: Array | None) -> Line | None:
-    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N]; ``None`` where
-    it has no arcs."""
+def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
+    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of them a
+    film bears; ``None`` where it has no arcs."""
     division, ring = Division.of(problem.target.greens), scene.seat.struck_ring
     if parts is None or ring is None or division.arcs == 1:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi))
+    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi), film)

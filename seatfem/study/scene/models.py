@@ -13,6 +13,7 @@ from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, T
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.external import ExternalLoad
+from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
@@ -34,6 +35,7 @@ class Contact(Table):
     """Where and how the two bodies touch."""
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    film: Film | None = Field(None, description="fluid in the gap; none where absent")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
     preload: bool = Field(
@@ -275,6 +277,15 @@ class Scene(Table):
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _film_of_a_strip(self) -> Self:
+        if (film := self.contact.film) is not None:
+            try:
+                film.check(self.seat.struck_ring, self.seat.kind, self.contact.rings)
+            except KeyProblem as problem:
+                raise KeyProblem(f"contact.{problem.key}", str(problem)) from None
         return self
 
     @model_validator(mode="after")
