@@ -36,7 +36,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import gaps_of, line_of
+from seatfem.study.scene.lips import films_of, gaps_of, line_of
 from seatfem.study.scene.measures import Blow, any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -177,8 +177,7 @@ def problem_of(
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
     law, division = scene.contact.law, Division.of(seat.greens)
-    film = None if scene.contact.film is None else scene.contact.film.of(scene.seat.struck_ring)
-    gaps = np.repeat(gaps_of(scene, division.arcs), division.rings)
+    gaps, films = np.repeat(gaps_of(scene, division.arcs), division.rings), films_of(scene, division.arcs)
     contacts = [
         impact.Contact(
             seat,
@@ -186,7 +185,7 @@ def problem_of(
             gap=float(gap),
             law=law.law(float(share)),
             striker_port=_facing(striker, division.names[k]),
-            film=None if film is None else film.part(float(share)),
+            film=films[k // division.rings],
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]

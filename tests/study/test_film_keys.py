@@ -20,6 +20,7 @@ from seatfem.study.impacts.validity import film_notes
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.summary import summarise
 from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.lips import films_of
 from tests.flapper_scene import FLAPPER
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
@@ -150,6 +151,18 @@ def test_without_the_film_it_is_the_scene_without(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found["without_film"].seat.force, struck(plain, 8).seat.force)
     assert found["one_port"].seat.film is not None
     assert "without_film_impulse_Ns" in simpler_keys(found, 1e-6)
+
+
+def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
+    """By half of what lies between the lowest and the highest of its corners, R tan(tilt) sin(angle) on both rims."""
+    scene = lip(tmp_path, f'{AIR}\nports = 8\ntilt = "0.1 deg"')
+    films = films_of(scene, 8)
+    slope = math.tan(math.radians(0.1))
+    rise = 6e-3 * slope * math.sin(math.pi / 4)
+    assert films[0] is not None
+    assert films[0].floor == pytest.approx(1e-6 + rise / 2, rel=3e-3)
+    assert films[2] is not None  # about the highest point, from 90 to 135 degrees
+    assert films[2].floor == pytest.approx(1e-6 + slope * (6e-3 - 5e-3 * math.sin(math.pi / 4)) / 2, rel=3e-3)
 
 
 @pytest.mark.parametrize(
