@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from impact.beams.stepped import SteppedCantilever
     from impact.beams.timoshenko import TimoshenkoCantilever
     from impact.beams.tip_mass import TipMassCantilever
+    from impact.bodies.base_motion import BaseMotion
     from impact.bodies.body import Body, Load, ModalState, rigid_mass
     from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField
     from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, cantilever_reed, reed
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice",
+    "BaseMotion",
     "Body",
     "Budget",
     "Cantilever",
@@ -171,6 +173,7 @@ _LATER = {
     "beams.stepped": "SteppedCantilever",
     "beams.timoshenko": "TimoshenkoCantilever",
     "beams.tip_mass": "TipMassCantilever",
+    "bodies.base_motion": "BaseMotion",
     "bodies.body": "Body Load ModalState rigid_mass",
     "bodies.loads": "Gravity PointForce Pressure PressureField",
     "bodies.reeds": "GivenShape ModeShape StaticShape cantilever_reed reed",

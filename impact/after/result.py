@@ -21,9 +21,10 @@ class EnergyLedger:
     """Energies [J] at every recorded time, all (n + 1,).
 
     Attributes:
-        input: energy brought in: initial energy, work of loads, and what an overlap of rigid bodies at the start puts
-            in.
-        striker, target: energy stored (or, for a body in ``by_work``, all work it has received).
+        input: energy brought in: initial energy, work of loads, of moving bases against the contacts, and what an
+            overlap of rigid bodies at the start puts in.
+        striker, target: energy stored, seen from the base where that moves (or, for a body in ``by_work``, all work it
+            has received).
         contact: energy stored in the contact laws.
         dissipated: lost in the bodies' damping, in the contacts and in their films so far.
         contact_loss: the part of ``dissipated`` lost in the contacts: the impact itself, and the step's own damping.
@@ -72,12 +73,19 @@ def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
 
 
 def ledger(
-    problem: ContactProblem, motions: tuple[Motion, ...], force: Array, gap: Array, film: Array | None = None
+    problem: ContactProblem,
+    motions: tuple[Motion, ...],
+    force: Array,
+    gap: Array,
+    film: Array | None = None,
+    carried: Array | None = None,
 ) -> EnergyLedger:
     """From the motion of each body (striker first), force (n, p), of which ``film`` is the films' part, and gap
-    (n + 1, p)."""
+    (n + 1, p), of which ``carried`` is what moving bases add."""
     potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
-    opened, of_films = np.diff(gap, axis=0), None
+    opened, of_films, of_bases = np.diff(gap, axis=0), None, np.zeros(len(gap))
+    if carried is not None:
+        of_bases[1:] = np.cumsum(np.sum(-force * np.diff(carried, axis=0), axis=1))
     if film is not None:
         of_films = np.concatenate([[0.0], np.cumsum(np.sum(-film * opened, axis=1))])
         force = force - film
@@ -87,7 +95,7 @@ def ledger(
     stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0].sum())
     names = ("striker", *(["target"] * (len(motions) - 1)))
     return EnergyLedger(
-        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed,
+        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed + of_bases,
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
         contact=potential.sum(axis=1),

@@ -34,7 +34,7 @@ class Contact:
         law: contact law.
         film: a fluid in the open gap, beside the law; ``None``: none.
         side: +1 for a target below the striker (a seat), -1 for one above it (a stopper):
-            gap(t) = gap + side (u_striker - u_target).
+            gap(t) = gap + side (u_striker - u_target), the motion of their bases included.
     """
 
     target: Body
@@ -146,6 +146,13 @@ class ContactProblem:
     def bodies(self) -> tuple[Body, ...]:
         """Striker first, then the targets."""
         return (self.striker, *self.targets)
+
+    def carried(self, time: Array) -> Array | None:
+        """(n, contacts) what the motion of the bodies' bases adds to the gaps [m]; ``None`` where none moves."""
+        if all(body.base is None for body in self.bodies):
+            return None
+        striker = self.striker.carried(time)
+        return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
         """(ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the normal."""

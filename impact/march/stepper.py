@@ -128,6 +128,8 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
             gaps += (turn.T @ body.free_motion()).T
+    if (carried := problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))) is not None:
+        gaps += carried
     return gaps
 
 
