@@ -117,7 +117,7 @@ class ImpactResult:
         time: uniform from 0 [s].
         force: contact force [N], >= 0 but for the pull of a film.
         gap: opening [m].
-        striker_displacement, target_displacement: of the contact point [m].
+        striker_displacement, target_displacement: of the contact point, with its base [m].
         energy: the ledger [J].
         dt: step [s].
         striker_mass, target_mass: of rigid translation, ``inf`` when held [kg].

@@ -42,7 +42,7 @@ class BaseMotion:
     def of(series: TimeSeries, kind: Kind) -> BaseMotion:
         """Of a record of one of the three, the others by exact integrals and derivatives of one piecewise polynomial.
 
-        An acceleration or velocity is linear between its samples, a displacement a natural cubic spline. The base
+        An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
         moves from s = 0 at t = 0; an acceleration starts it from rest.
 
         Raises:
@@ -54,7 +54,7 @@ class BaseMotion:
             raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
         way: PPoly
         if kind == "displacement":
-            way = CubicSpline(series.time, series.value, bc_type="natural", extrapolate=False)
+            way = CubicSpline(series.time, series.value, extrapolate=False)
         else:
             slope = np.diff(series.value) / np.diff(series.time)
             line = PPoly(np.stack([slope, series.value[:-1]]), series.time, extrapolate=False)

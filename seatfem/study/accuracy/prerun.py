@@ -25,6 +25,7 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
+from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import displacement_of, film_of, force_of, parts_of, stopper_force_of
@@ -177,7 +178,8 @@ class Bench:
         """Of no energies; the bench's own is kept: the step weights of a closed form take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
-            known[dt] = Discrete.of(Body(seat.forces_only()), dt, step_count(dt, self.window.duration))
+            body = on_its_base(self.scene, "seat", Body(seat.forces_only()))
+            known[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
     def _beyond(self, dt: float) -> tuple[Discrete, ...]:
@@ -185,7 +187,8 @@ class Bench:
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
-            self._stoppers[dt] = Discrete.of(self.stopper, dt, step_count(dt, self.window.duration))
+            body = on_its_base(self.scene, "stopper", self.stopper)
+            self._stoppers[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 
 

@@ -94,8 +94,12 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
     if contacts == 1:
-        return port_displacement(seat, -force[:, 0])
-    return np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
+        moved = port_displacement(seat, -force[:, 0])
+    else:
+        moved = np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
+    if seat.body.base is None:
+        return moved
+    return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

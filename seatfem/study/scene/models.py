@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.study.scene.base import Base
 from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
@@ -152,6 +153,7 @@ class Scene(Table):
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
+    base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
 
@@ -193,7 +195,7 @@ class Scene(Table):
         reed, moved_by = self.reed, self.reed.moved_by
         if not moved_by:
             raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
-        if not reed.motion and not self.load:
+        if not reed.motion and not self.load and not self.base:
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -220,10 +222,31 @@ class Scene(Table):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _bases_of_what_is_held(self) -> Self:
+        for number, base in enumerate(self.base):
+            if base.of not in self.bodies:
+                raise KeyProblem(f"base.{number}.of", "there is no [stopper]; add one, or remove the table")
+            if base is not self.base_of(base.of):
+                raise KeyProblem(f"base.{number}.of", f"the base of the {base.of} has a table before; keep one")
+            if loose := self.bodies[base.of].loose:
+                words = loose.replace("seat.kind", f"{base.of}.kind")
+                raise KeyProblem(f"base.{number}.of", f"{words}: it stands on nothing that could move it")
+        if self.base_of("reed") is not None and not self.reed.has_weight:
+            raise KeyProblem(
+                f"base.{[base.of for base in self.base].index('reed')}.of",
+                f"of a reed of kind {self.reed.kind!r} it is not known how its mass is spread; give a beam or a plate",
+            )
+        return self
+
+    def base_of(self, role: str) -> Base | None:
+        """What moves the base of the body in this role; ``None``: it rests."""
+        return next((base for base in self.base if base.of == role), None)
+
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive the reed."""
-        return bool(self.load) or self.reed.is_loaded
+        """Whether known forces drive the reed, or bases move."""
+        return bool(self.load or self.base) or self.reed.is_loaded
 
     @property
     def is_blown_by_lift(self) -> bool:
