@@ -252,11 +252,11 @@ def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, 
     squeezed = _film(k, floor, tension, -pen_start, 0.0, dt)
     pressed = contact_force(code, rule, a, b, c, user, pen - w0 * squeezed, pen_start, w0, together, dt)
     leaving = rule != PASSIVE and pen_start > 0.0
-    if pressed > 0.0 and not (leaving and pen < w0 * (squeezed + pressed)):
+    if pen > w0 * (squeezed + pressed if leaving else squeezed):
         return pressed, squeezed
     if leaving:
         return _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt)
-    return 0.0 * pressed, _film_alone(k, floor, tension, -pen, -pen_start, w0, dt)
+    return 0.0, _film_alone(k, floor, tension, -pen, -pen_start, w0, dt)
 
 
 @njit(cache=True)
@@ -487,7 +487,7 @@ def _sweep(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):  #
         for c in range(p):
             pressed, pulled = _alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, 0.0)
             new = pressed + pulled
-            if films is None or w[c, c] * abs(new - force[c]) > 4e-16 * (abs(pen[c]) + films[c, 1]):
+            if films is None or w[c, c] * abs(new - force[c]) > _slack(films, pen, w, force, c):
                 change = max(change, abs(new - force[c]))
             size = max(size, abs(new))
             force[c] = new
@@ -496,6 +496,15 @@ def _sweep(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):  #
         if sweep % 10 == 9:
             _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, change)
     return False
+
+
+@njit(cache=True)
+def _slack(films, pen, w, force, c):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """What round-off leaves unknown of the gap of contact ``c`` with a film."""
+    size = films[c, 1] + abs(pen[c])
+    for d in range(pen.size):
+        size += abs(w[c, d] * force[d])
+    return 1e-15 * size
 
 
 @njit(cache=True)
