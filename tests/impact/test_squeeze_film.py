@@ -233,3 +233,42 @@ def test_scenes_side_by_side_have_no_film() -> None:
     problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, film=FILM)
     with pytest.raises(impact.ContactError, match=r"film is marched scene by scene; use impact\.solve"):
         impact.solve_many(problem, dt=50e-9, duration=1e-6, gaps=[1e-6])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_whatever_law_film_and_step_no_energy_is_gained(seed: int) -> None:
+    """Films of any strength beside laws of any stiffness, some contacts without one."""
+    draw = np.random.default_rng(seed)
+    ports, law = int(draw.choice([1, 2, 5])), LAWS[seed % 4]
+    body, striker = seat(ports), impact.rigid_mass(mass=MASS, velocity=-(10 ** draw.uniform(-1.5, 0.5)))
+    film = impact.SqueezeFilm(
+        10 ** draw.uniform(-19, -12) / ports, 10 ** draw.uniform(-7, -5), draw.choice([0.0, 1.0, np.inf])
+    )
+    films = [film if k == 0 or draw.random() < 0.7 else None for k in range(ports)]
+    contacts = [
+        impact.Contact(body, port=k, gap=1e-6 * draw.random(), law=law, film=each) for k, each in enumerate(films)
+    ]
+    problem = impact.ContactProblem(striker, contacts=contacts)
+    result = impact.solve(
+        problem, dt=10 ** draw.uniform(-8.5, -6.5), duration=40e-6, rule=("auto", "passive")[seed // 4 % 2]
+    )
+    lost, size = result.energy.film_loss, result.energy.input[0]
+    assert lost is not None
+    assert result.energy.residual < 1e-11
+    assert np.diff(lost).min() > -1e-12 * size
+    assert np.diff(result.energy.contact_loss).min() > -1e-12 * size
+    assert result.solid.min() >= -1e-12 * np.abs(result.force).max()
+
+
+def test_a_law_that_lets_go_before_the_gap_opens() -> None:
+    """Hunt-Crossley, strongly damped, has no force on bodies that part fast, though they penetrate: neither has the
+    film, whose gap has not opened."""
+    film = impact.SqueezeFilm(5e-17, 0.88e-6, 0.0)
+    striker = impact.rigid_mass(mass=MASS, velocity=-0.7)
+    problem = impact.ContactProblem(striker, seat(1), gap=0.2e-6, law=impact.HuntCrossley(4.85e7, 7.8), film=film)
+    result = impact.solve(problem, dt=72e-9, duration=200e-6, rule="passive")
+    inside = (result.gap[1:] < 0) & (result.gap[:-1] < 0)
+    assert np.any(inside & (result.force[1:] == 0))
+    assert result.film is not None
+    assert np.all(result.film[1:][inside] == 0)
+    assert result.energy.residual < 1e-11
