@@ -46,8 +46,8 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
         return ()
     return (
         f"contact.film: its mean pressure reaches {bars:.3g} bar. A gas, as viscosity = {keys.viscosity:g} Pa s says, "
-        "would be compressed: the film's force is an upper bound; what lies between it and the run without the film "
-        "(without_film_ in summary.json) holds in any case",
+        "would be compressed: the film's force is an upper bound, and the truth lies between this run and the one "
+        "without the film (without_film_ in summary.json)",
     )
 
 
