@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from impact.beams.stepped import SteppedCantilever
     from impact.beams.timoshenko import TimoshenkoCantilever
     from impact.beams.tip_mass import TipMassCantilever
+    from impact.bodies.base_motion import BaseMotion
     from impact.bodies.body import Body, Load, ModalState, rigid_mass
     from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField
     from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, cantilever_reed, reed
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from impact.greens.poles import PoleGreens
     from impact.greens.sampled import SampledGreens
     from impact.greens.sums import ScaledGreens, SumGreens
+    from impact.march.film import SqueezeFilm
     from impact.march.laws import (
         CompiledLaw,
         Hertz,
@@ -69,6 +71,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice",
+    "BaseMotion",
     "Body",
     "Budget",
     "Cantilever",
@@ -111,6 +114,7 @@ __all__ = [
     "SampledGreens",
     "ScaledGreens",
     "Signorini",
+    "SqueezeFilm",
     "StaticShape",
     "StepKernel",
     "StepState",
@@ -169,6 +173,7 @@ _LATER = {
     "beams.stepped": "SteppedCantilever",
     "beams.timoshenko": "TimoshenkoCantilever",
     "beams.tip_mass": "TipMassCantilever",
+    "bodies.base_motion": "BaseMotion",
     "bodies.body": "Body Load ModalState rigid_mass",
     "bodies.loads": "Gravity PointForce Pressure PressureField",
     "bodies.reeds": "GivenShape ModeShape StaticShape cantilever_reed reed",
@@ -181,6 +186,7 @@ _LATER = {
     "greens.poles": "PoleGreens",
     "greens.sampled": "SampledGreens",
     "greens.sums": "ScaledGreens SumGreens",
+    "march.film": "SqueezeFilm",
     "march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
     "march.problem": "Contact ContactError ContactProblem",
     "march.stepper": "ContactStepper StepState prepare",

@@ -148,6 +148,7 @@ AreaDamping = Annotated[float, BeforeValidator(ReadQuantity("area damping")), Ge
 Angle = Annotated[float, BeforeValidator(ReadQuantity("angle"))]
 HertzStiffness = Annotated[float, BeforeValidator(ReadQuantity("Hertz stiffness")), Gt(0)]
 Slowness = Annotated[float, BeforeValidator(ReadQuantity("slowness")), Ge(0)]
+Viscosity = Annotated[float, BeforeValidator(ReadQuantity("viscosity")), Gt(0)]
 Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
 
 DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]

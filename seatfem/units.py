@@ -106,6 +106,13 @@ DIMENSIONS: Final = {
         ),
         Dimension("slowness", "s/m", "0.1 s/m", {"s/m": "1", "s/mm": "1e3", "us/mm": "1e-3"}, (1e-9, 1e9)),
         Dimension(
+            "viscosity",
+            "Pa s",
+            "18 uPa s",
+            {"uPa s": "1e-6", "uPa*s": "1e-6", "mPa s": "1e-3", "mPa*s": "1e-3", "Pa s": "1", "Pa*s": "1"},
+            (1e-9, 1e6),
+        ),
+        Dimension(
             "rate",
             "1/s",
             "10 1/s",

@@ -15,7 +15,7 @@ STEEL = seatfem.Material(young=2e11, poisson=0.3, density=7850.0)
 
 
 def march() -> None:
-    """One contact by poles and by step weights, two contacts, many scenes, stresses."""
+    """One contact by poles and by step weights, with a film, two contacts, many scenes, stresses."""
     reed = {"young": 2e11, "density": 7850.0, "length": 25e-3, "width": 1e-2, "thickness": 3e-4, "tip_deflection": 1e-6}
     seat = impact.spring(stiffness=1e6)
     rod = impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=1e-2, damping_ratio=0.1)
@@ -28,9 +28,12 @@ def march() -> None:
     impact.reed_stress(result.force, STEP, tip, beam)
     thrown = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), seat, law=impact.Hertz(1e9))
     impact.solve_many(thrown, dt=STEP, duration=DURATION, velocities=[-1.0, -2.0])
+    impact.solve(impact.ContactProblem(tip, seat, film=impact.SqueezeFilm(1e-16, 1e-6)), dt=STEP, duration=DURATION)
     both = impact.cantilever_reed(**reed, contact_at=(2e-2, 25e-3))
     contacts = [impact.Contact(seat, striker_port=port) for port in (0, 1)]
     impact.solve(impact.ContactProblem(both, contacts=contacts), dt=STEP, duration=DURATION)
+    filmed = [impact.Contact(seat, striker_port=port, film=impact.SqueezeFilm(1e-16, 1e-6)) for port in (0, 1)]
+    impact.solve(impact.ContactProblem(both, contacts=filmed), dt=STEP, duration=DURATION)
 
 
 def elements() -> None:

@@ -2,7 +2,9 @@
 
 Each asks one contact: with several, ``contact=`` 0, 1, ... says which; `total_impulse` adds up all. The force of step
 m, ``force[m]``, m = 1..n, is constant over the step that ends at ``time[m]``; integrals over it are exact.
-``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. Every function
+``force[0]`` is the preload: it held before t = 0, and is no part of the record's impulse or work. With a
+film in the gap, forces, impulses and work are those of film and bodies together; contacts begin and end with the
+bodies' own touch. Every function
 raises `MeasureError` for a contact that the result does not have, or if it has several and none is named.
 """
 
@@ -70,6 +72,18 @@ def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
     return float(np.max(of_contact(result, contact).force))
 
 
+def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Largest force of any step by which the film resists closing [N]; 0 without one."""
+    film = of_contact(result, contact).film
+    return 0.0 if film is None else max(float(film.max()), 0.0)
+
+
+def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
+    """Largest force of any step by which the film pulls at bodies that part [N]; 0 without one."""
+    film = of_contact(result, contact).film
+    return 0.0 if film is None else max(-float(film.min()), 0.0)
+
+
 def filtered_force(
     result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
 ) -> Array:
@@ -134,8 +148,8 @@ def spectrum(
 
 
 def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
-    """(n, 2) start and end [s] of each maximal run of steps with force > 0."""
-    return result.dt * closed_steps(of_contact(result, contact).force[1:])
+    """(n, 2) start and end [s] of each maximal run of steps with force > 0, that of a film apart."""
+    return result.dt * closed_steps(of_contact(result, contact).solid[1:])
 
 
 def closed_steps(force: Array) -> Array:
@@ -166,7 +180,7 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
     contact other than the first.
     """
     one = of_contact(result, contact)
-    closed = np.flatnonzero(one.force > 0)
+    closed = np.flatnonzero(one.solid > 0)
     if closed.size == 0:
         return math.nan
     m = int(closed[0])
@@ -222,7 +236,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
             "a free striker with several contacts: compare result.energy.striker before and after, or use "
             "total_impulse(result)/result.striker_mass, its change of velocity"
         )
-    if one.force[-1] > 0:
+    if one.solid[-1] > 0:
         raise MeasureError("the bodies are still in contact at the end of the record; run longer")
     approach = (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
     if approach <= 0:

@@ -21,12 +21,14 @@ class EnergyLedger:
     """Energies [J] at every recorded time, all (n + 1,).
 
     Attributes:
-        input: energy brought in: initial energy, work of loads, and what an overlap of rigid bodies at the start puts
-            in.
-        striker, target: energy stored (or, for a body in ``by_work``, all work it has received).
+        input: energy brought in: initial energy, work of loads, of moving bases against the contacts, and what an
+            overlap of rigid bodies at the start puts in.
+        striker, target: energy stored, seen from the base where that moves (or, for a body in ``by_work``, all work it
+            has received).
         contact: energy stored in the contact laws.
-        dissipated: lost in the bodies' damping and in the contacts so far.
+        dissipated: lost in the bodies' damping, in the contacts and in their films so far.
         contact_loss: the part of ``dissipated`` lost in the contacts: the impact itself, and the step's own damping.
+        film_loss: the part of it lost in the films of their gaps; ``None`` where there are none.
         by_work: names of the bodies known only by the work done on them.
     """
 
@@ -37,6 +39,7 @@ class EnergyLedger:
     dissipated: Array
     contact_loss: Array
     by_work: tuple[str, ...] = ()
+    film_loss: Array | None = None
 
     __repr__ = brief
 
@@ -69,21 +72,36 @@ def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
     return out
 
 
-def ledger(problem: ContactProblem, motions: tuple[Motion, ...], force: Array, gap: Array) -> EnergyLedger:
-    """From the motion of each body (striker first), force (n, p) and gap (n + 1, p)."""
+def ledger(
+    problem: ContactProblem,
+    motions: tuple[Motion, ...],
+    force: Array,
+    gap: Array,
+    film: Array | None = None,
+    carried: Array | None = None,
+) -> EnergyLedger:
+    """From the motion of each body (striker first), force (n, p), of which ``film`` is the films' part, and gap
+    (n + 1, p), of which ``carried`` is what moving bases add."""
     potential = np.stack([c.law.potential(-gap[:, i]) for i, c in enumerate(problem.contacts)], axis=1)
-    step_loss = np.sum(-force * np.diff(gap, axis=0) - np.diff(potential, axis=0), axis=1)
+    opened, of_films, of_bases = np.diff(gap, axis=0), None, np.zeros(len(gap))
+    if carried is not None:
+        of_bases[1:] = np.cumsum(np.sum(-force * np.diff(carried, axis=0), axis=1))
+    if film is not None:
+        of_films = np.concatenate([[0.0], np.cumsum(np.sum(-film * opened, axis=1))])
+        force = force - film
+    step_loss = np.sum(-force * opened - np.diff(potential, axis=0), axis=1)
     pressed = pressed_in(problem, force, gap)
     loss = np.concatenate([[0.0], np.cumsum(step_loss)]) + pressed
     stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0].sum())
     names = ("striker", *(["target"] * (len(motions) - 1)))
     return EnergyLedger(
-        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed,
+        input=stored_at_start + np.sum([m.load_work for m in motions], axis=0) + pressed + of_bases,
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
         contact=potential.sum(axis=1),
-        dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss,
+        dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss + (0.0 if of_films is None else of_films),
         contact_loss=loss,
+        film_loss=of_films,
         by_work=tuple(dict.fromkeys(name for name, m in zip(names, motions, strict=True) if m.by_work)),
     )
 
@@ -97,15 +115,16 @@ class ImpactResult:
 
     Attributes:
         time: uniform from 0 [s].
-        force: contact force >= 0 [N].
+        force: contact force [N], >= 0 but for the pull of a film.
         gap: opening [m].
-        striker_displacement, target_displacement: of the contact point [m].
+        striker_displacement, target_displacement: of the contact point, with its base [m].
         energy: the ledger [J].
         dt: step [s].
         striker_mass, target_mass: of rigid translation, ``inf`` when held [kg].
         striker_velocity, target_velocity: initial translation [m/s].
         engine: what remembered the past, in words.
         advice: warnings, empty when all is well.
+        film: the part of ``force`` that films in the gaps bear [N]; ``None`` without any.
     """
 
     time: Array
@@ -121,8 +140,14 @@ class ImpactResult:
     target_velocity: float
     engine: str
     advice: tuple[Advice, ...] = ()
+    film: Array | None = None
 
     __repr__ = brief
+
+    @property
+    def solid(self) -> Array:
+        """The force >= 0 that the bodies exert themselves where they touch [N]."""
+        return self.force if self.film is None else self.force - self.film
 
     def __str__(self) -> str:
         contacts = 1 if self.force.ndim == 1 else self.force.shape[1]
@@ -137,7 +162,8 @@ class ImpactResult:
 
 def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     """One of several contacts, histories (n + 1,), or a range of them; the energies stay those of all."""
-    return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS)})
+    of_film = () if result.film is None else ("film",)
+    return replace(result, **{name: getattr(result, name)[:, which] for name in ("force", *_WAYS, *of_film)})
 
 
 def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
@@ -150,4 +176,5 @@ def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
     if result.force.ndim == 1:
         return result
     means = {name: getattr(result, name) @ shares for name in _WAYS}
-    return replace(result, force=result.force.sum(axis=1), **means)
+    film = None if result.film is None else result.film.sum(axis=1)
+    return replace(replace(result, **means), force=result.force.sum(axis=1), film=film)

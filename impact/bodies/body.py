@@ -52,6 +52,8 @@ class Body:
             to move.
         state: initial modal state of a modal body (a deflected reed).
         loads: prescribed forces on a modal body (pressure, gravity).
+        base: displacement of its base, from which its own is counted, at the times (n,) s -> (n,) m, zero at t = 0;
+            ``None``: at rest. What the body feels of it is one of ``loads`` (`impact.BaseMotion`).
 
     Raises:
         GreensFunctionError: a velocity of a body that is held; a state or loads that do not fit its modes.
@@ -61,6 +63,7 @@ class Body:
     velocity: float = 0.0
     state: ModalState | None = None
     loads: tuple[Load, ...] = ()
+    base: Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.velocity):
@@ -79,10 +82,20 @@ class Body:
         moving = [f"moving at {self.velocity:g} m/s"] if self.velocity else []
         moving += ["in an initial state"] if self.state is not None else []
         moving += [f"under {len(self.loads)} loads"] if self.loads else []
+        moving += ["on a moving base"] if self.base is not None else []
         mass = "held" if math.isinf(self.mass) else f"mass {self.mass:.6g} kg"
         return f"Body, {mass}, {', '.join(moving) or 'at rest'}\n  {self.greens}"
 
     __repr__ = __str__
+
+    def carried(self, time: Array) -> Array:
+        """(n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other numbers."""
+        if self.base is None:
+            return np.zeros(len(time))
+        found = np.asarray(self.base(time), dtype=float)
+        if found.shape != time.shape or not np.all(np.isfinite(found)):
+            raise GreensFunctionError(f"base gave {found.shape} values for {time.shape} times, or some not finite")
+        return found
 
     @property
     def mass(self) -> float:

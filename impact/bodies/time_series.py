@@ -17,7 +17,7 @@ from impact.files.input_files import CSV_LIMIT, check_file
 from impact.greens.base import Array
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
-Quantity = Literal["pressure", "force", "acceleration"]
+Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacement"]
 
 MOST_COLUMNS, MOST_LINES = 64, 2_000_000
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
@@ -26,6 +26,8 @@ _UNITS: dict[str, dict[str, float]] = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "mbar": 1e2, "bar": 1e5},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
     "acceleration": {"m/s^2": 1.0, "mm/s^2": 1e-3},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3},
+    "displacement": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
 }
 _HEADER = re.compile(r"\s*(\w+)\s*\[\s*([\w/^]+)\s*\]\s*")
 
@@ -101,9 +103,10 @@ def read_time_series(
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``.
 
-    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN; acceleration in m/s^2, mm/s^2. Empty
-    lines and lines that begin with # are skipped. With ``rpm``, the speed of a crank [1/min], the first column is
-    ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record repeats every 360 deg.
+    Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar; force in N, mN, kN; acceleration in m/s^2, mm/s^2; velocity
+    in m/s, mm/s; displacement in m, mm, um. Empty lines and lines that begin with # are skipped. With ``rpm``, the
+    speed of a crank [1/min], the first column is ``angle [deg]``, ``start`` [deg] is the angle at t = 0, and the record
+    repeats every 360 deg.
 
     Raises:
         TimeSeriesError: no such file, a header that does not say quantity and unit, a cell that is not a number, a time

@@ -6,7 +6,8 @@ file that it calls into does.
 Several contacts: find N >= 0 with N_c = law_c(pen_c - (W N)_c), W symmetric positive definite. Rigid and linear-spring
 contacts form a linear complementarity problem (a spring k adds 1/k to its diagonal), solved exactly by block principal
 pivoting, warm-started from the last step's contacts. Other laws are solved by sweeps of exact scalar solves (nonlinear
-Gauss-Seidel), which descend the strictly convex energy of the step.
+Gauss-Seidel), which descend the strictly convex energy of the step; films in the gaps (`impact.march.film`), too: their
+force does not decrease with the penetration at the end of the step either.
 Source: Judice & Pires, Comput. Oper. Res. 21 (1994) 587; Kim & Park, SIAM J. Sci. Comput. 33 (2011) 3261.
 """
 
@@ -21,6 +22,7 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from impact.march.film import FAR
 from impact.march.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
 
 LANES = 16  # scenes marched side by side
@@ -209,6 +211,86 @@ def _secant(code, a, b, c, p, p0):  # type: ignore[no-untyped-def]  # pragma: no
 
 
 @njit(cache=True)
+def _film(k, floor, tension, gap_start, gap, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The film's force over a step between two gaps, see `impact.march.film`."""
+    x, y = min(max(gap_start, 0.0) + floor, FAR * floor), min(max(gap, 0.0) + floor, FAR * floor)
+    return max(0.5 * k / dt * ((x - y) * (x + y)) / (x * y) ** 2, -tension)
+
+
+@njit(cache=True)
+def _film_alone(k, floor, tension, opening, gap_start, w0, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Its force where it keeps the gap open that would be ``opening`` without it.
+
+    G - a/G^2 is increasing and concave in G = gap + floor, so that Newton from below rises to the one root.
+    """
+    far = FAR * floor
+    x, free, a = min(max(gap_start, 0.0) + floor, far), opening + floor, 0.5 * w0 * k / dt
+    aim, y = free - a / (x * x), a ** (1.0 / 3.0)
+    if aim >= 0.0:
+        y = max(y, aim)
+    else:
+        y = math.sqrt(a / (min(y, math.sqrt(-a / aim)) - aim))
+    if a > 0.0:
+        for _ in range(60):
+            step = (aim - y + a / (y * y)) / (1.0 + 2.0 * a / (y * y * y))
+            y += step
+            if step <= 1e-16 * y:
+                break
+    if y < far and 2.0 * a > y * y * y:  # where the film rules, its force follows from the gap
+        return max((y - free) / w0, -tension)
+    return _film(k, floor, tension, gap_start, y - floor, dt)
+
+
+@njit(cache=True)
+def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(the law's force, the film's) of one step, found together; the arguments as in `contact_force`.
+
+    Closed at the end, the film is squeezed down to its floor, a known force; open, the law has none, unless a step that
+    conserves leaves a penetration.
+    """
+    k, floor, tension = film
+    squeezed = _film(k, floor, tension, -pen_start, 0.0, dt)
+    pressed = contact_force(code, rule, a, b, c, user, pen - w0 * squeezed, pen_start, w0, together, dt)
+    leaving = rule != PASSIVE and pen_start > 0.0
+    if pen > w0 * (squeezed + pressed if leaving else squeezed):
+        return pressed, squeezed
+    if leaving:
+        return _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt)
+    return 0.0, _film_alone(k, floor, tension, -pen, -pen_start, w0, dt)
+
+
+@njit(cache=True)
+def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same of a step from a penetration ``pen_start`` > 0 to an open gap: the root p of p + w0 (both) = pen, by
+    guarded regula falsi (Illinois) between what the largest forces leave and p = 0."""
+    k, floor, tension = film
+    stiff = _stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
+    share = stiff * stiff / (1.0 + stiff * stiff)
+    pressed, pulled, side = _step_force(code, a, b, c, 0.0, pen_start, dt, share), 0.0, 0
+    low, high, r_low, r_high = pen - w0 * pressed, 0.0, 0.0, w0 * pressed - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
+        pressed = _step_force(code, a, b, c, p, pen_start, dt, share)
+        pulled = _film(k, floor, tension, -pen_start, -p, dt)
+        r = p + w0 * (pressed + pulled) - pen
+        if abs(r) <= 4e-16 * max(abs(pen), w0 * (pressed - pulled)) or high - low <= 2e-16 * abs(low):
+            break
+        if r > 0.0:
+            high, r_high = p, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = p, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    if w0 > 0.0:
+        pulled = max((pen - p) / w0 - pressed, -tension)  # to round-off of the gap, as where a film acts alone
+    return pressed, pulled
+
+
+@njit(cache=True)
 def active_set(w, pen, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Force (p,) with force >= 0, w force >= pen, complementary; ``force`` on entry warm-starts the active set."""
     _active_set(w, pen, force, np.empty(w.shape), np.full(pen.size + 1, -1))
@@ -381,7 +463,8 @@ def _linear(codes, rules, numbers, w):  # type: ignore[no-untyped-def]  # pragma
 
 @njit(cache=True)
 def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """All forces of one step, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without the forces.
+    """All forces of one step without films, in place; ``numbers`` (p, 3) parameters of the laws, ``pen`` (p,) without
+    the forces.
 
     Returns whether they were found to 1e-14.
     """
@@ -389,41 +472,59 @@ def contact_forces(codes, rules, numbers, user, pen, pen_start, w, dt, force):  
     if linear:
         active_set(shifted, pen, force)
         return True
-    return _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force)
+    return _sweep(codes, rules, numbers, user, None, pen, pen_start, w, dt, force)
 
 
 @njit(cache=True)
-def _sweep(codes, rules, numbers, user, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The same of laws that are not linear, one after the other; where that crawls, by `_newton`."""
+def _sweep(codes, rules, numbers, user, films, pen, pen_start, w, dt, force):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same of laws that are not linear, and of films, one after the other; where that crawls, by `_newton`.
+
+    A film's force is known to what round-off of its gap leaves.
+    """
     p = pen.size
     for sweep in range(2000):
         change, size = 0.0, 0.0
         for c in range(p):
-            new = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, 0.0)
-            change = max(change, abs(new - force[c]))
-            size = max(size, new)
+            pressed, pulled = _alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, 0.0)
+            new = pressed + pulled
+            if films is None or w[c, c] * abs(new - force[c]) > _slack(films, pen, w, force, c):
+                change = max(change, abs(new - force[c]))
+            size = max(size, abs(new))
             force[c] = new
         if change <= 1e-14 * size:
             return True
         if sweep % 10 == 9:
-            _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, change)
+            _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, change)
     return False
 
 
 @njit(cache=True)
-def _alone(codes, rules, numbers, user, pen, pen_start, w, dt, force, c, more):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
+def _slack(films, pen, w, force, c):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """What round-off leaves unknown of the gap of contact ``c`` with a film."""
+    size = films[c, 1] + abs(pen[c])
+    for d in range(pen.size):
+        size += abs(w[c, d] * force[d])
+    return 1e-15 * size
+
+
+@njit(cache=True)
+def _alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, c, more):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """(the law's, the film's) force of contact ``c`` if the others' stay, its penetration raised by ``more``."""
     others, together = pen[c] + more, 0.0
     for d in range(pen.size):
         together += abs(w[c, d])
         if d != c:
             others -= w[c, d] * force[d]
     a, b, exponent = numbers[c]
-    return contact_force(codes[c], rules[c], a, b, exponent, user, others, pen_start[c], w[c, c], together, dt)
+    code, rule, start, w0 = codes[c], rules[c], pen_start[c], w[c, c]
+    if films is not None and films[c, 0] > 0.0:
+        film = (films[c, 0], films[c, 1], films[c, 2])
+        return filmed_force(code, rule, a, b, exponent, user, film, others, start, w0, together, dt)
+    return contact_force(code, rule, a, b, exponent, user, others, start, w0, together, dt), 0.0
 
 
 @njit(cache=True)
-def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _newton(codes, rules, numbers, user, films, pen, pen_start, w, dt, force, worst):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Newton's method on N_c = force of c alone; the best iterate is kept if it beats ``worst`` = max |difference|.
 
     The sweeps crawl where stiff contacts act almost at one place.
@@ -435,11 +536,13 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
     for count in range(16):
         left = 0.0
         for c in range(p):
-            now = _alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, 0.0)
+            pressed, pulled = _alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, 0.0)
+            now = pressed + pulled
             gain[c] = now - trial[c]
             left = max(left, abs(gain[c]))
-            small = 1e-7 * (w[c, c] * now + abs(pen[c])) + 1e-300
-            slope = (_alone(codes, rules, numbers, user, pen, pen_start, w, dt, trial, c, small) - now) / small
+            small = 1e-7 * (w[c, c] * abs(now) + abs(pen[c])) + 1e-300
+            pressed, pulled = _alone(codes, rules, numbers, user, films, pen, pen_start, w, dt, trial, c, small)
+            slope = (pressed + pulled - now) / small
             for d in range(p):
                 matrix[c, d] = slope * w[c, d] if d != c else 1.0 + 1e-15
         if count > 0 and left < worst:
@@ -449,7 +552,7 @@ def _newton(codes, rules, numbers, user, pen, pen_start, w, dt, force, worst):  
         if not _solve(matrix, gain):
             return
         for c in range(p):
-            trial[c] = max(trial[c] + gain[c], 0.0)
+            trial[c] = max(trial[c] + gain[c], 0.0 if films is None else -films[c, 2])
 
 
 @njit(cache=True)
@@ -574,12 +677,13 @@ def _stride(power, swing, psi, q, p, ahead, line):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz", "nnan"})
-def _least(n, m, line, free, carried):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The least gap that any contact may have in ``m`` steps from ``n`` on; free (n, p)."""
+def _least(n, m, line, free, carried, clear):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """By how much any contact may be open at least, beyond the gap ``clear`` (p,), in ``m`` steps from ``n`` on; free
+    (n, p)."""
     contacts, least = carried.size, np.inf
     slope, base = np.empty(contacts), np.empty(contacts)
     for c in range(contacts):
-        slope[c], base[c] = (line[1, c] - line[0, c]) / m, line[0, c] - line[2, c] - carried[c]
+        slope[c], base[c] = (line[1, c] - line[0, c]) / m, line[0, c] - line[2, c] - carried[c] - clear[c]
     for j in range(m):
         for c in range(contacts):
             least = min(least, free[n + j, c] + base[c] + slope[c] * (j + 1))
@@ -587,7 +691,7 @@ def _least(n, m, line, free, carried):  # type: ignore[no-untyped-def]  # pragma
 
 
 @njit(cache=True)
-def _flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def _flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, clear, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """One stride from step ``n`` on, of ``level`` or shorter: (steps flown, level for the next one).
 
     gap (n + 1, p) is filled, on the way by the line.
@@ -597,7 +701,7 @@ def _flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, gap)
         m = lengths[level]
         if n + m <= stop:
             _stride(powers[level], swing, psi, q, p, ahead, line)
-            if _least(n, m, line, free, carried) > 0.0:
+            if _least(n, m, line, free, carried, clear) > 0.0:
                 for k in range(q.size):
                     q[k], p[k] = ahead[0, k], ahead[1, k]
                 for j in range(m):
@@ -611,23 +715,29 @@ def _flight(n, stop, strides, level, psi, q, p, ahead, line, free, carried, gap)
 
 
 @njit(cache=True, nogil=True)
-def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, user, dt, rest, strides, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+def march_one(  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    start, stop, rows, state, free, memory, recent, block, w0, law, film, user, dt, rest, strides, force, gap, pulls
+):
     """Steps ``start``..``stop``-1 of one contact; force (n,) and gap (n + 1,) are filled in place.
 
     rows: `Poles.folded`; state: (q, p). free (n,): gap at the end of each step without contact. memory (n,): what
-    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). rest: force carried since ever.
-    strides: lengths, powers and swing of `Strides`; where there are any, force is zero beforehand.
+    finished blocks add. recent: `BlockedSum.recent`. law: (code, rule, three numbers). film: its three numbers; None: a
+    march without any is compiled on its own. rest: force carried since ever. strides: lengths, powers and
+    swing of `Strides`; where there are any, force is zero beforehand. pulls (n,): the film's part of the force.
     """
     q, p = state
     code, rule, a, b, c = law
     level, n, wait = 0, start, start
     psi, ahead, line, carried = np.empty((1, q.size)), np.empty((2, q.size)), np.empty((3, 1)), np.empty(1)
     carried[0], opens, gaps = w0 * rest, free.reshape(-1, 1), gap.reshape(-1, 1)
+    clear = np.zeros(1)
+    if film is not None:
+        clear[0] = FAR * film[1]
     for k in range(q.size):
         psi[0, k] = 1.0
     while n < stop:
-        if strides[0].size > 0 and n >= wait and n > 0 and force[n - 1] == 0.0 and gap[n] > 0.0:
-            flown, level = _flight(n, stop, strides, level, psi, q, p, ahead, line, opens, carried, gaps)
+        if strides[0].size > 0 and n >= wait and n > 0 and force[n - 1] == 0.0 and gap[n] > clear[0]:
+            flown, level = _flight(n, stop, strides, level, psi, q, p, ahead, line, opens, carried, clear, gaps)
             n += flown
             if flown > 0:
                 continue
@@ -637,16 +747,23 @@ def march_one(start, stop, rows, state, free, memory, recent, block, w0, law, us
         if recent.size > 0:
             opening += memory[n] + _past(recent, force, rest, n - n % block, n)
         opening -= w0 * rest
-        f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
+        if film is not None:
+            pressed, pulled = filmed_force(code, rule, a, b, c, user, film, -opening, -gap[n], w0, w0, dt)
+            f, pulls[n] = pressed + pulled, pulled
+        else:
+            f = contact_force(code, rule, a, b, c, user, -opening, -gap[n], w0, w0, dt)
         force[n] = f
         gap[n + 1] = opening + w0 * f
         n += 1
 
 
 @njit(cache=True, nogil=True)
-def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws, user, dt, rest, strides, force, gap):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The same for p contacts: force and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
-    w0 (p, p). Returns how many steps' forces were not found to 1e-14."""
+def march_many(  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    start, stop, poles, state, free, memory, recent, block, w0, laws, films, user, dt, rest, strides, force, gap, pulls
+):
+    """The same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
+    w0 (p, p), films (p, 3), the first number 0 of a contact without one. Returns how many steps' forces were not found
+    to 1e-14."""
     rows, psi = poles
     unsolved = 0
     q, v = state
@@ -657,9 +774,14 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
     drive = np.empty(q.size)
     linear, shifted = _linear(codes, rules, numbers, w0)
     low, held = np.empty((contacts, contacts)), np.full(contacts + 1, -1)
+    clear = np.zeros(contacts)
+    if films is not None:
+        linear = False
     heard = np.zeros((contacts, contacts), dtype=np.bool_)  # a seat and a stopper do not hear each other
     for c in range(contacts):  # written out: numpy's assignments and products take seconds to compile
         warm[c] = force[c, start - 1] if start > 0 else 0.0
+        if films is not None and films[c, 0] > 0.0:
+            clear[c] = FAR * films[c, 1]
         for d in range(contacts):
             carried[c] += w0[c, d] * rest[d]
             for m in range(recent.shape[2]):
@@ -672,9 +794,9 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
         if strides[0].size > 0 and n >= wait and n > 0:
             apart = True
             for c in range(contacts):
-                apart = apart and force[c, n - 1] == 0.0 and gap[n, c] > 0.0
+                apart = apart and force[c, n - 1] == 0.0 and gap[n, c] > clear[c]
             if apart:
-                flown, level = _flight(n, stop, strides, level, psi, q, v, ahead, line, free, carried, gap)
+                flown, level = _flight(n, stop, strides, level, psi, q, v, ahead, line, free, carried, clear, gap)
                 n += flown
                 if flown > 0:
                     continue
@@ -692,11 +814,14 @@ def march_many(start, stop, poles, state, free, memory, recent, block, w0, laws,
             pen[c], before[c] = -opening[c], -gap[n, c]
         if linear:
             _active_set(shifted, pen, warm, low, held)
-        elif not _sweep(codes, rules, numbers, user, pen, before, w0, dt, warm):
+        elif not _sweep(codes, rules, numbers, user, films, pen, before, w0, dt, warm):
             unsolved += 1
         for c in range(contacts):
             force[c, n] = warm[c]
             gap[n + 1, c] = opening[c] + _dot(w0[c], warm, contacts)
+            if films is not None and films[c, 0] > 0.0:
+                pressed, pulled = _alone(codes, rules, numbers, user, films, pen, before, w0, dt, warm, c, 0.0)
+                pulls[c, n] = pulled if pressed > 0.0 else warm[c]
         n += 1
     return unsolved
 

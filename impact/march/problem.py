@@ -11,7 +11,8 @@ import numpy as np
 from impact.bodies.body import AtRest, Body, as_body
 from impact.brief import brief
 from impact.greens.base import Array, GreensFunction
-from impact.march.laws import Law, Signorini
+from impact.march.film import NO_FILM, SqueezeFilm
+from impact.march.laws import Law, Parameters, Signorini
 
 MOST_CONTACTS: Final = 257
 """Of a problem: a lip in 256 parts, and a stopper."""
@@ -31,8 +32,9 @@ class Contact:
         port, striker_port: which port of each (name or index).
         gap: opening of the undeformed bodies [m]; negative is an interference.
         law: contact law.
+        film: a fluid in the open gap, beside the law; ``None``: none.
         side: +1 for a target below the striker (a seat), -1 for one above it (a stopper):
-            gap(t) = gap + side (u_striker - u_target).
+            gap(t) = gap + side (u_striker - u_target), the motion of their bases included.
     """
 
     target: Body
@@ -41,8 +43,14 @@ class Contact:
     law: Law = field(default_factory=Signorini)
     side: int = 1
     striker_port: str | int = 0
+    film: SqueezeFilm | None = None
 
     __repr__ = brief
+
+    @property
+    def film_parameters(self) -> Parameters:
+        """Those of the film, as the march takes them; the first 0 without one."""
+        return NO_FILM if self.film is None else self.film.parameters
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "target", as_body(self.target))
@@ -57,10 +65,10 @@ class Contact:
 class ContactProblem:
     """A striker against one target, or against several contacts.
 
-    ``ContactProblem(striker, target, gap=, law=, striker_port=, target_port=)`` is short for
-    ``ContactProblem(striker, contacts=[Contact(target, port=target_port, gap=gap, law=law)])``. With ``preload`` the
-    bodies start in static equilibrium with their loads and with each other (a reed pressed on its seat). A Green's
-    function in place of a body is taken as a body at rest.
+    ``ContactProblem(striker, target, gap=, law=, film=, striker_port=, target_port=)`` is short for
+    ``ContactProblem(striker, contacts=[Contact(target, port=target_port, gap=gap, law=law, film=film)])``. With
+    ``preload`` the bodies start in static equilibrium with their loads and with each other (a reed pressed on its
+    seat). A Green's function in place of a body is taken as a body at rest.
     """
 
     striker: Body
@@ -74,6 +82,7 @@ class ContactProblem:
         *,
         gap: float | None = None,
         law: Law | None = None,
+        film: SqueezeFilm | None = None,
         striker_port: str | int | None = None,
         target_port: str | int | None = None,
         contacts: list[Contact] | tuple[Contact, ...] = (),
@@ -82,11 +91,13 @@ class ContactProblem:
         striker = as_body(striker)
         if (target is None) == (len(contacts) == 0):
             raise ContactError("give either a target or a list of contacts")
-        if target is None and any(v is not None for v in (gap, law, striker_port, target_port)):
-            raise ContactError("gap, law and ports belong to each contact of the list: impact.Contact(target, gap=...)")
+        if target is None and any(v is not None for v in (gap, law, film, striker_port, target_port)):
+            raise ContactError(
+                "gap, law, film and ports belong to each contact of the list: impact.Contact(target, gap=...)"
+            )
         if target is not None:
             body = as_body(target)
-            contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0),)
+            contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0, film),)
         if len(contacts) > MOST_CONTACTS:
             raise ContactError(f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together")
         for contact in contacts:
@@ -104,7 +115,8 @@ class ContactProblem:
     def __str__(self) -> str:
         number_of = {id(body): number for number, body in enumerate(self.targets)}
         lines = [
-            f"contact {number}: gap {c.gap:g} m, {c.law}, {'seat' if c.side > 0 else 'stopper'}, port {c.port} of "
+            f"contact {number}: gap {c.gap:g} m, {c.law}, {f'{c.film}, ' if c.film else ''}"
+            f"{'seat' if c.side > 0 else 'stopper'}, port {c.port} of "
             f"target {number_of[id(c.target)]}, port {c.striker_port} of the striker"
             for number, c in enumerate(self.contacts[:2])
         ]
@@ -134,6 +146,13 @@ class ContactProblem:
     def bodies(self) -> tuple[Body, ...]:
         """Striker first, then the targets."""
         return (self.striker, *self.targets)
+
+    def carried(self, time: Array) -> Array | None:
+        """(n, contacts) what the motion of the bodies' bases adds to the gaps [m]; ``None`` where none moves."""
+        if all(body.base is None for body in self.bodies):
+            return None
+        striker = self.striker.carried(time)
+        return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
         """(ports of ``body``, contacts) +1, 0 or -1: how a contact force N >= 0 acts on a port, along the normal."""

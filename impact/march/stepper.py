@@ -128,6 +128,8 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[Discrete, ...], turns: lis
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
             gaps += (turn.T @ body.free_motion()).T
+    if (carried := problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))) is not None:
+        gaps += carried
     return gaps
 
 
@@ -179,6 +181,7 @@ class ContactStepper:
         done: steps marched.
         force: (n, p) force of each step [N], filled as it goes.
         gap: (n + 1, p) openings [m].
+        film: (n, p) the films' part of the force [N]; (n, 0) where no contact has one.
         unsolved: steps (since a restart) whose several forces were not found to 1e-14.
     """
 
@@ -190,6 +193,9 @@ class ContactStepper:
         self.done = 0
         self.force = np.zeros((p, n)).T
         self.gap = np.zeros((n + 1, p))
+        films = np.array([c.film_parameters for c in prepared.problem.contacts])
+        self._films = films if np.any(films) else None
+        self.film = np.zeros((0 if self._films is None else p, n)).T
         self.gap[0] = prepared.free[0]
         self.unsolved = 0
         striker = prepared.bodies[0]
@@ -281,7 +287,8 @@ class ContactStepper:
 
     def _states(self, done: int) -> dict[str, Array]:
         """Everything that the future depends on after ``done`` steps, as arrays to read and to write into."""
-        return {
+        films = {"film": self.film[:done]} if self.film.size else {}
+        return films | {
             "force": self.force[:done],
             "gap": self.gap[: done + 1],
             "memory": self._past.memory,
@@ -331,15 +338,16 @@ class ContactStepper:
         strides = (self._strides.lengths, self._strides.powers, self._strides.swing)
         codes, rules, numbers = self._laws
         if len(codes) == 1:
-            law = (codes[0], rules[0], *numbers[0])
+            law, film = (codes[0], rules[0], *numbers[0]), None if self._films is None else tuple(self._films[0])
+            pulls = self.film.T[0] if self.film.size else np.zeros(0)
             march.march_one(
                 start, stop, self._rows, self._state, self._free[:, 0], memory[0], recent[0, 0],
-                block, s.own[0, 0], law, self._user, s.dt, s.rest[0], strides, force[0], self.gap[:, 0],
+                block, s.own[0, 0], law, film, self._user, s.dt, s.rest[0], strides, force[0], self.gap[:, 0], pulls,
             )  # fmt: skip
         else:
             self.unsolved += march.march_many(
                 start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
-                block, s.own, self._laws, self._user, s.dt, s.rest, strides, force, self.gap,
+                block, s.own, self._laws, self._films, self._user, s.dt, s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:
             if isinstance(contact.law, PlainLaw):

@@ -67,7 +67,7 @@ def plot_lip(
 
 def _window(runs: list[ImpactResult]) -> tuple[float, float]:
     """First group of contacts of every run, as of all arcs together, and a tenth of it on either side [s]."""
-    closed = [measures.merged(run.dt * measures.closed_steps(run.force[1:].sum(axis=1))) for run in runs]
+    closed = [measures.merged(run.dt * measures.closed_steps(run.solid[1:].sum(axis=1))) for run in runs]
     groups = [each[0] for each in closed if len(each)]
     end = float(runs[0].time[-1])
     if not groups:

@@ -80,7 +80,7 @@ def solve_many(
     the problem's own. ``workers`` threads (default: all cores).
 
     Raises:
-        ContactError: several contacts, a preload, a body without poles, arrays of unequal length or not finite,
+        ContactError: several contacts, a film, a preload, a body without poles, arrays of unequal length or not finite,
             velocities for a held striker, release scales without an initial state, a filter below two steps.
     """
     if filter_width is not None and not filter_width >= 2 * dt * (1 - 1e-9):
@@ -125,6 +125,8 @@ def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) ->
         raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
     if any(load.by_opening is not None for load in problem.striker.loads):
         raise ContactError("a load that depends on the opening is marched scene by scene; use impact.solve")
+    if problem.contacts[0].film is not None:
+        raise ContactError("a contact with a film is marched scene by scene; use impact.solve")
     still = replace(problem.striker, velocity=0.0, state=None)
     return prepare(ContactProblem(still, contacts=problem.contacts), dt, duration, rule, engine="poles")
 

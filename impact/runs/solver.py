@@ -61,17 +61,22 @@ def collect(stepper: ContactStepper) -> ImpactResult:
     striker = replace(s.bodies[0], loads=s.bodies[0].loads + stepper.live.amplitudes)
     bodies = (striker, *s.bodies[1:])
     motions = tuple(b.motion(s.problem.directions(b.body) @ force.T) for b in bodies)
-    gap = np.array([c.gap for c in s.problem.contacts])
+    time = np.asarray(s.dt * np.arange(n + 1), dtype=np.float64)
+    carried = s.problem.carried(time)
+    gap = np.array([c.gap for c in s.problem.contacts]) + (0.0 if carried is None else carried)
     for body, motion in zip(bodies, motions, strict=True):
         gap = gap + (s.problem.directions(body.body).T @ motion.displacement).T
     deflection = max(_deflection(s, *pair) for pair in zip(bodies, motions, strict=True))
-    energy = ledger(s.problem, motions, force, gap)
+    film = stepper.film[:n] if stepper.film.size else None
+    energy = ledger(s.problem, motions, force, gap, film, carried)
     single = len(s.rest) == 1
     whole = np.concatenate([s.rest[None], force])
+    pulls = None if film is None else np.concatenate([np.zeros((1, len(s.rest))), film])
+    solid = force if film is None else force - film
     first = s.problem.contacts[0]
     _refuse_overflow(s.dt, whole, gap, *(motion.displacement.T for motion in motions), energy.stored, energy.dissipated)
     return ImpactResult(
-        time=np.asarray(s.dt * np.arange(n + 1), dtype=np.float64),
+        time=time,
         force=whole[:, 0] if single else whole,
         gap=gap[:, 0] if single else gap,
         striker_displacement=_at_contacts(s, motions, single, of_striker=True),
@@ -86,11 +91,12 @@ def collect(stepper: ContactStepper) -> ImpactResult:
         advice=(
             *unsolved_advice(stepper.unsolved, n),
             *_advice(s, energy),
-            *overlap_advice(s.problem, force, gap, s.dt),
+            *overlap_advice(s.problem, solid, gap, s.dt),
             *digits_advice(deflection, force, gap, s.own),
-            *contact_advice(force, s.dt),
+            *contact_advice(solid, s.dt),
             *direction_advice(s.problem, whole),
         ),
+        film=None if pulls is None else pulls[:, 0] if single else pulls,
     )
 
 
@@ -121,7 +127,12 @@ def _at_contacts(s: Prepared, motions: tuple[Motion, ...], single: bool, *, of_s
         body = s.problem.striker if of_striker else contact.target
         number = next(i for i, b in enumerate(s.bodies) if b.body is body)
         port = contact.striker_port if of_striker else contact.port
-        columns.append(motions[number].displacement[body.greens.port_index(port)])
+        moved = motions[number].displacement[body.greens.port_index(port)]
+        columns.append(
+            moved
+            if body.base is None
+            else moved + body.carried(np.asarray(s.dt * np.arange(len(moved)), dtype=np.float64))
+        )
     return columns[0] if single else np.stack(columns, axis=1)
 
 

@@ -138,6 +138,9 @@ def save_results(
                 group.create_dataset(
                     f"energy/{key}", data=getattr(result.energy, key), compression="gzip", shuffle=True
                 )
+            if result.film is not None:
+                group.create_dataset("film", data=result.film, compression="gzip", shuffle=True)
+                group.create_dataset("energy/film_loss", data=result.energy.film_loss, compression="gzip", shuffle=True)
             for key in _NUMBERS:
                 group.attrs[key] = getattr(result, key)
             group.attrs["engine"] = result.engine
@@ -150,8 +153,9 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
     out = {}
     with opened(path, "result") as file:
         for name, group in file.items():
-            ledger = {key: finite_array(group, f"energy/{key}") for key in _LEDGER}
-            values: dict[str, Any] = {key: finite_array(group, key) for key in _SERIES}
+            filmed = "film" in group
+            ledger = {key: finite_array(group, f"energy/{key}") for key in (*_LEDGER, *["film_loss"] * filmed)}
+            values: dict[str, Any] = {key: finite_array(group, key) for key in (*_SERIES, *["film"] * filmed)}
             _check_histories(name, values, ledger)
             values |= {key: float(group.attrs[key]) for key in _NUMBERS}
             out[name] = ImpactResult(
@@ -165,7 +169,7 @@ def load_results(path: str | os.PathLike[str]) -> dict[str, ImpactResult]:
 
 def _check_histories(name: str, values: Mapping[str, Array], ledger: Mapping[str, Array]) -> None:
     """Time and energies (n + 1,), the others alike or (n + 1, p) all, p contacts."""
-    time, contacts = values["time"].shape, {key: values[key].shape for key in _SERIES[1:]}
+    time, contacts = values["time"].shape, {key: array.shape for key, array in values.items() if key != "time"}
     lengths = {shape[:1] for shape in contacts.values()} | {array.shape for array in ledger.values()}
     if len(time) != 1 or lengths != {time}:
         raise _Damage(f"the histories of {name} differ in length")

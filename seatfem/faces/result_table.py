@@ -40,6 +40,13 @@ LIP: Final = (
     ("arcs", "ports", ""),
     ("tilt", "tilt_deg", DEGREES),
 )
+FILM: Final = (
+    ("largest force", "film_force_peak_N", "N"),
+    ("largest pull", "stiction_force_peak_N", "N"),
+    ("energy lost", "film_loss_J", "J"),
+    ("without it: peak, {width} mean", "without_film_filtered_peak_force_N", "N"),
+    ("without it: impulse", "without_film_impulse_Ns", "N s"),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
@@ -68,7 +75,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
-    for heading, rows in (("at the stopper", STOPPER), ("along the lip", LIP)):
+    for heading, rows in (("at the stopper", STOPPER), ("of the film", FILM), ("along the lip", LIP)):
         if rows[0][1] in summary and (rows is not LIP or "ports" in summary):
             table.add_section()
             table.add_row(heading)

@@ -44,7 +44,7 @@ def verdict(summary: Mapping[str, object]) -> str:
     The measures that the accuracy was asked for are compared, or, where a spring has none of them, filtered peak and
     impulse. A difference counts if it is larger than the error bar of the seat's value.
     """
-    if summary.get("first_contact_s") is None:
+    if summary.get("first_contact_s") is None and not summary.get("film_force_peak_N"):
         return "No contact within run.duration: nothing to compare."
     if summary.get("seat_kind") == "spring":
         return "The seat is a spring: it is its own baseline."
@@ -69,9 +69,9 @@ def verdict(summary: Mapping[str, object]) -> str:
 
 
 def simpler(summary: Mapping[str, object]) -> str:
-    """What simpler models would say of a contact along a lip, in one line; "" of other contacts."""
+    """What simpler models would say of a contact with a film or along a lip, in one line; "" of other contacts."""
     told: list[str] = []
-    for words, name in (("one port", "one_port"), ("a beam", "beam")):
+    for words, name in (("one without the film", "without_film"), ("one port", "one_port"), ("a beam", "beam")):
         peak, impulse = (as_number(summary.get(f"{name}_{key}")) for key in ("filtered_peak_force_N", "impulse_Ns"))
         if peak is not None and impulse is not None:
             told.append(f"{words}{'' if told else ' would say'} {_text(peak, 'N')} and {_text(impulse, 'N s')}")

@@ -202,3 +202,23 @@ def test_what_simpler_models_would_say_is_one_line() -> None:
     ending = " (peak, 2 us mean, and impulse)"
     assert simpler({**RUN, **said}) == "simpler models: one port would say 361 N and 1.53 mN s" + ending
     assert simpler({**RUN, **said, **beam}).endswith(", a beam 155 N and 1.31 mN s" + ending)
+
+
+def test_a_film_stands_beside_the_contact_without_it() -> None:
+    film: dict[str, object] = {
+        "film_force_peak_N": 220.7,
+        "stiction_force_peak_N": 3.456,
+        "film_loss_J": 344.2e-6,
+        "spring_film_force_peak_N": 233.3,
+        "without_film_" + PEAK: 357.6,
+        "without_film_" + IMPULSE: 1.532e-3,
+    }
+    told = printed(**film)
+    assert "of the film" in told
+    assert row("largest force", **film) == "largest force 220.7 N 233.3 N"
+    assert row("largest pull", **film) == "largest pull 3.456 N"
+    assert row("without it: peak, 2 us mean", **film).endswith("357.6 N")
+    assert "of the film" not in printed()
+    assert simpler({**RUN, **film}).startswith("simpler models: one without the film would say 358 N and 1.53 mN s")
+    unstruck = {**RUN, **film, "first_contact_s": None}
+    assert verdict(unstruck) == verdict({**RUN, **film})

@@ -133,13 +133,13 @@ def test_several_contacts_of_which_there_is_one_are_one_contact() -> None:
     strides = (still.lengths, still.powers, still.swing)
     march_one(
         0, n, poles.folded(), (np.zeros(k), np.zeros(k)), free[:, 0], nothing[0], weights[0, 0], 1, own[0, 0],
-        (law.code, 0, *law.parameters), no_user_law(), 1e-3, 0.0, strides, force[0], gap[0],
+        (law.code, 0, *law.parameters), None, no_user_law(), 1e-3, 0.0, strides, force[0], gap[0], np.zeros(0),
     )  # fmt: skip
     gaps = np.zeros((n + 1, 1))
     march_many(
         0, n, (poles.steps, poles.psi), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
-        (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), no_user_law(), 1e-3,
-        np.zeros(1), strides, force[1:], gaps,
+        (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), None,
+        no_user_law(), 1e-3, np.zeros(1), strides, force[1:], gaps, np.zeros((0, n)),
     )  # fmt: skip
     assert force[0].max() > 1.0
     np.testing.assert_allclose(force[1], force[0], atol=1e-12 * force[0].max(), rtol=0)

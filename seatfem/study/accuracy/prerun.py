@@ -25,9 +25,10 @@ from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import narrower
 from seatfem.structures.kinds.roles import in_role
+from seatfem.study.impacts.base import on_its_base
 from seatfem.study.impacts.contact import problem_of, solved_striker, stress_of, striker_of
 from seatfem.study.impacts.measures import values_of
-from seatfem.study.impacts.touches import displacement_of, force_of, parts_of, stopper_force_of
+from seatfem.study.impacts.touches import displacement_of, film_of, force_of, parts_of, stopper_force_of
 from seatfem.study.method import MODES, has_key, value_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import line_of
@@ -108,7 +109,7 @@ def window_of(scene: Scene, striker: Body, force: Array, dt: float, stopper: Arr
     if stopper is not None and np.any(stopper):
         first = min(first, dt * (int(np.flatnonzero(stopper)[0]) - 1))
     start = max(0.0, first - max(BEFORE, 5 * dt, 2 * width))
-    if scene.is_loaded or scene.contact.preload or striker.greens.modal is None:
+    if scene.is_loaded or scene.contact.preload or scene.contact.film or striker.greens.modal is None:
         start = 0.0
     stop = min(scene.run.duration, float(groups[max(carrying, 0), 1]) + max(BEFORE, 2 * width))
     return Window(start, min(stop - start, longest), len(groups))
@@ -163,7 +164,7 @@ class Bench:
             stopper = stopper_force_of(stepper)
             stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
         line = line_of(self.scene, problem, parts_of(stepper))
-        return values_of(Blow(force, dt, width, displacement, stress, line))
+        return values_of(Blow(force, dt, width, displacement, stress, line, film_of(stepper)))
 
     def _striker(self, dt: float, n_modes: int | None) -> Discrete:
         """With its free motion, which all runs of this step share."""
@@ -179,7 +180,8 @@ class Bench:
         """Of no energies; the bench's own is kept: the step weights of a closed form take longer than the march."""
         known = self._seats if seat is self.seat else {}
         if dt not in known:
-            known[dt] = Discrete.of(Body(seat.forces_only()), dt, step_count(dt, self.window.duration))
+            body = on_its_base(self.scene, "seat", Body(seat.forces_only()))
+            known[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
         return known[dt]
 
     def _beyond(self, dt: float) -> tuple[Discrete, ...]:
@@ -187,7 +189,8 @@ class Bench:
         if self.stopper is None:
             return ()
         if dt not in self._stoppers:
-            self._stoppers[dt] = Discrete.of(self.stopper, dt, step_count(dt, self.window.duration))
+            body = on_its_base(self.scene, "stopper", self.stopper)
+            self._stoppers[dt] = Discrete.of(body, dt, step_count(dt, self.window.duration))
         return (self._stoppers[dt],)
 
 

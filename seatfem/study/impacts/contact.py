@@ -22,11 +22,13 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.measures import values_of
 from seatfem.study.impacts.touches import (
     Touches,
     displacement_of,
+    film_of,
     force_of,
     parts_of,
     pushes,
@@ -35,7 +37,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import gaps_of, line_of
+from seatfem.study.scene.lips import films_of, gaps_of, line_of
 from seatfem.study.scene.measures import Blow, any_needs_stress
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -101,7 +103,8 @@ def stopper_of(scene: Scene) -> impact.Body | None:
         solved = _computed(stopper, scene.run.duration)
     greens = stopper.closed_form() if solved is None else solved.greens
     assert greens is not None
-    return impact.Body(greens)
+    check_base(scene, "stopper", greens)
+    return on_its_base(scene, "stopper", impact.Body(greens))
 
 
 def _computed(
@@ -164,6 +167,7 @@ def run_contacts(
     engine: Engine = "auto",
 ) -> Touches:
     """One run: contact between striker and seat, and with the stopper where there is one, by the scene's laws."""
+    check_base(scene, "seat", seat)
     problem = problem_of(scene, striker, impact.Body(seat))
     result = impact.solve(problem, dt=dt, duration=scene.run.duration, engine=engine, progress=progress)
     return taken_apart(scene, problem, result)
@@ -175,19 +179,23 @@ def problem_of(
     """Striker and seat by the scene's law: one contact, or one for each part of the patch; a striker whose ports are
     other ones presses with its face as a rigid body. A stopper comes last; ``None``: the scene's own, where it has
     one."""
-    law, division = scene.contact.law, Division.of(seat.greens)
-    gaps = np.repeat(gaps_of(scene, division.arcs), division.rings)
-    if len(gaps) == 1 and scene.stopper is None:
-        return impact.ContactProblem(striker, seat, gap=float(gaps[0]), law=law.law(), preload=scene.contact.preload)
+    law, division, seat = scene.contact.law, Division.of(seat.greens), on_its_base(scene, "seat", seat)
+    gaps, films = np.repeat(gaps_of(scene, division.arcs), division.rings), films_of(scene, division.arcs)
     contacts = [
         impact.Contact(
-            seat, port=k, gap=float(gap), law=law.law(float(share)), striker_port=_facing(striker, division.names[k])
+            seat,
+            port=k,
+            gap=float(gap),
+            law=law.law(float(share)),
+            striker_port=_facing(striker, division.names[k]),
+            film=films[k // division.rings],
         )
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]
     if scene.stopper is not None:
         target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
         assert target is not None
+        target = on_its_base(scene, "stopper", target)
         law, gap = scene.stopper.law, scene.stopper_gap
         contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
@@ -202,7 +210,8 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
     striker = problem.striker
     for body in problem.targets:
-        problem = with_body(problem, body, impact.Body(body.greens.forces_only()))
+        if not body.loads:
+            problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
@@ -211,7 +220,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
-    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line))
+    return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:

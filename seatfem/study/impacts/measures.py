@@ -19,7 +19,7 @@ STRIKER: Final = "striker"
 def measured(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Values:
     """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted."""
     result = touches.seat
-    blow = Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line)
+    blow = Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line, result.film)
     return values_of(blow)
 
 

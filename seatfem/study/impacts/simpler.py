@@ -1,4 +1,5 @@
-"""What simpler models say of a contact along a lip: one port in place of the arcs, and a beam in place of the plate."""
+"""What simpler models say of a contact: without its film, and along a lip one port in place of the arcs, and a beam in
+place of the plate."""
 
 from __future__ import annotations
 
@@ -19,20 +20,25 @@ from seatfem.study.scene import Scene
 
 ONE_PORT: Final = "one_port"
 BEAM: Final = "beam"
+WITHOUT_FILM: Final = "without_film"
 
 
 def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt: float) -> dict[str, Touches]:
-    """The same impact by models of one contact, by name; none where the contact is not along a lip.
+    """The same impact by simpler models, by name; none where the contact is not along a lip and has no film.
 
-    Both strike the mean of the seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean
-    of its motion along the lip. `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads
-    and with the stopper of a scene.
+    `WITHOUT_FILM`: the same without the film in the gap. The others are of one contact: both strike the mean of the
+    seat's lip, over the mean of the gap along it. `ONE_PORT`: the same plate, by the mean of its motion along the lip.
+    `BEAM`: what stands for the plate as a beam, where it knows one; none under the loads and with the stopper of a
+    scene.
     """
-    division = Division.of(seat)
-    if division.arcs == 1:
-        return {}
-    bodies = dict(simpler_bodies(scene, striker, division))
-    return {name: run_contacts(scene, body, as_a_whole(seat), dt) for name, body in bodies.items()}
+    division, found = Division.of(seat), {}
+    if scene.contact.film is not None:
+        contact = scene.contact.model_copy(update={"film": None})
+        found[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
+    if division.arcs > 1:
+        for name, body in simpler_bodies(scene, striker, division):
+            found[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+    return found
 
 
 def simpler_keys(found: Mapping[str, Touches], filter_width: float) -> dict[str, object]:
@@ -52,7 +58,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
         for name, share in zip(division.names, division.shares, strict=True):
             weights[greens.port_index(name)] = share
         yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
-    if scene.load or scene.stopper is not None:
+    if scene.load or scene.base or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
         beam = scene.reed.as_a_beam(greens)

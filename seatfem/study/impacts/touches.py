@@ -50,7 +50,7 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper)
     parts = of_contacts(result, slice(of_seat))
-    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force))
+    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force, parts.film))
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
@@ -66,6 +66,14 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
 def force_of(stepper: impact.ContactStepper) -> Array:
     """(n + 1,) contact force of the seat's whole patch at every step done [N]."""
     return np.asarray(parts_of(stepper).sum(axis=1))
+
+
+def film_of(stepper: impact.ContactStepper) -> Array | None:
+    """(n + 1,) the film's part of `force_of` [N]; ``None`` where there is none."""
+    if stepper.film.size == 0:
+        return None
+    seat = seat_contacts(stepper.prepared.problem)
+    return np.concatenate([[0.0], stepper.film[: stepper.done, :seat].sum(axis=1)])
 
 
 def parts_of(stepper: impact.ContactStepper) -> Array:
@@ -86,8 +94,12 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
     if contacts == 1:
-        return port_displacement(seat, -force[:, 0])
-    return np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
+        moved = port_displacement(seat, -force[:, 0])
+    else:
+        moved = np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
+    if seat.body.base is None:
+        return moved
+    return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

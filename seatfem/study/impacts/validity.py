@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from impact.advice import Advice
+from impact.after.measures import film_force_peak
+from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.study.scene import Scene
+
+THICKEST_GAS: Final = 1e-4
+"""Viscosity [Pa s] above which a fluid is a liquid."""
 
 
 def validity_advice(
@@ -27,6 +34,21 @@ def validity_advice(
             )
         )
     return tuple(found)
+
+
+def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
+    """That a gas would give way under the largest force of its film."""
+    if (keys := scene.contact.film) is None or keys.viscosity > THICKEST_GAS:
+        return ()
+    film = keys.of(scene.seat.struck_ring)
+    bars = film_force_peak(result) / film.tension * keys.tension_limit / 1e5
+    if bars <= 1:
+        return ()
+    return (
+        f"contact.film: its mean pressure reaches {bars:.3g} bar. A gas, as viscosity = {keys.viscosity:g} Pa s says, "
+        "would be compressed: the film's force is an upper bound, and the truth lies between this run and the one "
+        "without the film (without_film_ in summary.json)",
+    )
 
 
 def stopper_notes(scene: Scene) -> tuple[str, ...]:

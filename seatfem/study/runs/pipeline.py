@@ -157,7 +157,7 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
     simpler: Mapping[str, Touches] = {}
-    if done.touches.line is not None:
+    if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):
             simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
     return _Baseline(done.result, stiffness, touches, stress, simpler)

@@ -14,7 +14,7 @@ from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.impacts.validity import stopper_notes, validity_advice
+from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
 from seatfem.study.planning.plan import Plan
 from seatfem.study.scene.measures import key_of
@@ -118,7 +118,8 @@ OF_EITHER: Final = "a narrower band (or fewer modes) of the seat, or of the stop
 def remarks(done: Round) -> tuple[str, ...]:
     """In sentences, the most general first."""
     limits = map(str, validity_advice(done.plan.scene, done.seat.greens, done.striker.greens))
-    return (*_assumed_reed(done), *limits, *_advice(done), *stopper_notes(done.plan.scene), *_no_bar(done))
+    notes = (*film_notes(done.plan.scene, done.result), *stopper_notes(done.plan.scene))
+    return (*_assumed_reed(done), *limits, *_advice(done), *notes, *_no_bar(done))
 
 
 def _assumed_reed(done: Round) -> tuple[str, ...]:

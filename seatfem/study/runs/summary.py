@@ -60,9 +60,21 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
         "energy_residual": result.energy.residual,
         "energy_by_work": ", ".join(result.energy.by_work),
         "contact_loss_J": float(result.energy.contact_loss[-1]),
+        **_film_keys(result),
         "time_step_s": result.dt,
         "history_engine": result.engine,
         **_line_keys(touches.line, result.dt, filter_width),
+    }
+
+
+def _film_keys(result: ImpactResult) -> dict[str, object]:
+    """Of a film in the gap: its largest forces against closing and opening, over the whole patch, and what it took."""
+    if result.energy.film_loss is None:
+        return {}
+    return {
+        "film_force_peak_N": measures.film_force_peak(result),
+        "stiction_force_peak_N": measures.stiction_force_peak(result),
+        "film_loss_J": float(result.energy.film_loss[-1]),
     }
 
 
@@ -72,7 +84,7 @@ def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
         return {}
     _, force_at = line_force_peak(line.force[1:], dt, width, line.length, line.share)
     _, impulse_at = line_impulse_peak(line.force[1:], dt, line.length, line.share)
-    pressed = line.force > 0
+    pressed = (line.force if line.film is None else line.force - line.film) > 0
     first = int(np.argmax(pressed.any(axis=1)))
     return {
         "ports": line.force.shape[1],

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from impact.greens.base import Array
+from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import MOST_PORTS, Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import Line
+from seatfem.study.scene.models import Contact
 
 USUAL: Final = 32  # arcs, where nothing else is known
 POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
@@ -56,20 +59,38 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     contact, ring = scene.contact, scene.seat.struck_ring
     if ring is None or not contact.uneven:
         return np.full(arcs, contact.gap)
+    height = _heights(contact, arcs, ring[0])
+    return np.asarray(contact.gap + (height - height.min()).mean(axis=1))
+
+
+def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
+    """(arcs,) of the film, its floor raised by half of what the lip rises within each, along and across it."""
+    contact, ring = scene.contact, scene.seat.struck_ring
+    if contact.film is None:
+        return (None,) * arcs
+    part, rises = contact.film.of(ring).part(1 / arcs), np.zeros(arcs)
+    if ring is not None and contact.uneven:
+        rims = [_heights(contact, arcs, ring[0] + side * ring[1] / 2) for side in (-1, 1)]
+        rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
+    return tuple(replace(part, floor=part.floor + float(rise) / 2) for rise in rises)
+
+
+def _heights(contact: Contact, arcs: int, radius: float) -> Array:
+    """(arcs, points) heights of the gap on a circle about the lip's axis [m]."""
     each = math.ceil(POINTS / arcs)
     angles = 2 * np.pi * (np.arange(arcs * each) + 0.5) / (arcs * each)
-    height = ring[0] * math.tan(contact.tilt) * np.sin(angles - contact.tilt_axis)
+    height = radius * math.tan(contact.tilt) * np.sin(angles - contact.tilt_axis)
     if contact.waviness:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
-    return np.asarray(contact.gap + (height - height.min()).reshape(arcs, each).mean(axis=1))
+    return np.asarray(height.reshape(arcs, each))
 
 
-def line_of(scene: Scene, problem: ContactProblem, parts: Array | None) -> Line | None:
-    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N]; ``None`` where
-    it has no arcs."""
+def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
+    """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of them a
+    film bears; ``None`` where it has no arcs."""
     division, ring = Division.of(problem.target.greens), scene.seat.struck_ring
     if parts is None or ring is None or division.arcs == 1:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi))
+    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi), film)

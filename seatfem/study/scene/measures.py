@@ -24,11 +24,13 @@ class Line:
         force: (n + 1, arcs) of its equal arcs [N].
         length: of its centre line [m].
         share: of it over which forces are averaged.
+        film: (n + 1, arcs) what of the force a film bears [N]; ``None``: nothing.
     """
 
     force: Array
     length: float
     share: float
+    film: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,7 @@ class Blow:
         displacement: (n + 1,) of the seat's patch [m]; ``None``: not known.
         stress: the reed's; ``None``: not known.
         line: arc by arc, of a contact along a lip; ``None`` of others.
+        film: (n + 1,) what of the force a film bears [N]; ``None``: nothing.
     """
 
     force: Array
@@ -50,6 +53,7 @@ class Blow:
     displacement: Array | None = None
     stress: ReedStress | None = None
     line: Line | None = None
+    film: Array | None = None
 
 
 class Measure(ABC):
@@ -101,12 +105,13 @@ class FilteredPeak(Measure):
 
 
 class ContactDuration(Measure):
-    """Of the first group of contacts."""
+    """Of the first group of contacts, of the bodies themselves."""
 
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
 
     def of(self, blow: Blow) -> float:
-        groups = measures.merged(blow.dt * measures.closed_steps(blow.force[1:]))
+        solid = blow.force if blow.film is None else blow.force - blow.film
+        groups = measures.merged(blow.dt * measures.closed_steps(solid[1:]))
         return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 

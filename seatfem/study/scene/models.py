@@ -12,7 +12,9 @@ from pydantic import Field, model_validator
 from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.study.scene.base import Base
 from seatfem.study.scene.external import ExternalLoad
+from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
@@ -34,6 +36,7 @@ class Contact(Table):
     """Where and how the two bodies touch."""
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
+    film: Film | None = Field(None, description="fluid in the gap; none where absent")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
     gap: Gap = default("0 mm", "opening between the undeformed bodies")
     preload: bool = Field(
@@ -150,6 +153,7 @@ class Scene(Table):
     contact: Contact = default({}, "where and how the two touch")
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
+    base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
 
@@ -191,7 +195,7 @@ class Scene(Table):
         reed, moved_by = self.reed, self.reed.moved_by
         if not moved_by:
             raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
-        if not reed.motion and not self.load:
+        if not reed.motion and not self.load and not self.base:
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -218,10 +222,31 @@ class Scene(Table):
                 )
         return self
 
+    @model_validator(mode="after")
+    def _bases_of_what_is_held(self) -> Self:
+        for number, base in enumerate(self.base):
+            if base.of not in self.bodies:
+                raise KeyProblem(f"base.{number}.of", "there is no [stopper]; add one, or remove the table")
+            if base is not self.base_of(base.of):
+                raise KeyProblem(f"base.{number}.of", f"the base of the {base.of} has a table before; keep one")
+            if loose := self.bodies[base.of].loose:
+                words = loose.replace("seat.kind", f"{base.of}.kind")
+                raise KeyProblem(f"base.{number}.of", f"{words}: it stands on nothing that could move it")
+        if self.base_of("reed") is not None and not self.reed.has_weight:
+            raise KeyProblem(
+                f"base.{[base.of for base in self.base].index('reed')}.of",
+                f"of a reed of kind {self.reed.kind!r} it is not known how its mass is spread; give a beam or a plate",
+            )
+        return self
+
+    def base_of(self, role: str) -> Base | None:
+        """What moves the base of the body in this role; ``None``: it rests."""
+        return next((base for base in self.base if base.of == role), None)
+
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive the reed."""
-        return bool(self.load) or self.reed.is_loaded
+        """Whether known forces drive the reed, or bases move."""
+        return bool(self.load or self.base) or self.reed.is_loaded
 
     @property
     def is_blown_by_lift(self) -> bool:
@@ -275,6 +300,15 @@ class Scene(Table):
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _film_of_a_strip(self) -> Self:
+        if (film := self.contact.film) is not None:
+            try:
+                film.check(self.seat.struck_ring, self.seat.kind, self.contact.rings)
+            except KeyProblem as problem:
+                raise KeyProblem(f"contact.{problem.key}", str(problem)) from None
         return self
 
     @model_validator(mode="after")

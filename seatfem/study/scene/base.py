@@ -1,0 +1,50 @@
+"""[[base]]: what holds a body moves by a known course."""
+
+from __future__ import annotations
+
+from typing import Literal, Self, get_args
+
+from pydantic import Field, model_validator
+
+from impact.bodies.base_motion import BaseMotion, Kind
+from impact.bodies.time_series import read_time_series
+from seatfem.fields import ExistingFile, KeyProblem, Table
+
+
+class Base(Table):
+    """The clamp of the reed, or what the seat or the stopper stands on, moves along the normal, away from the seat
+    positive, by the course of a CSV file that covers the run. Gaps follow it, and the body feels its own inertia: in
+    full a reed, and a seat or stopper that is a beam or a plate; of others only the rigid motion is known, and courses
+    are refused that would bend them by more than 1 % of their way. Displacements and velocities in results are those in
+    space; energies are seen from the base.
+    """
+
+    of: Literal["reed", "seat", "stopper"] = Field(description="whose base")
+    displacement: ExistingFile | None = Field(
+        None, description="CSV file, its header as in `time [ms],displacement [um]`; in between a cubic spline"
+    )
+    velocity: ExistingFile | None = Field(
+        None, description="or `time [ms],velocity [m/s]`, in between linear; the body moves along at the start"
+    )
+    acceleration: ExistingFile | None = Field(
+        None, description="or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
+    )
+
+    @model_validator(mode="after")
+    def _one_of_three(self) -> Self:
+        if len(given := self._given) != 1:
+            words = f"{' and '.join(given)} are given" if given else "nothing says how it moves"
+            raise KeyProblem(given[1] if given else "displacement", f"{words}: give exactly one of {', '.join(KINDS)}")
+        return self
+
+    @property
+    def _given(self) -> list[Kind]:
+        return [kind for kind in KINDS if getattr(self, kind) is not None]
+
+    def motion(self) -> BaseMotion:
+        """As its file has it. Raises `TimeSeriesError`."""
+        (kind,) = self._given
+        return BaseMotion.of(read_time_series(getattr(self, kind), kind), kind)
+
+
+KINDS: tuple[Kind, ...] = get_args(Kind)

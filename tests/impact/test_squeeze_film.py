@@ -1,0 +1,307 @@
+"""A squeeze film in the gap, against its first integral; its march, its energy, and where it ends up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.greens.base import Array
+from impact.greens.modal import ModalGreens, Residual
+from impact.march.film import FAR
+from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
+
+MASS, FLOOR, GAP = 1e-3, 1e-6, 5e-6
+STRIP = {"viscosity": 18e-6, "length": 2 * np.pi * 5.5e-3, "width": 1e-3, "floor": FLOOR}
+FILM = impact.SqueezeFilm(18e-6 * 2 * np.pi * 5.5e-3 * 1e-9, FLOOR)  # never breaks
+RIGID = impact.spring(stiffness=1e18)
+LAWS = [impact.Signorini(), impact.LinearSpring(1e9), impact.Hertz(1e12), impact.HuntCrossley(1e12, 0.1)]
+
+
+def names(ports: int) -> tuple[str, ...]:
+    return tuple(f"port {k + 1}" for k in range(ports))
+
+
+def seat(ports: int) -> impact.Body:
+    """Modes from 20 kHz to 2 MHz that add up to some 20 N/um, different from port to port."""
+    omega = 2 * np.pi * np.linspace(20e3, 2e6, 40)
+    shapes = np.abs(np.random.default_rng(0).normal(1, 0.3, (40, ports)))
+    shapes *= np.sqrt(1 / (2e7 * np.sum(1 / omega**2)))
+    rest = Residual.relaxing(np.eye(ports) * 2e-9, 2 * np.pi * 3e6)
+    return impact.Body(ModalGreens(omega, np.full(40, 0.02), shapes, rest, names(ports)))
+
+
+def landing(
+    film: impact.SqueezeFilm | None, velocity: float, dt: float, law: impact.Law = LAWS[0], **more: object
+) -> impact.ImpactResult:
+    """A mass on a seat that yields at once."""
+    striker = impact.rigid_mass(mass=MASS, velocity=-velocity)
+    problem = impact.ContactProblem(striker, more.pop("target", RIGID), gap=GAP, law=law, film=film)  # type: ignore[arg-type]
+    return impact.solve(problem, dt=dt, duration=more.pop("duration", 200e-6))  # type: ignore[arg-type]
+
+
+def several(ports: int, film: impact.SqueezeFilm | None, law: impact.Law, dt: float = 50e-9) -> impact.ImpactResult:
+    body, striker = seat(ports), impact.rigid_mass(mass=MASS, velocity=-1.0)
+    contacts = [impact.Contact(body, port=k, gap=GAP, law=law, film=film) for k in range(ports)]
+    return impact.solve(impact.ContactProblem(striker, contacts=contacts), dt=dt, duration=60e-6)
+
+
+@pytest.mark.parametrize("dt", [200e-9, 50e-9, 10e-9])
+def test_a_mass_loses_to_the_film_what_its_gap_says(dt: float) -> None:
+    """m v + k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v0 at every step, however long: v over the step is the mean of its
+    ends, between which the force is constant. A coefficient 3 % off moves it by 3 %, 1e9 of the tolerance."""
+    result = landing(FILM, 0.2, dt)
+    opened, mean = result.gap + FLOOR, np.diff(result.gap) / dt
+    taken = 0.5 * FILM.coefficient * (1 / opened**2 - 1 / opened[0] ** 2)
+    velocity = -0.2 + taken / MASS
+    known = 0.5 * (velocity[1:] + velocity[:-1])
+    assert np.all(result.solid == 0)
+    np.testing.assert_allclose(mean, known, atol=1e-9 * 0.2, rtol=0)
+    assert opened.min() == pytest.approx((2 * 0.2 * MASS / FILM.coefficient + 1 / (GAP + FLOOR) ** 2) ** -0.5, rel=1e-6)
+
+
+def test_a_step_any_shorter_changes_less_and_never_blows_up() -> None:
+    """With the c of the step before, c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m of this mass and far below
+    of a stiff seat: there the explicit march fails."""
+    runs = [landing(FILM, 1.0, dt, target=seat(1)) for dt in (200e-9, 100e-9, 50e-9, 25e-9, 1e-9)]
+    impulse, peak = np.array([(measures.impulse(run), measures.film_force_peak(run)) for run in runs]).T
+    off = np.abs(impulse[:-1] - impulse[-1])
+    assert np.all(np.log2(off[:-1] / off[1:]) > 1.5)
+    assert off[0] < 1e-3 * impulse[-1]
+    np.testing.assert_allclose(peak, peak[-1], rtol=0.02)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("ports", [1, 5])
+@pytest.mark.parametrize("tension", [np.inf, 0.5, 0.0])
+def test_no_energy_is_gained_and_all_of_it_is_accounted_for(law: impact.Law, ports: int, tension: float) -> None:
+    film = replace(FILM, coefficient=FILM.coefficient / ports, tension=tension / ports)
+    result = several(ports, film, law)
+    lost = result.energy.film_loss
+    assert lost is not None
+    assert not any("not found" in each.name for each in result.advice)
+    assert result.energy.residual < 1e-12
+    assert np.all(np.diff(lost) >= -1e-17)  # round-off of 100 N times a gap, in 0.5 mJ
+    assert np.all(np.diff(result.energy.contact_loss) >= -1e-17)
+    assert 0.1 < lost[-1] / result.energy.input[0] < 0.6
+    assert result.solid.max() > 1.0
+    assert result.solid.min() >= 0
+    assert result.film is not None
+    assert result.film.min() >= -tension / ports
+    assert result.film.max() > 10.0 / ports
+    if np.isfinite(tension):
+        assert result.film.min() == -tension / ports or tension == 0.0
+
+
+def test_solid_contact_and_film_exclude_each_other_in_the_gap() -> None:
+    """While a rigid contact stays closed, its film rests; the solid force begins where the gap has ended."""
+    result = several(1, FILM, impact.Signorini())
+    closed = (result.gap[1:] < 1e-15) & (result.gap[:-1] < 1e-15)
+    assert result.film is not None
+    assert np.any(closed)
+    np.testing.assert_allclose(result.film[1:][closed], 0.0, atol=1e-9 * result.film.max())
+    assert np.all(result.solid[1:][result.gap[1:] > 1e-12] == 0)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
+    """Under one rigid face: the springs of five ports, five times as soft, and a fifth of film and law at each."""
+    fifth = {impact.LinearSpring: impact.LinearSpring(2e8), impact.Hertz: impact.Hertz(2e11)}.get(
+        type(law), impact.HuntCrossley(2e11, 0.1) if law is LAWS[3] else law
+    )
+    striker = impact.rigid_mass(mass=MASS, velocity=-1.0)
+    omega, shape = np.array([2 * np.pi * 60e3]), np.array([[8.0]])
+    found = []
+    for ports, each in ((1, law), (5, fifth)):
+        # each port moves alone on its own spring, and with all others in one mode
+        rest = Residual.spring(np.eye(ports) * ports / 5e8)
+        body = impact.Body(ModalGreens(omega, np.zeros(1), np.tile(shape, ports), rest, names(ports)))
+        film = FILM.part(1 / ports)
+        contacts = [impact.Contact(body, port=k, gap=GAP, law=each, film=film) for k in range(ports)]
+        result = impact.solve(impact.ContactProblem(striker, contacts=contacts), dt=50e-9, duration=100e-6)
+        found.append([each.reshape(len(result.time), -1).sum(axis=1) for each in (result.force, result.film)])
+    size = found[0][0].max()
+    np.testing.assert_allclose(found[1][0], found[0][0], atol=1e-8 * size)
+    np.testing.assert_allclose(found[1][1], found[0][1], atol=1e-8 * size)
+
+
+def uneven(tilt: float, film: impact.SqueezeFilm | None) -> float:
+    """Impulse of a mass on a ring of 32 arcs of stiff springs, its gap tilted; momentum is the striker's alone."""
+    heights = 5.5e-3 * np.tan(tilt) * (1 + np.sin(2 * np.pi * (np.arange(32) + 0.5) / 32))
+    body = impact.Body(
+        ModalGreens(
+            np.array([2 * np.pi * 50e3]),
+            np.array([0.1]),
+            np.full((1, 32), 10.0),
+            Residual.spring(np.eye(32) / 1e8),
+            names(32),
+        )
+    )
+    contacts = [
+        impact.Contact(body, port=k, gap=GAP + float(h), film=None if film is None else film.part(1 / 32))
+        for k, h in enumerate(heights)
+    ]
+    problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), contacts=contacts)
+    return measures.total_impulse(impact.solve(problem, dt=100e-9, duration=100e-6))
+
+
+def test_a_tilt_opens_the_film() -> None:
+    """Flat, all arcs squeeze at once; over heights of 19 um (0.1 deg) one after the other, the film of the others far
+    open: a rigid face that does not turn, whose arcs close in the end, keeps a fifth of the effect."""
+    film = impact.SqueezeFilm.strip(**STRIP)
+    effects = [1 - uneven(tilt, film) / uneven(tilt, None) for tilt in np.radians([0.0, 0.03, 0.1])]
+    assert effects[0] > 0.1
+    assert effects[0] > 2 * effects[1] > 3 * effects[2] > 0
+
+
+def test_the_strip_is_that_of_stefan_and_reynolds() -> None:
+    """mu l w^3 = 6.2e-16 N s m^2, 622 N s/m at a micron; 1 bar on 34.6 mm^2."""
+    film = impact.SqueezeFilm.strip(**STRIP)
+    assert film.coefficient / FLOOR**3 == pytest.approx(622.0, rel=1e-3)
+    assert film.tension == pytest.approx(3.456, rel=1e-3)
+    # the pressure mu 6 v (w^2/4 - x^2)/g^3 of a closing strip, integrated over its width by hand
+    x = (np.arange(2000) + 0.5) / 2000 * 1e-3 - 0.5e-3
+    pressed = np.sum(6 * 18e-6 * (0.25e-6 - x**2)) * 0.5e-6 * STRIP["length"]
+    assert film.coefficient == pytest.approx(pressed, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"coefficient": 0.0}, "coefficient = 0 N s m"),
+        ({"floor": -1e-6}, "floor = -1e-06 m"),
+        ({"tension": -1.0}, "tension = -1 N"),
+        ({"tension": np.nan}, "tension = nan N"),
+    ],
+)
+def test_bad_films_are_refused(keys: dict[str, float], words: str) -> None:
+    with pytest.raises(impact.LawError, match=words.replace("^", r"\^")):
+        impact.SqueezeFilm(**{"coefficient": 1e-15, "floor": 1e-6, **keys})
+
+
+def test_flight_beyond_the_film_is_taken_in_strides() -> None:
+    """The same forces, and far from the seat none of them."""
+    thin = impact.SqueezeFilm(1e-22, 1e-9)
+    striker = impact.cantilever_reed(
+        young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, tip_deflection=20 * FAR * 1e-9, n_modes=5
+    )  # fmt: skip
+    prepared = impact.prepare(impact.ContactProblem(striker, seat(1), film=thin), 100e-9, 1.6e-3)
+    found: list[Array] = []
+    for flying in (False, True):
+        stepper = impact.ContactStepper(prepared, flying=flying)
+        stepper.advance(prepared.steps)
+        found.append(stepper.force[:, 0])
+        assert stepper.film[:2000].max() == 0
+        assert stepper.film.max() > 1e-3 * stepper.force.max()
+    np.testing.assert_allclose(found[1], found[0], atol=1e-7 * found[0].max())
+
+
+def test_files_keep_the_film(tmp_path: Path) -> None:
+    result = several(2, FILM, impact.LinearSpring(1e9))
+    impact.save_results(tmp_path / "one.h5", {"wave": result}, {})
+    loaded = impact.load_results(tmp_path / "one.h5")["wave"]
+    assert loaded.film is not None
+    assert loaded.energy.film_loss is not None
+    np.testing.assert_array_equal(loaded.film, result.film)
+    np.testing.assert_array_equal(loaded.energy.film_loss, result.energy.film_loss)
+    assert measures.film_force_peak(loaded, contact=1) == result.film[:, 1].max()  # type: ignore[index]
+    assert measures.stiction_force_peak(loaded, contact=0) == -result.film[:, 0].min()  # type: ignore[index]
+
+
+def test_a_march_goes_on_with_its_film_and_with_no_other(tmp_path: Path) -> None:
+    problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, film=FILM)
+    whole = impact.ContactStepper(impact.prepare(problem, 50e-9, 20e-6))
+    whole.advance(200)
+    save_checkpoint(whole, tmp_path / "half.h5")
+    whole.advance(200)
+    again = impact.ContactStepper(impact.prepare(problem, 50e-9, 20e-6))
+    restore_checkpoint(again, tmp_path / "half.h5")
+    again.advance(200)
+    np.testing.assert_array_equal(again.film, whole.film)
+    np.testing.assert_array_equal(again.force, whole.force)
+    for other in (None, replace(FILM, floor=1.03e-6)):
+        theirs = impact.ContactProblem(problem.striker, problem.target, gap=GAP, film=other)
+        with pytest.raises(impact.StorageError, match="laws"):
+            restore_checkpoint(impact.ContactStepper(impact.prepare(theirs, 50e-9, 20e-6)), tmp_path / "half.h5")
+
+
+def test_scenes_side_by_side_have_no_film() -> None:
+    problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, film=FILM)
+    with pytest.raises(impact.ContactError, match=r"film is marched scene by scene; use impact\.solve"):
+        impact.solve_many(problem, dt=50e-9, duration=1e-6, gaps=[1e-6])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_whatever_law_film_and_step_no_energy_is_gained(seed: int) -> None:
+    """Films of any strength beside laws of any stiffness, some contacts without one."""
+    draw = np.random.default_rng(seed)
+    ports, law = int(draw.choice([1, 2, 5])), LAWS[seed % 4]
+    body, striker = seat(ports), impact.rigid_mass(mass=MASS, velocity=-(10 ** draw.uniform(-1.5, 0.5)))
+    film = impact.SqueezeFilm(
+        10 ** draw.uniform(-19, -12) / ports, 10 ** draw.uniform(-7, -5), draw.choice([0.0, 1.0, np.inf])
+    )
+    films = [film if k == 0 or draw.random() < 0.7 else None for k in range(ports)]
+    contacts = [
+        impact.Contact(body, port=k, gap=1e-6 * draw.random(), law=law, film=each) for k, each in enumerate(films)
+    ]
+    problem = impact.ContactProblem(striker, contacts=contacts)
+    result = impact.solve(
+        problem, dt=10 ** draw.uniform(-8.5, -6.5), duration=40e-6, rule=("auto", "passive")[seed // 4 % 2]
+    )
+    lost, size = result.energy.film_loss, result.energy.input[0]
+    assert lost is not None
+    assert result.energy.residual < 1e-11
+    assert np.diff(lost).min() > -1e-12 * size
+    assert np.diff(result.energy.contact_loss).min() > -1e-12 * size
+    assert result.solid.min() >= -1e-12 * np.abs(result.force).max()
+
+
+def test_a_law_that_lets_go_before_the_gap_opens() -> None:
+    """Hunt-Crossley, strongly damped, has no force on bodies that part fast, though they penetrate: neither has the
+    film, whose gap has not opened."""
+    film = impact.SqueezeFilm(5e-17, 0.88e-6, 0.0)
+    striker = impact.rigid_mass(mass=MASS, velocity=-0.7)
+    problem = impact.ContactProblem(striker, seat(1), gap=0.2e-6, law=impact.HuntCrossley(4.85e7, 7.8), film=film)
+    result = impact.solve(problem, dt=72e-9, duration=200e-6, rule="passive")
+    inside = (result.gap[1:] < 0) & (result.gap[:-1] < 0)
+    assert np.any(inside & (result.force[1:] == 0))
+    assert result.film is not None
+    assert np.all(result.film[1:][inside] == 0)
+    assert result.energy.residual < 1e-11
+
+
+def test_a_law_of_ones_own_has_a_film_beside_it() -> None:
+    """Hertz's law by the passive rule, built in and as a Python function: the same to the accuracy of the root."""
+    own = impact.PlainLaw(lambda pen, pen_start, dt: 1e12 * pen**1.5)
+    found = []
+    for law in (impact.Hertz(1e12), own):
+        problem = impact.ContactProblem(
+            impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, law=law, film=FILM
+        )  # fmt: skip
+        found.append(impact.solve(problem, dt=50e-9, duration=60e-6, rule="passive"))
+    assert found[0].solid.max() > 10.0
+    np.testing.assert_allclose(found[1].force, found[0].force, atol=1e-10 * found[0].force.max())
+
+
+def test_a_pressed_reed_that_is_pulled_off_is_held_by_its_film() -> None:
+    """At rest under its preload the film bears nothing; as the load turns, it pulls before the gap opens far."""
+    turning = impact.Pressure(lambda t: -2e3 * np.cos(2 * np.pi * t / 4e-3))
+    striker = impact.cantilever_reed(
+        young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, n_modes=8, tip_deflection=0.0,
+        damping_ratio=0.02, loads=[turning],
+    )  # fmt: skip
+    film = impact.SqueezeFilm.strip(**STRIP)
+    pulled, free = (
+        impact.solve(impact.ContactProblem(striker, seat(1), film=each, preload=True), dt=2e-7, duration=1.6e-3)
+        for each in (film, None)
+    )
+    assert pulled.film is not None
+    assert pulled.film[:100].min() == pytest.approx(0.0, abs=1e-6)
+    assert measures.stiction_force_peak(pulled) > 0.01
+    assert pulled.gap[-1] < 0.9 * free.gap[-1]
+    assert free.gap[-1] > 1e-6
+    assert pulled.energy.residual < 1e-9

@@ -1,0 +1,136 @@
+"""[[base]]: bodies that are carried and shaken, by files; the same in another frame; what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.after.result import ImpactResult
+from impact.bodies.time_series import TimeSeriesError
+from impact.greens.base import GreensFunctionError
+from seatfem.study.impacts.base import check_base, on_its_base
+from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, striker_of
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+REED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'
+SPRING = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
+BEAM = '[seat]\nkind = "cantilever"\nlength = "20 mm"\nthickness = "2 mm"\n'
+ROD = (
+    '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "3 mm^2"\n'
+    'far_end = "fixed"\n'
+)
+REST = '[contact]\ngap = "20 um"\n[run]\nduration = "3 ms"\ntime_step = "0.2 us"\n'
+MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+DT, DURATION, RATE, WAY = 2e-7, 3e-3, 2000.0, 0.2e-3
+
+
+def scene_of(folder: Path, text: str) -> Scene:
+    """With the three records of one motion, s = A (1 - cos W t), from rest."""
+    t = np.linspace(0, 4e-3, 4001)
+    for kind, unit, values in (
+        ("displacement", "m", WAY * (1 - np.cos(RATE * t))),
+        ("velocity", "m/s", WAY * RATE * np.sin(RATE * t)),
+        ("acceleration", "m/s^2", WAY * RATE**2 * np.cos(RATE * t)),
+    ):
+        lines = [f"time [s],{kind} [{unit}]", *(f"{a:.9g},{b:.12g}" for a, b in zip(t, values, strict=True))]
+        (folder / f"{kind}.csv").write_text("\n".join(lines), encoding="utf-8")
+    path = folder / "scene.toml"
+    path.write_text(text + REST, encoding="utf-8")
+    return load_scene(path)
+
+
+def base(of: str, kind: str = "displacement") -> str:
+    return f'[[base]]\nof = "{of}"\n{kind} = "{kind}.csv"\n'
+
+
+def run(scene: Scene) -> ImpactResult:
+    seat = seat_of(scene).greens
+    check_base(scene, "seat", seat)
+    problem = problem_of(scene, striker_of(scene), impact.Body(seat))
+    return impact.solve(problem, dt=DT, duration=DURATION)
+
+
+@pytest.mark.parametrize("kind", ["velocity", "acceleration"])
+def test_either_record_moves_the_clamp_alike(kind: str, tmp_path: Path) -> None:
+    by_way, other = (run(scene_of(tmp_path, SPRING + REED + base("reed", each))) for each in ("displacement", kind))
+    assert by_way.force.max() > 0.1
+    np.testing.assert_allclose(other.gap, by_way.gap, atol=1e-4 * WAY)
+    assert by_way.energy.residual < 1e-9
+
+
+def test_on_one_base_all_is_as_in_its_frame(tmp_path: Path) -> None:
+    """Reed and seat carried alike: the reed feels its inertia alone, as under the load base_motion."""
+    both = run(scene_of(tmp_path, SPRING + REED + base("reed", "acceleration") + base("seat", "acceleration")))
+    frame = run(scene_of(tmp_path, SPRING + REED + '[[load]]\nbase_motion = { file = "acceleration.csv" }\n'))
+    size = frame.force.max()
+    assert size > 0.05
+    np.testing.assert_allclose(both.force, frame.force, atol=1e-6 * size)
+    np.testing.assert_allclose(both.gap, frame.gap, atol=1e-11)
+
+
+def test_a_beam_as_a_seat_swings_as_it_does_as_a_reed(tmp_path: Path) -> None:
+    """Before anything touches it."""
+    scene = scene_of(tmp_path, BEAM + REED + "release = { tip_deflection = '1 mm' }\n" + base("seat"))
+    seat = on_its_base(scene, "seat", impact.Body(seat_of(scene).greens))
+    far = impact.ContactProblem(seat, impact.spring(stiffness=1e9), gap=1.0)
+    swung = impact.solve(far, dt=DT, duration=DURATION).striker_displacement
+    turned = BEAM.replace("[seat]", "[reed]") + "n_modes = 40\n"
+    other = striker_of(scene_of(tmp_path, SPRING + turned + base("reed")))
+    expected = impact.solve(
+        impact.ContactProblem(other, impact.spring(stiffness=1e9), gap=1.0), dt=DT, duration=DURATION
+    ).striker_displacement
+    bent = expected - (other.carried(DT * np.arange(len(expected))))
+    assert np.abs(bent).max() > 1e-8
+    np.testing.assert_allclose(swung, expected, atol=1e-3 * float(np.abs(bent).max()))
+
+
+def test_measures_and_run_agree_on_a_moving_seat(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, SPRING + REED + base("seat"))
+    summary = run_scene(scene, tmp_path, pictures=False).summary
+    problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene).greens))
+    alone = measures_of(scene, problem, float(str(summary["time_step_s"])))
+    assert summary["impulse_Ns"] > 0  # type: ignore[operator]
+    assert alone["impulse"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
+    assert alone["seat_displacement"] == pytest.approx(summary["max_seat_displacement_m"], rel=1e-9)
+    assert alone["seat_displacement"] == pytest.approx(2 * WAY, rel=0.05)
+    assert summary["energy_residual"] < 1e-9  # type: ignore[operator]
+
+
+def test_a_rod_follows_a_slow_base_and_refuses_a_fast_one(tmp_path: Path) -> None:
+    """Its first frequency is c/(4 l) = 126 kHz: 318 Hz is slow; of a rod of 10 m it is not."""
+    scene = scene_of(tmp_path, ROD + REED + base("seat"))
+    assert run(scene).energy.residual < 1e-9
+    long = scene_of(tmp_path, ROD.replace("10 mm", "10 m") + REED + base("seat"))
+    with pytest.raises(GreensFunctionError, match=r"its lowest frequency is 126\.2 Hz, and 800 m/s\^2 would bend it"):
+        run(long)
+
+
+def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, SPRING + REED + base("reed"))
+    (tmp_path / "displacement.csv").write_text("time [ms],displacement [um]\n0,0\n1,1\n", encoding="utf-8")
+    with pytest.raises(TimeSeriesError, match=r"displacement covers 0\.\.0\.001 s, the run asks for"):
+        run(scene)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SPRING + MASS + base("reed"), "base.0.of: reed.kind = 'rigid_mass' is free to move: it stands on nothing"),
+        (SPRING + REED + base("stopper"), "base.0.of: there is no [stopper]"),
+        (SPRING + REED + base("seat") + base("seat"), "base.1.of: the base of the seat has a table before"),
+        (
+            SPRING + REED + base("seat") + 'velocity = "velocity.csv"\n',
+            "base.0.velocity: displacement and velocity are",
+        ),
+        (SPRING + REED + '[[base]]\nof = "seat"\n', "base.0.displacement: nothing says how it moves: give exactly one"),
+        (SPRING + REED + base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement: no such file"),
+    ],
+)
+def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, text)
+    assert words in str(caught.value)

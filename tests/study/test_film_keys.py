@@ -1,0 +1,184 @@
+"""[contact] film: what of a scene becomes of it, what a run tells of it, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from seatfem.faces.verdict import simpler, verdict
+from seatfem.structures.rings import Division
+from seatfem.structures.statics import bed
+from seatfem.study.impacts.contact import problem_of, run_contacts, striker_of
+from seatfem.study.impacts.simpler import simpler_keys, simpler_models
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.validity import film_notes
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs.summary import summarise
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.lips import films_of
+from tests.flapper_scene import FLAPPER
+
+AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
+LIP = (
+    """
+[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = "steel"
+[reed]
+"""
+    + FLAPPER
+    + """greens = { bandwidth = "40 kHz" }
+release = { mode = 1, velocity = "-2 m/s" }
+[contact]
+gap = "30 um"
+MORE
+[run]
+duration = "80 us"
+"""
+)
+MASS = """
+[seat]
+kind = "spring"
+stiffness = "1e15 N/m"
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-0.2 m/s"
+[contact]
+gap = "5 um"
+law = { kind = "spring", stiffness = "1 kN/um" }
+film = { viscosity = "18 uPa s", floor = "1 um", width = "1 mm", length = "34.56 mm", tension_limit = "0.4 bar" }
+[run]
+duration = "200 us"
+"""
+STIFFNESS, DT = 2e8, 1e-7
+
+
+def scene_of(folder: Path, text: str) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_scene(path)
+
+
+def lip(folder: Path, more: str) -> Scene:
+    return scene_of(folder, LIP.replace("MORE", more))
+
+
+def struck(scene: Scene, arcs: int) -> Touches:
+    return run_contacts(scene, striker_of(scene), bed(Division(arcs), STIFFNESS), DT)
+
+
+def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
+    scene = lip(tmp_path, f"{AIR}\nports = 8")
+    contacts = problem_of(scene, striker_of(scene), impact.Body(bed(Division(8), STIFFNESS))).contacts
+    films = [contact.film for contact in contacts if contact.film is not None]
+    assert len(films) == 8
+    assert sum(film.coefficient for film in films) == pytest.approx(18e-6 * 2 * math.pi * 5.5e-3 * 1e-9)
+    assert sum(film.tension for film in films) == pytest.approx(1e5 * 2 * math.pi * 5.5e-3 * 1e-3)
+    assert {film.floor for film in films} == {1e-6}
+
+
+def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
+    """Where it stays is known: k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves it by 1.5 %."""
+    scene = scene_of(tmp_path, MASS)
+    result = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT).seat
+    k = 18e-6 * 34.56e-3 * 1e-9
+    rest = (2 * 1e-3 * 0.2 / k + 1 / 6e-6**2) ** -0.5 - 1e-6
+    assert result.gap[-1] == pytest.approx(rest, rel=1e-3)
+    kept = summarise(Touches(result), 1e-6)
+    assert kept["first_contact_s"] is None
+    assert kept["contact_duration_s"] is None
+    assert kept["film_loss_J"] == pytest.approx(0.5 * 1e-3 * 0.2**2, rel=1e-3)
+    assert kept["film_force_peak_N"] == kept["peak_force_N"]
+    assert verdict({**kept, "seat_kind": "annular"}) == ""
+
+
+def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
+    outcome = run_scene(scene, tmp_path, pictures=False)
+    found = outcome.summary
+    without = scene_of(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
+    plain = run_scene(without, tmp_path / "plain", pictures=False).summary
+    assert found["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
+    assert found["film_force_peak_N"] > 10.0  # type: ignore[operator]
+    assert found["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
+    assert found["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
+    assert found["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
+    assert found["energy_residual"] < 1e-9  # type: ignore[operator]
+    assert simpler(found).startswith("simpler models: one without the film would say ")
+    assert not any(key.startswith(("film", "without_film", "stiction")) for key in plain)
+    assert any("A gas, as viscosity = 1.8e-05 Pa s says" in message for message in outcome.messages)
+    loaded = impact.load_results(tmp_path / "result.h5")["wave"]
+    assert measures.film_force_peak(loaded) == found["film_force_peak_N"]
+
+
+def test_oil_gives_no_way(tmp_path: Path) -> None:
+    oil = scene_of(tmp_path, MASS.replace("18 uPa s", "1 mPa s"))
+    result = run_contacts(oil, striker_of(oil), impact.spring(stiffness=1e15), DT).seat
+    assert film_notes(oil, result) == ()
+
+
+def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
+    """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
+    seat, _, rest = LIP.partition("[reed]")
+    rigid = seat + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + rest[rest.index("[contact]") :]
+    many, one = (struck(scene_of(tmp_path, rigid.replace("MORE", f"{AIR}\nports = {n}")), n) for n in (8, 1))
+    size = measures.film_force_peak(one.seat)
+    assert size > 10.0
+    assert many.seat.film is not None
+    np.testing.assert_allclose(many.seat.force, one.seat.force, atol=1e-9 * size)
+    np.testing.assert_allclose(many.seat.film, one.seat.film, atol=1e-9 * size)
+    assert many.line is not None
+    assert many.line.film is not None
+    np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
+    turning, even = (measures.film_force_peak(struck(lip(tmp_path, f"{AIR}\nports = {n}"), n).seat) for n in (8, 1))
+    assert turning < 0.5 * even
+
+
+def test_without_the_film_it_is_the_scene_without(tmp_path: Path) -> None:
+    """Beside one port and beam, which keep it."""
+    scene, plain = lip(tmp_path, f"{AIR}\nports = 8"), lip(tmp_path, "ports = 8")
+    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
+    assert list(found) == ["without_film", "one_port", "beam"]
+    np.testing.assert_array_equal(found["without_film"].seat.force, struck(plain, 8).seat.force)
+    assert found["one_port"].seat.film is not None
+    assert "without_film_impulse_Ns" in simpler_keys(found, 1e-6)
+
+
+def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
+    """By half of what lies between the lowest and the highest of its corners, R tan(tilt) sin(angle) on both rims."""
+    scene = lip(tmp_path, f'{AIR}\nports = 8\ntilt = "0.1 deg"')
+    films = films_of(scene, 8)
+    slope = math.tan(math.radians(0.1))
+    rise = 6e-3 * slope * math.sin(math.pi / 4)
+    assert films[0] is not None
+    assert films[0].floor == pytest.approx(1e-6 + rise / 2, rel=3e-3)
+    assert films[2] is not None  # about the highest point, from 90 to 135 degrees
+    assert films[2].floor == pytest.approx(1e-6 + slope * (6e-3 - 5e-3 * math.sin(math.pi / 4)) / 2, rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            MASS.replace('width = "1 mm", ', ""),
+            "contact.film.width: required key is missing: of a seat of kind 'spring'",
+        ),
+        (MASS.replace('length = "34.56 mm", ', ""), "contact.film.length: required key is missing"),
+        (MASS.replace('floor = "1 um"', 'floor = "0 um"'), "contact.film.floor: '0 um' is not positive"),
+        (MASS.replace("18 uPa s", "18 uPa"), "contact.film.viscosity: '18 uPa' is a pressure; a viscosity is needed"),
+        (LIP.replace("MORE", f"{AIR}\nrings = 3"), "contact.film: the film is known across the whole lip, not in 3"),
+    ],
+)
+def test_what_is_wrong_is_named(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, text)
+    assert words in str(caught.value)
