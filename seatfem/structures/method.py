@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from seatfem.structures.errors import ModelError
 
 if TYPE_CHECKING:
-    from seatfem.structures.lip import Lip
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.reduction.factorization import Backend
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
@@ -103,7 +103,7 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
-    lip: Lip | None = None
+    lip: AnyLip | None = None
 
     @property
     def static(self) -> bool:

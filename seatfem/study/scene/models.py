@@ -266,11 +266,8 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _lip_of_a_seat(self) -> Self:
-        if (key := self.contact.along_a_lip) and self.seat.struck_ring is None:
-            raise KeyProblem(
-                f"contact.{key}",
-                f"a seat of kind {self.seat.kind!r}, {self.seat.no_ring}",
-            )
+        if (key := self.contact.along_a_lip) and (why := self.seat.no_lip):
+            raise KeyProblem(f"contact.{key}", f"a seat of kind {self.seat.kind!r}, {why}")
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
