@@ -9,9 +9,6 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
@@ -130,6 +127,10 @@ def ring_face(edges: Array, normal: Sequence[float] | Array) -> RingFace:
         ModelError: a face that is not flat, is not bounded by two closed lines, or whose lines turn back about its
             centre, with what would help.
     """
+    from scipy.sparse import coo_array  # plans of other seats load none of these
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     points = edges.reshape(-1, 3)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     n = np.asarray(normal) / np.linalg.norm(normal)
