@@ -189,10 +189,11 @@ def _corners(loop: Array) -> Corners:
     """With a corner on the x axis as the first."""
     before, first = loop[-1], loop[0]
     if abs(first[1]) <= ONCE * first[0]:
-        loop = loop[1:]
+        start, loop = first[0], loop[1:]
     elif abs(before[1]) <= ONCE * before[0]:
-        before, loop = loop[-2], loop[:-1]
-    start = _cross(before, first) / (before[1] * -1 + first[1]) if first[1] != before[1] else first[0]
+        start, loop = before[0], loop[:-1]
+    else:
+        start = _cross(before, first) / (first[1] - before[1])
     return ((float(start), 0.0), *((float(a), float(b)) for a, b in loop))
 
 
