@@ -31,7 +31,13 @@ STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Contact(Table):
-    """Where and how the two bodies touch."""
+    """Where and how the two bodies touch.
+
+    The keys from `ports` on are those of a lip: a flat face between two closed lines, each of which every ray from its
+    centroid crosses once. The ring of a body of revolution is one, the land of one port of a `plate`, and many a face
+    of `cad` and `mesh`. Its centroid lies at the reed's contact, the part's x axis along the reed; angles count from
+    there, anticlockwise about the face's normal. Rays cut it into arcs of equal areas.
+    """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     at: Length | None = Field(None, description="position on the reed, from its root; the tip where absent")
@@ -53,7 +59,8 @@ class Contact(Table):
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="equal arcs of the lip, each with a contact of its own; chosen where absent",
+        description="arcs of the lip, each with a contact of its own; chosen where absent, other faces than rings of "
+        "bodies of revolution are then struck as a whole unless another key of a lip is given",
     )
     tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
