@@ -82,14 +82,16 @@ def main() -> None:
     for contact in (0.8, 0.5, 0.35):
         greens, found, dof, seconds = landing(CAD.format(MESHES / "annular_seat.step"), 3.0, contact, 16, (0.3, 0))
         static = float(np.abs(greens.static_compliance() - exact).max() / exact.max())
-        changes = (f"{100 * (found[name] / right[name] - 1):+.2f} %" for name in ("impulse", "filtered_peak", "line_force"))
+        changes = (
+            f"{100 * (found[name] / right[name] - 1):+.2f} %" for name in ("impulse", "filtered_peak", "line_force")
+        )
         rows.append((f"annular, {contact} mm", "16", str(dof), f"{100 * static:.1f} %", *changes, f"{seconds:.1f}"))
-    slot = {
-        arcs: landing(CAD.format(MESHES / "slot_seat.step"), 3.0, 0.4, arcs, (0.2, 90)) for arcs in (16, 32, 64)
-    }
+    slot = {arcs: landing(CAD.format(MESHES / "slot_seat.step"), 3.0, 0.4, arcs, (0.2, 90)) for arcs in (16, 32, 64)}
     _, right, *_ = slot[64]
     for arcs, (_, found, dof, seconds) in slot.items():
-        changes = (f"{100 * (found[name] / right[name] - 1):+.2f} %" for name in ("impulse", "filtered_peak", "line_force"))
+        changes = (
+            f"{100 * (found[name] / right[name] - 1):+.2f} %" for name in ("impulse", "filtered_peak", "line_force")
+        )
         rows.append(("slot, 0.4 mm", str(arcs), str(dof), "", *changes, f"{seconds:.1f}"))
     notes = (
         "A flapper of 0.3 mm lands with 2 m/s; modes of the seats to 180 kHz. The annular seat (lip from 4.1 to 4.9 mm,",

@@ -55,7 +55,9 @@ def over_arcs(force: Array, share: float, length: float | Array | None = None) -
     first = np.arange(number)
     ends = borders[first] + width
     last = np.clip(np.searchsorted(borders, ends, side="right") - 1, 0, 2 * number - 1)
-    summed = around[:, last] - around[:, first] + force[:, last % number] * ((ends - borders[last]) / lengths[last % number])
+    summed = (
+        around[:, last] - around[:, first] + force[:, last % number] * ((ends - borders[last]) / lengths[last % number])
+    )
     return np.asarray(summed / width)
 
 
@@ -94,9 +96,7 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
     return np.asarray(np.linalg.lstsq(plane, gaps.T, rcond=None)[0].T)
 
 
-def line_force_peak(
-    force: Array, dt: float, width: float, length: float | Array, share: float
-) -> tuple[float, float]:
+def line_force_peak(force: Array, dt: float, width: float, length: float | Array, share: float) -> tuple[float, float]:
     """Largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line, and where.
 
     Args:

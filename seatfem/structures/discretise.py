@@ -67,7 +67,13 @@ def draw_both(
 
 
 def matrices(
-    body: Elastic, mesh: AnyMesh, level: Level, progress: Progress = silent, *, rings: int = 1, harmonic: int = 0,
+    body: Elastic,
+    mesh: AnyMesh,
+    level: Level,
+    progress: Progress = silent,
+    *,
+    rings: int = 1,
+    harmonic: int = 0,
     lip: FaceLip | None = None,
 ) -> SecondOrderModel:
     """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level.

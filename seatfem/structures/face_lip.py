@@ -161,7 +161,9 @@ def ring_face(edges: Array, normal: Sequence[float] | Array) -> RingFace:
     moments = [_moments(loop) for loop in loops]
     centre = (moments[1][1] - moments[0][1]) / (moments[1][0] - moments[0][0])
     inner, outer = (_corners(_ordered(line - middle - centre)) for line in lines)
-    if not np.all(_Polygon(outer).at(np.arctan2(*np.array(inner).T[::-1]) % (2 * np.pi))[0] > np.hypot(*np.array(inner).T)):
+    if not np.all(
+        _Polygon(outer).at(np.arctan2(*np.array(inner).T[::-1]) % (2 * np.pi))[0] > np.hypot(*np.array(inner).T)
+    ):
         raise ModelError("the lines that bound the struck face cross each other: take a ring-shaped face")
     at = (middle + centre) @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
     return RingFace(_triple(at), _triple(x), _triple(y), inner, outer)

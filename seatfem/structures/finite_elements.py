@@ -104,7 +104,11 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
     halves = 1 if mesh.shape == "hexahedron" else 2
     there = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
     if lip.arcs > there:
-        finer = f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or " if body.is_drawn else ""
+        finer = (
+            f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
+            if body.is_drawn
+            else ""
+        )
         raise ModelError(
             f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
             f"{1e3 * lip.length:.3g} mm, fewer than one for each arc: {finer}take fewer ports"
@@ -145,7 +149,9 @@ def from_geometry(
     """
     level = body.elements_of(method)
     reason = (
-        (LIP if level == "harmonics" else FACE) if method.in_arcs else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+        (LIP if level == "harmonics" else FACE)
+        if method.in_arcs
+        else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)

@@ -197,7 +197,9 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
 
 
 @lru_cache(maxsize=8)
-def solved_sheet(asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True) -> SolvedSheet:
+def solved_sheet(
+    asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True
+) -> SolvedSheet:
     """The plate with the ports of these lips by its eigenmodes up to three times the band.
 
     With ``mesh_error`` on two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve

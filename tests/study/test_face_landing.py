@@ -153,7 +153,10 @@ def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
     ("seat", "words"),
     [
         (cad("valve_plate"), "valve_plate.step: the struck face is bounded by 12 closed lines, a lip in arcs by two"),
-        (cad("conical_seat"), "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a whole"),
+        (
+            cad("conical_seat"),
+            "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a whole",
+        ),
         (cad("block"), "block.step: the struck face is bounded by 1 closed line"),
     ],
 )

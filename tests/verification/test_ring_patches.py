@@ -50,6 +50,7 @@ SLICES = 32
 
 def revolved_hexahedra(patches):
     """The meridian turned into curved 27-node hexahedra, with the arcs of the lip as boundaries."""
+
     def arc(low, high):
         def chosen(x):
             turn = np.mod(np.arctan2(x[1], x[0]) - low, 2 * math.pi)

@@ -32,7 +32,6 @@ TOLERANCE_POWER: Final = -0.141  # of the tolerance in the number of vectors
 HIGHEST: Final = 0.45  # highest pole kept, over the band and over tolerance^(-1/2)
 HIGHEST_OF_ALL: Final = 7.0  # the same of models so small that all their modes are kept, over the band
 STRICTER: Final = 8.0  # the tolerance of each harmonic, over that of their sum
-OF_A_MODE: Final = 2.5  # vectors of the search for modes of a lip in arcs, for each of them
 ALL_MODES: Final = 200  # unknowns up to which all modes are computed, as `seatfem.structures.reduction.modal` says
 
 
@@ -84,8 +83,8 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     if found is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
-    if found.kept is not None and not found.section:  # modes of the whole body, statics of each part
-        return SeatModel(**vars(found), vectors=min(OF_A_MODE * found.kept, found.sizes.counts.dof))
+    if found.kept is not None and not found.section:  # a mode, or a part's statics, takes about what a vector does
+        return SeatModel(**vars(found), vectors=min(found.kept, found.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
     vectors = min(vectors, found.sizes.counts.dof)
     return SeatModel(**vars(found), vectors=vectors)

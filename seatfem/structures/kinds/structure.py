@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
-NO_RING: Final = "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
+NO_RING: Final = (
+    "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
+)
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 

@@ -9,6 +9,7 @@ feels.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Final
 
 import numpy as np
@@ -19,11 +20,13 @@ from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import BEYOND, Aims
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.eigen_search import CountError, counting_shift
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.residual import residual
 
+MOST: Final = 3000  # modes: minutes
 PUSHED: Final = 8  # ports under whose impulses the error is judged, all around the lip
 
 
@@ -40,13 +43,13 @@ def face_greens(
 
     Raises:
         ModelError: damping that couples the modes. FactorizationError: a body that is free to move, where no modes are
-        asked for. ConvergenceError: modes that are not found.
+        asked for. ConvergenceError: more than `MOST` modes, or some that are not found.
     """
     damping: Damping = model.damping.plus(damping_ratio)
     if damping.refusal:
         raise ModelError(f"contact.ports: arcs take modes of the seat: {damping.refusal}")
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
-    modes = None if static else solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, backend=aims.backend)
+    modes = None if static else _modes(model, aims)
     if modes is None or not len(modes.omega):
         compliance = model.port_matrix.T @ factorize(model.K, backend=aims.backend, name="K").solve(model.port_matrix)
         none = np.zeros(0)
@@ -56,3 +59,18 @@ def face_greens(
     pushed = range(0, len(model.ports), max(1, len(model.ports) // PUSHED))
     greens = with_modes(model, damping, modes, BEYOND * aims.bandwidth, aims, pushed)
     return greens.with_error(greens.error, {**greens.origin, "method": "modes", **origin}), modes
+
+
+def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
+    """All up to `BEYOND` times the band."""
+    highest, count = BEYOND * aims.bandwidth, 0
+    if model.size > MOST:
+        with suppress(CountError):  # where nothing counts, the search tells
+            count = counting_shift(model, (2 * np.pi * highest) ** 2, aims.backend).count
+        if count > MOST:
+            lower = 0.95 * aims.bandwidth * (MOST / count) ** (1 / 3)
+            raise ConvergenceError(
+                f"contact.ports: the seat has {count} modes below {BEYOND:g} times seat.greens.bandwidth = "
+                f"{aims.bandwidth:.3g} Hz (limit {MOST}): lower it to {lower:.2g} Hz"
+            )
+    return solve_modes(model, up_to_hz=highest, backend=aims.backend)

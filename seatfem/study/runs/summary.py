@@ -89,7 +89,7 @@ def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float:
     """Of arcs around a line, in degrees."""
     borders = np.linspace(0, 2 * np.pi, len(pressed) + 1) if line.edges is None else line.edges
     turns = ((borders[1:] + borders[:-1]) / 2)[pressed]
-    return float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))) % 360
+    return round(float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))), 9) % 360
 
 
 def _known(value: float) -> float | None:
