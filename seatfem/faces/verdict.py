@@ -123,9 +123,11 @@ def asked(summary: Mapping[str, object]) -> tuple[str, ...]:
 def _by_plan(summary: Mapping[str, object]) -> str:
     names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
-        if "ports" in summary:
-            return "seat.model = 'spring': the seat is its static stiffness alone, which its arcs share; the baseline's do not."
-        return "seat.model = 'spring': the seat is its static stiffness alone, the spring baseline itself."
+        stated = "seat.model = 'spring': the seat is its static stiffness alone, "
+        shared = "ports" in summary
+        return stated + (
+            "which all arcs share; those of the baseline do not." if shared else "the spring baseline itself."
+        )
     return (
         f"The plan took the seat for its static stiffness, a spring: what the seat's waves would change in {names} is "
         "counted in the error bars. Seat and spring are alike for that reason; seat.model states another model."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -137,8 +136,8 @@ def ring_face(edges: Array, normal: Sequence[float] | Array) -> RingFace:
     off = float(np.ptp(points @ n))
     if off > FLAT * size:
         raise ModelError(
-            f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, or "
-            "strike it as a whole"
+            f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, "
+            "or strike it as a whole"
         )
     along = np.array([1.0, 0.0, 0.0]) if np.hypot(n[1], n[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
     x = along - (along @ n) * n

@@ -126,7 +126,7 @@ class AnyLip(ABC):
         return inner, outer
 
     def cells(self, along: int, across: int) -> tuple[Array, Array]:
-        """Middles (arcs, rings, along across, 2), from the centre [m], and areas (rings,) of equal cells of each part."""
+        """Middles (arcs, rings, along across, 2) of equal cells of each part, from the centre [m]; areas (rings,)."""
         angles = self.angles_at((np.arange(self.arcs * along) + 0.5) / (self.arcs * along))
         inner, outer = (radius[:, None, None] for radius in self.radii(angles))
         borders = ring_borders(self.rings)

@@ -1,4 +1,4 @@
-"""Lips of any outline: their arcs and patches, known of circles, racetracks and eccentric rings; faces that are none."""
+"""Lips of any outline: their arcs and patches, known of circles, racetracks, eccentric rings; faces that are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A flapper lands on lips of faces: openings, the annular seat as a drawing of it, meshes, plans, and what is refused."""
+"""A flapper lands on lips of faces: openings, the annular seat from its drawing, meshes, plans, what is refused."""
 
 from __future__ import annotations
 

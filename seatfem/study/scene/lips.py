@@ -20,8 +20,8 @@ USUAL: Final = 32  # arcs, where nothing else is known
 
 
 def usual_ports(scene: Scene) -> int:
-    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or where a ring is struck
-    under a plate that touches where the lip is, else one."""
+    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or where a plate that
+    touches where the lip is meets a ring, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
     many = (touches and scene.seat.struck_ring is not None) or scene.contact.uneven or any(scene.contact.offset)
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
