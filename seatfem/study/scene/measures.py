@@ -42,7 +42,7 @@ class Line:
         if self.edges is None:
             return 360 * place
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
-        return float(np.degrees(np.interp(place, borders, self.edges)))
+        return round(float(np.degrees(np.interp(place, borders, self.edges))), 6) % 360
 
 
 @dataclass(frozen=True)
