@@ -130,8 +130,8 @@ def _by_plan(summary: Mapping[str, object]) -> str:
     if "ports" in summary:
         return f"The plan took the seat for its static stiffness, {apart}: {counted} seat.model states another model."
     return (
-        f"The plan took the seat for its static stiffness, a spring: {counted} Seat and spring are alike for that reason; "
-        "seat.model states another model."
+        f"The plan took the seat for its static stiffness, a spring: {counted} Seat and spring are alike for that "
+        "reason; seat.model states another model."
     )
 
 
