@@ -7,7 +7,7 @@ import math
 import sys
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from impact.greens.base import GreensFunction
@@ -40,7 +40,7 @@ def key_of(structure: Structure, method: Method) -> str:
     if how.get("rings") == 1:
         del how["rings"]
     if method.lip is not None:
-        how["lip"] = asdict(method.lip)  # type: ignore[call-overload]
+        how["lip"] = method.lip.content
     parts: dict[str, object] = {**structure.content(), "method": how}
     if code := _from_elsewhere(structure, method):
         parts["code"] = code

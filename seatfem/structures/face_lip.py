@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -38,6 +39,11 @@ class RingFace:
     y: Triple
     inner: Corners
     outer: Corners
+
+    @cached_property
+    def digest(self) -> str:
+        """Of all of it."""
+        return hashlib.sha256(repr((self.centre, self.x, self.y, self.inner, self.outer)).encode()).hexdigest()
 
     def seen(self, points: Array) -> Array:
         """(n, 2) places on the face of points (n, 3) [m]."""
@@ -82,6 +88,14 @@ class FaceLip(AnyLip):
     def _lines(self) -> tuple[_Polygon, _Polygon]:
         return _Polygon(self.face.inner), _Polygon(self.face.outer)
 
+    @cached_property
+    def lengths(self) -> Array:
+        return super().lengths
+
+    @property
+    def content(self) -> Mapping[str, object]:
+        return {"face": self.face.digest, "arcs": self.arcs, "rings": self.rings, "offset": self.offset}
+
     @property
     def area(self) -> float:
         inner, outer = self._lines
@@ -117,6 +131,12 @@ class FaceLip(AnyLip):
         angles = np.arctan2(seen[:, 1], seen[:, 0]) % (2 * np.pi)
         inner, outer = self.radii(angles)
         return self.shares_at(angles), (np.sum(seen**2, axis=1) - inner**2) / (outer**2 - inner**2)
+
+
+@lru_cache(maxsize=32)
+def face_lip(face: RingFace, arcs: int, rings: int) -> FaceLip:
+    """A face in parts: they are asked for again and again."""
+    return FaceLip(face, arcs, rings)
 
 
 def ring_face(edges: Array, normal: Sequence[float] | Array) -> RingFace:

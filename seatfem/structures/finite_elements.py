@@ -175,10 +175,10 @@ def _solved(
         return _around(body, mesh, method, duration, watch, progress)
     check_elastic(body, mesh, level, method.reduction)
     with watch("assembly"):
-        lip = method.lip if isinstance(method.lip, FaceLip) else None
+        lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
         model = matrices(body, mesh, level, progress, rings=method.rings or 1, lip=lip)
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
-    if lip is not None and lip.arcs > 1:
+    if lip is not None:
         with watch("reduction"):
             greens, modes = face_greens(model, _aims(body, method, duration), body.damping_ratio, static=method.static)
         about["seat_model"] = AT_ONCE if method.static else FACE_MODES

@@ -54,6 +54,11 @@ class AnyLip(ABC):
         """Of its centre from the body's own point of contact [m]."""
 
     @property
+    @abstractmethod
+    def content(self) -> Mapping[str, object]:
+        """What it is, in short: another lip has another one."""
+
+    @property
     def is_round(self) -> bool:
         """Whether it is the same all around."""
         return False
@@ -187,6 +192,10 @@ class Lip(AnyLip):
     def disc(radius: float) -> Lip:
         """All of a disc."""
         return Lip(radius / 2, radius)
+
+    @property
+    def content(self) -> Mapping[str, object]:
+        return vars(self)
 
     @property
     def is_round(self) -> bool:

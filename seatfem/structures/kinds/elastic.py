@@ -79,9 +79,9 @@ class Elastic(Reduced):
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        from seatfem.structures.face_lip import FaceLip  # scenes without lips need none
+        from seatfem.structures.face_lip import face_lip  # scenes without lips need none
 
-        return None if self.no_lip else FaceLip(self.ring_face(), arcs, rings)
+        return None if self.no_lip else face_lip(self.ring_face(), arcs, rings)
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
