@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from impact.after.along import best_plane
+from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.errors import ModelError
 from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.lip import Lip
@@ -85,6 +86,31 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
 
 
 # Landings
+
+
+def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
+    """Of y, but for the meshes of seat and reed; its figure shows arcs where they are, by their angles."""
+    pytest.importorskip("matplotlib")
+    seat = SLOT + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1.2 mm" }\n'
+    scene = scene_of(tmp_path, seat, 'ports = 16\ntilt = "0.2 deg"\ntilt_axis = "90 deg"\n')
+    greens = seat_of(scene, mesh_error=False).greens
+    touches, lip = run_contacts(scene, striker_of(scene), greens, 1e-7), scene.seat.lip(16)
+    assert touches.parts is not None
+    assert touches.line is not None
+    assert lip is not None
+    pushed = touches.parts.force.sum(axis=0)
+    np.testing.assert_allclose(pushed, pushed[::-1], atol=0.01 * pushed.max())
+    first = np.argmax(touches.parts.force > 0, axis=0)
+    assert set(np.flatnonzero(first == first.min())) <= {0, 15}  # the arcs on either side of the x axis
+    assert touches.seat.energy.residual < 1e-9
+    np.testing.assert_allclose(touches.line.lengths, lip.lengths)
+    assert touches.line.degrees_at(0.25) == pytest.approx(90, abs=1e-3)
+    assert touches.line.degrees_at(1 / 8) == pytest.approx(math.degrees(lip.edges[2]), abs=0.5)
+    by_arc = closed_line(lip)
+    plot_lip(touches.parts, None, tmp_path / "lip.svg", radius=by_arc, share=1 / 8, filter_width=5e-6)
+    written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
+    assert ">Height over the lip, mean over 1/16 of it<" in written
+    assert ">Impulse per length [mN s/m], mean over 3.6 mm<" in written
 
 
 @pytest.mark.slow
