@@ -38,7 +38,7 @@ from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import Division, as_a_whole, divided_less, parts_behind, ring_names
+from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
 from seatfem.structures.solved import Solved
 from seatfem.structures.statics import spring_of, without_waves
 
@@ -74,26 +74,10 @@ def from_mesh(
     """On a mesh that is given, with the patch in more parts on the same mesh."""
     check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
-    if _behind(method) == _division(method):
+    if parts_behind(method.division) == method.division:
         return replace(solved, in_rings=solved.greens)
     with watch("patch error"):
         return replace(solved, in_rings=_in_parts(body, mesh, method, duration, progress))
-
-
-def _division(method: Method) -> Division:
-    """Of the struck patch."""
-    return Division(1 if method.lip is None else method.lip.arcs, method.rings or 1)
-
-
-def _behind(method: Method) -> Division:
-    """What tells what it leaves."""
-    return parts_behind(_division(method))
-
-
-def _in(method: Method, division: Division) -> Method:
-    """The method with its patch so divided."""
-    lip = None if method.lip is None else replace(method.lip, arcs=division.arcs, rings=division.rings)  # type: ignore[type-var]
-    return replace(method, rings=division.rings, lip=lip)
 
 
 def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
@@ -119,7 +103,7 @@ def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
 ) -> GreensFunction | None:
     """The patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
-    loose = replace(_in(method, _behind(method)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
+    loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
     what = "patch in arcs" if method.in_arcs else "patch in rings"
     try:
         return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
@@ -275,7 +259,7 @@ def _with_mesh_error(
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
     quiet = _for_error(progress, "coarser mesh")
-    coarse = _solved(body, mesh, _in(method, _behind(method)), duration, Stopwatch(), quiet)
+    coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
@@ -289,7 +273,7 @@ def _with_mesh_error(
     greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
-    same = divided_less(coarser, _division(method))
+    same = divided_less(coarser, method.division)
     return replace(solved, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from seatfem.structures.errors import ModelError
+from seatfem.structures.rings import Division
 
 if TYPE_CHECKING:
     from seatfem.structures.lip import AnyLip
@@ -114,6 +115,17 @@ class Method:
     def in_arcs(self) -> bool:
         """Whether a lip is struck in several arcs."""
         return self.lip is not None and self.lip.arcs > 1
+
+    @property
+    def division(self) -> Division:
+        """Of the struck patch into ports."""
+        return Division(1 if self.lip is None else self.lip.arcs, self.rings or 1)
+
+    def divided(self, division: Division) -> Method:
+        """The same with the struck patch in other parts."""
+        arcs, rings = division.arcs, division.rings
+        lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
+        return replace(self, rings=rings, lip=lip)
 
     @property
     def exact(self) -> bool:
