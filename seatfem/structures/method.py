@@ -24,6 +24,7 @@ AUTO: Final = "auto"
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
 BEYOND: Final = 3.0  # times the band, up to which the pairs of a lip's harmonics are kept
+MOST_MODES: Final = 3000  # of a body in space that is struck in arcs: minutes
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
 COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}

@@ -16,9 +16,8 @@ import numpy as np
 
 from impact.greens.base import ErrorEstimate
 from impact.greens.modal import ModalGreens
-from seatfem.structures.damping import Damping
 from seatfem.structures.errors import ModelError
-from seatfem.structures.method import BEYOND, Aims
+from seatfem.structures.method import BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.eigen_search import CountError, counting_shift
 from seatfem.structures.reduction.factorization import factorize
@@ -26,7 +25,6 @@ from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.residual import residual
 
-MOST: Final = 3000  # modes: minutes
 PUSHED: Final = 8  # ports under whose impulses the error is judged, all around the lip
 
 
@@ -43,10 +41,10 @@ def face_greens(
 
     Raises:
         ModelError: damping that couples the modes. FactorizationError: a body that is free to move, where no modes are
-        asked for. ConvergenceError: more than `MOST` modes, or some that are not found.
+        asked for. ConvergenceError: more than `MOST_MODES` modes, or some that are not found.
     """
-    damping: Damping = model.damping.plus(damping_ratio)
-    if damping.refusal:
+    damping = model.damping.plus(damping_ratio)
+    if damping.refusal and not static:
         raise ModelError(f"contact.ports: arcs take modes of the seat: {damping.refusal}")
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
     modes = None if static else _modes(model, aims)
@@ -63,14 +61,24 @@ def face_greens(
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
     """All up to `BEYOND` times the band."""
-    highest, count = BEYOND * aims.bandwidth, 0
-    if model.size > MOST:
-        with suppress(CountError):  # where nothing counts, the search tells
-            count = counting_shift(model, (2 * np.pi * highest) ** 2, aims.backend).count
-        if count > MOST:
-            lower = 0.95 * aims.bandwidth * (MOST / count) ** (1 / 3)
-            raise ConvergenceError(
-                f"contact.ports: the seat has {count} modes below {BEYOND:g} times seat.greens.bandwidth = "
-                f"{aims.bandwidth:.3g} Hz (limit {MOST}): lower it to {lower:.2g} Hz"
-            )
-    return solve_modes(model, up_to_hz=highest, backend=aims.backend)
+    with suppress(CountError):  # where nothing counts, the search tells
+        _check_number(model, aims)
+    return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, backend=aims.backend)
+
+
+def _check_number(model: SecondOrderModel, aims: Aims) -> None:
+    """Raise `ConvergenceError` of too many modes, with the band that has few enough."""
+
+    def below(band: float) -> int:
+        return counting_shift(model, (2 * np.pi * BEYOND * band) ** 2, aims.backend).count
+
+    number = left = below(aims.bandwidth) if model.size > MOST_MODES else 0
+    lower = aims.bandwidth
+    while left > MOST_MODES:
+        lower *= 0.95 * (MOST_MODES / left) ** (1 / 3)
+        left = below(lower)
+    if number > MOST_MODES:
+        raise ConvergenceError(
+            f"contact.ports: the seat has {number} modes below {BEYOND:g} times seat.greens.bandwidth = "
+            f"{aims.bandwidth:.3g} Hz (limit {MOST_MODES}): lower it to {lower:.3g} Hz"
+        )
