@@ -1,7 +1,7 @@
-"""Two parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
+"""Three parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
 
 ``valve_body.step``: a seat in a housing with filleted shoulder and four bolt holes. ``insert_seat.step``: a hard ring
-pressed into a softer body: two solids, each of its own colour.
+pressed into a softer body: two solids, each of its own colour. ``slot_seat.step``: a slot with a raised lip around it.
 """
 
 import sys
@@ -41,6 +41,25 @@ def insert_seat(occ: Any) -> None:
     occ.cut([(3, ring)], [(3, hole)])
 
 
+def slot_seat(occ: Any) -> None:
+    """Plate of 30 by 24 mm, 6 mm thick; slot of 10 by 5 mm with a lip around it, 1 mm wide and high; millimetres."""
+    plate, lip = occ.addBox(-15, -12, 0, 30, 24, 6), _slot(occ, 3.5, 7)
+    solid = occ.fuse([(3, plate)], [lip])[0]
+    occ.cut(solid, [_slot(occ, 2.5, 7)])
+
+
+def _slot(occ: Any, radius: float, height: float) -> tuple[int, int]:
+    """Of this radius about both ends of a line of 5 mm along x, from z = 0 upwards."""
+    ends = [(x, y) for x, y in ((2.5, -radius), (2.5, radius), (-2.5, radius), (-2.5, -radius))]
+    a, b, c, d = (occ.addPoint(x, y, 0) for x, y in ends)
+    right, left = (occ.addPoint(x, 0, 0) for x in (2.5 + radius, -2.5 - radius))
+    centres = [occ.addPoint(x, 0, 0) for x in (2.5, -2.5)]
+    round_right = [occ.addCircleArc(a, centres[0], right), occ.addCircleArc(right, centres[0], b)]
+    round_left = [occ.addCircleArc(c, centres[1], left), occ.addCircleArc(left, centres[1], d)]
+    loop = occ.addCurveLoop([*round_right, occ.addLine(b, c), *round_left, occ.addLine(d, a)])
+    return next(entity for entity in occ.extrude([(2, occ.addPlaneSurface([loop]))], 0, 0, height) if entity[0] == 3)
+
+
 def _circle(curve: int, radius: float, z: float) -> bool:
     x0, _, z0, x1, _, z1 = gmsh.model.getBoundingBox(1, curve)
     return abs((x1 - x0) / 2 - radius) < 1e-3 and abs(z0 - z) < 1e-3 and abs(z1 - z) < 1e-3
@@ -77,6 +96,10 @@ def main(folder: Path) -> None:
     insert_seat(gmsh.model.occ)
     gmsh.model.occ.synchronize()
     write(folder / "insert_seat.step", 9e-3, {1: BODY_COLOUR, 2: INSERT_COLOUR})
+    gmsh.clear()
+    slot_seat(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    write(folder / "slot_seat.step", 7e-3, {})
     gmsh.finalize()
 
 

@@ -1,4 +1,6 @@
-"""Forces along a closed line of equal arcs: per length, averaged over a stated part of it and a stated time.
+"""Forces along a closed line in arcs: per length, averaged over a stated part of it and a stated time.
+
+A ``length`` is that of the whole line [m], whose arcs are then equal, or those of its arcs, (N,).
 
 Where contact runs along a line, the force at one place is a moving front: its peak grows with ever more arcs and never
 settles. Means over a part of the line and a time do.
@@ -6,91 +8,129 @@ settles. Means over a part of the line and a time do.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from impact.after.spectrum import averaged, largest_average
 from impact.greens.base import Array
 
 
-def over_arcs(force: Array, share: float) -> Array:
-    """(n, N) forces of N arcs [N] -> (n, N) mean force of an arc over a part of the line that begins at each arc.
+@dataclass(frozen=True)
+class ClosedLine:
+    """A closed line in N arcs about a point.
+
+    Attributes:
+        lengths: (N,) of the arcs [m].
+        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad].
+        places: (N, 2) means over them of x and y from the point [m].
+    """
+
+    lengths: Array
+    edges: Array
+    places: Array
+
+    @staticmethod
+    def circle(radius: float, arcs: int) -> ClosedLine:
+        """In equal arcs, the first begins on the x axis; their means lie inside the circle."""
+        angles, reach = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs, radius * np.sinc(1 / arcs)
+        places = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
+
+
+def over_arcs(force: Array, share: float, length: float | Array | None = None) -> Array:
+    """(n, N) forces of N arcs [N] -> (n, N) mean force per length over a part of the line that begins at each arc.
 
     Args:
         force: (n, N), arc by arc around the line.
-        share: of the whole line, 1/N <= share <= 1; an arc that lies in it in part counts by that part.
+        share: of the whole line, up to 1, at least the longest arc's; an arc that lies in it in part counts by that
+            part.
+        length: by default 1 m of each arc: the mean force of an arc.
     """
     number = force.shape[1]
-    width = float(np.clip(share * number, 1.0, number))
-    whole, rest = int(width), width - int(width)
+    lengths = lengths_of(float(number) if length is None else length, number)
+    width = widest(share, lengths) * lengths.sum()
     around = np.concatenate([np.zeros((len(force), 1)), np.cumsum(np.tile(force, 2), axis=1)], axis=1)
+    borders = np.concatenate([[0.0], np.cumsum(np.tile(lengths, 2))])
     first = np.arange(number)
-    summed = around[:, first + whole] - around[:, first]
-    if rest > 0:
-        summed = summed + rest * force[:, (first + whole) % number]
+    ends = borders[first] + width
+    last = np.clip(np.searchsorted(borders, ends, side="right") - 1, 0, 2 * number - 1)
+    summed = (
+        around[:, last] - around[:, first] + force[:, last % number] * ((ends - borders[last]) / lengths[last % number])
+    )
     return np.asarray(summed / width)
 
 
-def per_length(force: Array, dt: float, width: float, length: float) -> Array:
+def lengths_of(length: float | Array, number: int) -> Array:
+    """(N,) of the arcs [m]."""
+    return np.full(number, length / number) if np.ndim(length) == 0 else np.asarray(length)
+
+
+def widest(share: float, lengths: Array) -> float:
+    """The part of the line that is averaged over: ``share``, or that of the longest arc where that is more."""
+    return float(np.clip(share, lengths.max() / lengths.sum(), 1.0))
+
+
+def per_length(force: Array, dt: float, width: float, length: float | Array) -> Array:
     """(n + 1, N) force per length of each arc, averaged over ``width`` [s] around each recorded time [N/m].
 
     Args:
-        force: (n + 1, N) of N equal arcs, as in `impact.ImpactResult` [N].
+        force: (n + 1, N) of N arcs, as in `impact.ImpactResult` [N].
         dt: step [s].
         width: of the average in time, zero force outside the record [s].
-        length: of the whole line [m].
+        length: of the line, or (N,) [m].
     """
     means = [averaged(each, dt, width, "moving average") for each in force[1:].T]
-    return np.asarray(np.stack(means, axis=1) * force.shape[1] / length)
+    return np.asarray(np.stack(means, axis=1) / lengths_of(length, force.shape[1]))
 
 
-def best_plane(gaps: Array, radius: float) -> Array:
-    """(n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a circle.
+def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
+    """(n, 3) mean [m] and slopes along x and y of the plane a + b x + c y next to the gaps along a line.
 
     Args:
-        gaps: (n, N) mean gap of each of N >= 3 equal arcs, which begin on the x axis [m].
-        radius: of the circle [m].
+        gaps: (n, N) mean gap of each of N >= 3 arcs [m].
+        line: or the radius of a circle, in equal arcs that begin on the x axis [m].
     """
-    number = gaps.shape[1]
-    angles = 2 * np.pi * (np.arange(number) + 0.5) / number
-    reach = radius * np.sinc(1 / number)  # the mean of an arc lies inside the circle
-    plane = np.stack([np.ones(number), reach * np.cos(angles), reach * np.sin(angles)], axis=1)
+    line = line if isinstance(line, ClosedLine) else ClosedLine.circle(line, gaps.shape[1])
+    plane = np.column_stack([np.ones(len(line.places)), line.places])
     return np.asarray(np.linalg.lstsq(plane, gaps.T, rcond=None)[0].T)
 
 
-def line_force_peak(force: Array, dt: float, width: float, length: float, share: float) -> tuple[float, float]:
+def line_force_peak(force: Array, dt: float, width: float, length: float | Array, share: float) -> tuple[float, float]:
     """Largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line, and where.
 
     Args:
-        force: (n, N) of N equal arcs, constant over each step [N].
+        force: (n, N) of N arcs, constant over each step [N].
         dt: step [s].
         width: of the average in time [s].
-        length: of the whole line [m].
+        length: of the line, or (N,) [m].
         share: of the line that is averaged over.
 
     Returns:
         The peak and the middle of its part of the line, as a share of the line from the first arc's beginning.
     """
-    number = force.shape[1]
-    means = over_arcs(force, share) * number / length
-    each = [largest_average(means[:, k], dt, width) for k in range(number)]
-    return float(max(each)), _middle(int(np.argmax(each)), number, share)
+    lengths = lengths_of(length, force.shape[1])
+    means = over_arcs(force, share, lengths)
+    each = [largest_average(column, dt, width) for column in means.T]
+    return float(max(each)), float(_middles(lengths, share)[int(np.argmax(each))])
 
 
-def line_impulse(force: Array, dt: float, length: float, share: float) -> tuple[Array, Array]:
+def line_impulse(force: Array, dt: float, length: float | Array, share: float) -> tuple[Array, Array]:
     """Impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,): shares of the
     line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
-    number = force.shape[1]
-    found = over_arcs(force.sum(axis=0, keepdims=True), share)[0] * number * dt / length
-    places = np.array([_middle(first, number, share) for first in range(number)])
+    lengths = lengths_of(length, force.shape[1])
+    found = over_arcs(force.sum(axis=0, keepdims=True), share, lengths)[0] * dt
+    places = _middles(lengths, share)
     order = np.argsort(places)
     return found[order], places[order]
 
 
-def line_impulse_peak(force: Array, dt: float, length: float, share: float) -> tuple[float, float]:
+def line_impulse_peak(force: Array, dt: float, length: float | Array, share: float) -> tuple[float, float]:
     """Largest impulse per length [N s/m], averaged over a ``share`` of the line; else as `line_force_peak`."""
     each, places = line_impulse(force, dt, length, share)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 
-def _middle(first: int, number: int, share: float) -> float:
-    return (first / number + max(share, 1 / number) / 2) % 1.0
+def _middles(lengths: Array, share: float) -> Array:
+    """(N,) of the parts that begin at each arc, as shares of the line."""
+    return np.asarray(((np.cumsum(lengths) - lengths) / lengths.sum() + widest(share, lengths) / 2) % 1.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impact.after import measures
-from impact.after.along import best_plane, line_impulse, per_length
+from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
@@ -32,7 +32,7 @@ def plot_lip(
     baseline: ImpactResult | None,
     path: str | os.PathLike[str],
     *,
-    radius: float,
+    radius: float | ClosedLine,
     share: float,
     filter_width: float = 1e-6,
     title: str = "Contact along the lip",
@@ -44,9 +44,9 @@ def plot_lip(
     panel says over what.
 
     Args:
-        result: of N >= 3 equal arcs around the line, which begin on the x axis: histories (n + 1, N).
+        result: of N >= 3 arcs around the line, which begin on the x axis: histories (n + 1, N).
         baseline: the same impact on springs that do not know of each other; ``None``: there is none.
-        radius: of the line [m].
+        radius: of a circle in equal arcs [m]; or another line.
         share: of the line over which the impulse is averaged.
         filter_width: of the average in time [s].
 
@@ -55,14 +55,15 @@ def plot_lip(
     """
     runs = [result] if baseline is None else [result, baseline]
     window = _window(runs)
+    line = radius if isinstance(radius, ClosedLine) else ClosedLine.circle(radius, result.force.shape[1])
     with sheet(path, 7.2, 8.4) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
-        _map(figure, figure.add_subplot(grid[0, :]), result, window, radius, filter_width)
-        _impulse(figure.add_subplot(grid[1, 0], projection="polar"), runs, radius, share, names)
+        _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width)
+        _impulse(figure.add_subplot(grid[1, 0], projection="polar"), runs, line, share, names)
         _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
-        _gaps(figure.add_subplot(grid[2, 0]), result, window)
-        _tilt(figure.add_subplot(grid[2, 1]), result, window, radius)
+        _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
+        _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
 
 
 def _window(runs: list[ImpactResult]) -> tuple[float, float]:
@@ -84,15 +85,15 @@ def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
 
 
 def _map(
-    figure: Figure, axes: Axes, result: ImpactResult, window: tuple[float, float], radius: float, width: float
+    figure: Figure, axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine, width: float
 ) -> None:
-    seen, arcs, length = _within(result, window, COLUMNS), result.force.shape[1], 2 * math.pi * radius
-    values = per_length(result.force, result.dt, width, length)[seen]
+    seen, arcs = _within(result, window, COLUMNS), result.force.shape[1]
+    values = per_length(result.force, result.dt, width, line.lengths)[seen]
     (factor, unit), (rate, time_unit) = scaled(values, "N/m"), scaled(window[1], "s")
     times = rate * result.time[seen]
     edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
     shown = np.ma.masked_less(factor * values.T, SHOWN * factor * float(values.max()))
-    drawn = axes.pcolormesh(edges, np.linspace(0.0, 360.0, arcs + 1), shown, cmap=COLOURS, vmin=0.0, rasterized=True)
+    drawn = axes.pcolormesh(edges, np.degrees(line.edges), shown, cmap=COLOURS, vmin=0.0, rasterized=True)
     figure.colorbar(drawn, ax=axes, pad=0.01, aspect=18).set_label(f"force per length [{unit}]")
     axes.set(xlim=(rate * window[0], rate * window[1]), ylim=(0.0, 360.0), yticks=range(0, 361, 90))
     axes.set(xlabel=f"time [{time_unit}]", ylabel="angle from the x axis [°]")
@@ -101,13 +102,14 @@ def _map(
     axes.set_title(f"mean over {1e6 * width:g} µs and each of {arcs} arcs", loc="right", color=GREY, fontsize=8)
 
 
-def _impulse(axes: Axes, runs: list[ImpactResult], radius: float, share: float, names: tuple[str, str]) -> None:
-    length = 2 * math.pi * radius
-    found = [line_impulse(run.force[1:], run.dt, length, share) for run in runs]
+def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
+    length = float(line.lengths.sum())
+    borders = np.concatenate([[0.0], np.cumsum(line.lengths)]) / length
+    found = [line_impulse(run.force[1:], run.dt, line.lengths, share) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
     for (values, places), name, (colour, style) in zip(found, names, _STYLES, strict=False):
-        around, turns = np.append(values, values[0]), np.append(places, places[0] + 1.0)
-        axes.plot(2 * np.pi * turns, factor * around, color=colour, linestyle=style, label=name)
+        around, turns = np.append(values, values[0]), np.interp(np.append(places, places[0]), borders, line.edges)
+        axes.plot(turns, factor * around, color=colour, linestyle=style, label=name)
     axes.set_ylim(bottom=0.0)
     axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
     axes.tick_params(axis="x", pad=1)
@@ -128,23 +130,29 @@ def _force(
     axes.set_title(f"Total force, mean over {1e6 * width:g} µs")
 
 
-def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float]) -> None:
+def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
     seen, arcs = _within(result, window, 4000), result.force.shape[1]
     rate, time_unit = scaled(window[1], "s")
     factor, unit = scaled(result.gap[seen], "m")
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
-        arc = int(share * arcs)
+        arc = min(int(np.searchsorted(line.edges, 2 * np.pi * share + 1e-9, side="right")) - 1, arcs - 1)
         axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=f"{360 * share:.0f}°")
     zero_line(axes)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
-    axes.set_title(f"Height over the lip, mean over {360 / arcs:.2g}°")
+    axes.set_title(f"Height over the lip, mean over {_span(line)}")
 
 
-def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], radius: float) -> None:
+def _span(line: ClosedLine) -> str:
+    """What an arc is, in words."""
+    arcs = len(line.lengths)
+    return f"{360 / arcs:.2g}°" if np.ptp(line.lengths) < 1e-9 * line.lengths.max() else f"1/{arcs} of it"
+
+
+def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
     seen = _within(result, window, 4000)
     rate, time_unit = scaled(window[1], "s")
-    slopes = np.degrees(np.arctan(best_plane(result.gap[seen], radius)[:, 1:]))
+    slopes = np.degrees(np.arctan(best_plane(result.gap[seen], line)[:, 1:]))
     for values, name, colour in ((slopes[:, 1], "roll, about x", BLUE), (-slopes[:, 0], "pitch, about y", ORANGE)):
         axes.plot(rate * result.time[seen], values, color=colour, label=name)
     zero_line(axes)

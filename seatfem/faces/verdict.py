@@ -122,11 +122,16 @@ def asked(summary: Mapping[str, object]) -> tuple[str, ...]:
 
 def _by_plan(summary: Mapping[str, object]) -> str:
     names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
+    counted = f"what the seat's waves would change in {names} is counted in the error bars."
+    apart = "which its arcs share, and those of the baseline do not"
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
-        return "seat.model = 'spring': the seat is its static stiffness alone, the spring baseline itself."
+        alone = apart if "ports" in summary else "the spring baseline itself"
+        return f"seat.model = 'spring': the seat is its static stiffness alone, {alone}."
+    if "ports" in summary:
+        return f"The plan took the seat for its static stiffness, {apart}: {counted} seat.model states another model."
     return (
-        f"The plan took the seat for its static stiffness, a spring: what the seat's waves would change in {names} is "
-        "counted in the error bars. Seat and spring are alike for that reason; seat.model states another model."
+        f"The plan took the seat for its static stiffness, a spring: {counted} Seat and spring are alike for that "
+        "reason; seat.model states another model."
     )
 
 

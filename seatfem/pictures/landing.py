@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -26,7 +25,6 @@ CLEAR: Final = 0.01  # of the plate's size, by which the lip is drawn lower: the
 GREY: Final = "#D8DADD"
 SIZE: Final = (760, 390)
 MARGIN: Final = 0.12  # of the plate's width
-AROUND: Final = 120  # quadrilaterals of a lip, at least
 FULL: Final = 0.5  # of the largest force per length: from it on the lip is all orange
 MILLISECONDS: Final = 120  # of each picture
 OF_EACH: Final = 40  # of 256 colours, for the lip and for the scale
@@ -53,7 +51,7 @@ class Landing:
         points, cells: (n, 2) nodes of the plate [m] and (m, 9) of each element.
         deflection: (f, n) of the nodes, away from the seat [m].
         time: (f,) [s].
-        lip: (3,) centre x, y and mean radius [m]; ``width``: of the lip [m].
+        inner, outer: (m N, 2) points of both edges of the lip, as many in each of its N arcs [m].
         height: (N,) of the lip's arcs at rest, from the undeformed plate, negative [m].
         force: (f, N) per length of each arc [N/m]; ``total``: (f,) [N].
         averaged: over what forces are, in words.
@@ -63,8 +61,8 @@ class Landing:
     cells: NDArray[np.int64]
     deflection: Array
     time: Array
-    lip: Array
-    width: float
+    inner: Array
+    outer: Array
     height: Array
     force: Array
     total: Array
@@ -112,7 +110,7 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
         )
         edges = moved.extract_feature_edges(feature_edges=False, non_manifold_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color="#404040", line_width=1.5)
-        share = np.repeat(np.clip(force / full, 0.0, 1.0), _each(len(force)))[:, None]
+        share = np.repeat(np.clip(force / full, 0.0, 1.0), len(landing.inner) // len(force))[:, None]
         lip.cell_data["colours"] = ((1 - share) * _rgb(GREY) + share * _rgb(ORANGE)).astype(np.uint8)
         plotter.add_mesh(lip, scalars="colours", rgb=True, lighting=False)
         plotter.add_scalar_bar(f"deflection [{unit}]", mapper=drawn.mapper, **_BAR)
@@ -156,22 +154,12 @@ def _plate(pyvista: ModuleType, landing: Landing) -> Any:
 
 
 def _lip(pyvista: ModuleType, landing: Landing, up: float) -> Any:
-    """Quadrilaterals, `_each` an arc; heights are those of the arcs' middles, linear between them."""
-    arcs, (x, y, radius) = len(landing.height), landing.lip
-    count = arcs * _each(arcs)
+    """Quadrilaterals; heights are those of the arcs' middles, linear between them."""
+    arcs, count = len(landing.height), len(landing.inner)
     places, low = np.arange(count) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
     heights = up * np.interp(places, (np.arange(arcs) + 0.5) / arcs, landing.height, period=1.0) - low
-    turns = 2 * np.pi * places
-    rims = [
-        np.column_stack([x + r * np.cos(turns), y + r * np.sin(turns), heights])
-        for r in (radius - landing.width / 2, radius + landing.width / 2)
-    ]
+    rims = [np.column_stack([edge, heights]) for edge in (landing.inner, landing.outer)]
     here = np.arange(count)
     there = (here + 1) % count
     faces = np.column_stack([here, here + count, there + count, there])
     return pyvista.PolyData.from_regular_faces(np.concatenate(rims), faces)
-
-
-def _each(arcs: int) -> int:
-    """Quadrilaterals of an arc: they look round."""
-    return math.ceil(AROUND / arcs)

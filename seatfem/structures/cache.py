@@ -41,7 +41,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     if how.get("rings") == 1:
         del how["rings"]
     if method.lip is not None:
-        how["lip"] = vars(method.lip)
+        how["lip"] = method.lip.content
     parts: dict[str, object] = {**structure.content(), "method": how}
     if not mesh_error:
         parts["mesh_error"] = False

@@ -11,6 +11,7 @@ from seatfem.structures.counts.element_counts import check_before_meshing
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
+from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.inspection.opened import naming
 from seatfem.structures.kinds.drawn import Drawn
@@ -66,21 +67,28 @@ def draw_both(
 
 
 def matrices(
-    body: Elastic, mesh: AnyMesh, level: Level, progress: Progress = silent, *, rings: int = 1, harmonic: int = 0
+    body: Elastic,
+    mesh: AnyMesh,
+    level: Level,
+    progress: Progress = silent,
+    *,
+    rings: int = 1,
+    harmonic: int = 0,
+    lip: FaceLip | None = None,
 ) -> SecondOrderModel:
     """Mass, stiffness, damping and ports of a body on its mesh; what is wrong with its groups names file or level.
 
-    ``harmonic``: in the angle, of a half section.
+    ``harmonic``: in the angle, of a half section; ``lip``: the face struck, in parts, of a whole body.
     """
     try:
-        return _assembled(body, mesh, level, rings, harmonic, progress)
+        return _assembled(body, mesh, level, rings, harmonic, lip, progress)
     except ModelError as error:
         place = next(iter(body.files()), None) if body.given_mesh else f"seat.model = {level!r}"
         raise ModelError(f"{place}: {error}") from error
 
 
 def _assembled(
-    body: Elastic, mesh: AnyMesh, level: Level, rings: int, harmonic: int, progress: Progress
+    body: Elastic, mesh: AnyMesh, level: Level, rings: int, harmonic: int, lip: FaceLip | None, progress: Progress
 ) -> SecondOrderModel:
     if isinstance(mesh, MeridianMesh):
         return assemble_axisymmetric(
@@ -107,6 +115,7 @@ def _assembled(
         ports={"contact": body.struck_face},
         copies=copies,
         rings=rings,
+        lip=lip,
         progress=progress,
     )
 

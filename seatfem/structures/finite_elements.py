@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -20,6 +21,7 @@ from seatfem.structures.discretise import (
     sliding_faces,
     supports_of,
 )
+from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
@@ -27,7 +29,8 @@ from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.method import COARSENING, NAMES, Aims, Method
-from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction.face_modes import face_greens
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import reduce_model
 from seatfem.structures.reduction.harmonics import ring_greens
@@ -35,7 +38,7 @@ from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.reduction.ring_patches import RingPatch
-from seatfem.structures.rings import Division, as_a_whole, divided_less, parts_behind, ring_names, rings_behind
+from seatfem.structures.rings import as_a_whole, divided_less, parts_behind, ring_names
 from seatfem.structures.solved import Solved
 from seatfem.structures.statics import spring_of, without_waves
 
@@ -43,7 +46,9 @@ LEAST_REFINEMENT: Final = 1.1  # of two meshes that are compared
 MESH_SAFETY: Final = 1.75  # found by benchmarks/coverage_of_seats.py: 98 % of its seats are covered, all held-out ones
 RINGS_TOLERANCE: Final = 0.05  # of the reduction in which only the change by the rings counts
 LIP: Final = "a body of revolution, struck in arcs of its lip: Fourier harmonics in the angle"
+FACE: Final = "struck in arcs of its lip: no sectors are alike"
 LIP_MODES: Final = "finite elements, modes of each Fourier harmonic in the band, statics of each arc"
+FACE_MODES: Final = "finite elements, 3-D, modes in the band, statics of each arc"
 AT_ONCE: Final = "static compliance of the finite elements, arc by arc, and the first velocity of each"
 SPRING: Final = "static compliance of the finite elements, a spring"
 
@@ -66,28 +71,46 @@ def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: fl
 def from_mesh(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
-    """On a mesh that is given, with the patch in rings on the same mesh."""
-    rings = method.rings or 1
+    """On a mesh that is given, with the patch in more parts on the same mesh."""
+    check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
-    if rings_behind(rings) == rings:
+    if parts_behind(method.division) == method.division:
         return replace(solved, in_rings=solved.greens)
     with watch("patch error"):
-        return replace(solved, in_rings=_in_rings(body, mesh, method, duration, progress))
+        return replace(solved, in_rings=_in_parts(body, mesh, method, duration, progress))
 
 
-def _in_rings(
+def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
+    """Raise `ModelError` of more arcs of a lip than its face has elements along it."""
+    if not isinstance(mesh, SeatMesh) or not method.in_arcs or (lip := method.lip) is None:
+        return
+    facets = len((mesh.mesh.boundaries or {}).get(body.struck_face, ()))
+    halves = 1 if mesh.shape == "hexahedron" else 2
+    there = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
+    if lip.arcs > there:
+        finer = (
+            f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
+            if body.is_drawn
+            else ""
+        )
+        raise ModelError(
+            f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
+            f"{1e3 * lip.length:.3g} mm, fewer than one for each arc: {finer}take fewer ports"
+        )
+
+
+def _in_parts(
     body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
 ) -> GreensFunction | None:
-    """The patch in rings on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
-    rings = rings_behind(method.rings or 1)
-    loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE), rings=rings)
-
+    """The patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
+    loose = replace(method.divided(parts_behind(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE))
+    what = "patch in arcs" if method.in_arcs else "patch in rings"
     try:
-        return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, "patch in rings")).greens
+        return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
     except ConvergenceError:
         return None
     finally:
-        progress("patch in rings, for the error estimate", 1.0)
+        progress(f"{what}, for the error estimate", 1.0)
 
 
 def _for_error(progress: Progress, what: str) -> Progress:
@@ -110,11 +133,14 @@ def from_geometry(
     """
     level = body.elements_of(method)
     reason = (
-        LIP if method.in_arcs else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
+        (LIP if level == "harmonics" else FACE)
+        if method.in_arcs
+        else next(found.reason for found in body.levels(method.bandwidth) if found.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)
     mesh, coarse = draw_both(body, spec, level, watch, progress, method=method, coarser=mesh_error)
+    check_arcs(body, mesh, method)
     solved = _solved(body, mesh, method, duration, watch, progress)
     solved = replace(solved, about={**solved.about, **about})
     if coarse is None:
@@ -127,14 +153,20 @@ def _solved(
     body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
 ) -> Solved:
     level = body.elements_of(method)
-    if method.in_arcs:
+    if level == "harmonics" and method.in_arcs:
         return _along(body, mesh, method, duration, watch, progress)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
     check_elastic(body, mesh, level, method.reduction)
     with watch("assembly"):
-        model = matrices(body, mesh, level, progress, rings=method.rings or 1)
+        lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
+        model = matrices(body, mesh, level, progress, rings=method.rings or 1, lip=lip)
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
+    if lip is not None:
+        with watch("reduction"):
+            greens, modes = face_greens(model, _aims(body, method, duration), body.damping_ratio, static=method.static)
+        about["seat_model"] = AT_ONCE if method.static else FACE_MODES
+        return Solved(_from_mesh(greens, mesh), None, mesh, model, modes, about)
     if method.static:
         with watch("reduction"):
             spring = static_greens(model, body.damping_ratio)
@@ -183,25 +215,28 @@ def _along(
     """All of the ring in arcs, by Fourier harmonics."""
     lip = method.lip
     assert lip is not None
-    assert method.bandwidth is not None
 
     def build(harmonic: int) -> SecondOrderModel:
         return matrices(body, mesh, "harmonics", rings=lip.rings, harmonic=harmonic)
 
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
     patches = [RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
-    aims = Aims(method.bandwidth, body.memory(method, duration), method.tolerance)
     with watch("reduction"):
         greens = lip_greens(
             build,
             dict(zip(lip.division.names, patches, strict=True)),
-            aims,
+            _aims(body, method, duration),
             body.damping_ratio,
             static=method.static,
             progress=progress,
         )
     about = {"seat_model": AT_ONCE if method.static else LIP_MODES, **_mesh_keys(mesh)}
     return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+
+
+def _aims(body: Elastic, method: Method, duration: float) -> Aims:
+    assert method.bandwidth is not None
+    return Aims(method.bandwidth, body.memory(method, duration), method.tolerance)
 
 
 def _mesh_keys(mesh: AnyMesh) -> dict[str, object]:
@@ -223,11 +258,8 @@ def _with_mesh_error(
     body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
 ) -> Solved:
     """``solved`` with the mesh error filled in from a coarser ``mesh`` of the same body, whose patch is in rings."""
-    rings, quiet = method.rings or 1, _for_error(progress, "coarser mesh")
-    division = Division(method.lip.arcs if method.lip is not None else 1, rings)
-    behind = parts_behind(division)
-    lip = None if method.lip is None else replace(method.lip, arcs=behind.arcs)
-    coarse = _solved(body, mesh, replace(method, rings=behind.rings, lip=lip), duration, Stopwatch(), quiet)
+    quiet = _for_error(progress, "coarser mesh")
+    coarse = _solved(body, mesh, method.divided(parts_behind(method.division)), duration, Stopwatch(), quiet)
     progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
@@ -241,7 +273,7 @@ def _with_mesh_error(
     greens = greens.with_error(ErrorEstimate(greens.error_estimate.reduction, mesh_error))
     coarser = coarser.with_error(coarser.error_estimate, {**coarser.provenance, "refinement": ratio})
     about = {**solved.about, "coarse_dof": coarse.about.get("seat_dof"), "coarse_refinement": ratio}
-    same = divided_less(coarser, division)
+    same = divided_less(coarser, method.division)
     return replace(solved, greens=greens, coarser=same, in_rings=coarser, about=about, refinement=ratio)
 
 

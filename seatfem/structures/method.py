@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from seatfem.structures.errors import ModelError
+from seatfem.structures.rings import Division
 
 if TYPE_CHECKING:
-    from seatfem.structures.lip import Lip
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.reduction.factorization import Backend
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
@@ -23,6 +24,7 @@ AUTO: Final = "auto"
 CHEAPEST_FIRST: Final[tuple[Level, ...]] = ("rod", "axisymmetric", "harmonics", "sector", "3d")
 DISCRETE: Final[tuple[Level, ...]] = ("axisymmetric", "harmonics", "sector", "3d")
 BEYOND: Final = 3.0  # times the band, up to which the pairs of a lip's harmonics are kept
+MOST_MODES: Final = 3000  # of a body in space that is struck in arcs: minutes
 QUARTERS: Final = 4  # sectors of a body of revolution, a bar, a block: wide enough to be meshed well
 COARSENING: Final = 1.6  # element size ratio of the mesh behind the mesh error estimate
 PER_WAVELENGTH: Final[Mapping[Level, float]] = {"rod": 1, "axisymmetric": 6, "harmonics": 6, "sector": 4, "3d": 3}
@@ -103,7 +105,7 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
-    lip: Lip | None = None
+    lip: AnyLip | None = None
 
     @property
     def static(self) -> bool:
@@ -114,6 +116,17 @@ class Method:
     def in_arcs(self) -> bool:
         """Whether a lip is struck in several arcs."""
         return self.lip is not None and self.lip.arcs > 1
+
+    @property
+    def division(self) -> Division:
+        """Of the struck patch into ports."""
+        return Division(1 if self.lip is None else self.lip.arcs, self.rings or 1)
+
+    def divided(self, division: Division) -> Method:
+        """The same with the struck patch in other parts."""
+        arcs, rings = division.arcs, division.rings
+        lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
+        return replace(self, rings=rings, lip=lip)
 
     @property
     def exact(self) -> bool:

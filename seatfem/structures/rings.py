@@ -178,7 +178,12 @@ def share_left(rings: int) -> float:
 
 
 def divided(places: Array, weights: Array, rings: int) -> Array:
-    """(rings, n) parts of ``weights`` (n,): ring by ring in the order of ``places`` (n,), each with its share.
+    """(rings, n) parts of ``weights`` (n,), ring by ring: `parted` at the borders of rings."""
+    return parted(places, weights, ring_borders(rings))
+
+
+def parted(places: Array, weights: Array, borders: Array) -> Array:
+    """(p, n) parts of ``weights`` (n,) in the order of ``places`` (n,), between shares ``borders`` (p + 1,) of them.
 
     A point on a border counts to both sides, and so do all points at its place: the parts add up to the weights.
     """
@@ -189,10 +194,9 @@ def divided(places: Array, weights: Array, rings: int) -> Array:
     total = np.bincount(group, weights[order])
     ends = np.cumsum(total) / total.sum()
     begins = ends - total / total.sum()
-    borders = ring_borders(rings)
     within = np.minimum(ends, borders[1:, None]) - np.maximum(begins, borders[:-1, None])
     parts = np.clip(within / np.maximum(ends - begins, 1e-300), 0.0, 1.0)
     parts = parts / parts.sum(axis=0)
-    out = np.empty((rings, len(places)))
+    out = np.empty((len(borders) - 1, len(places)))
     out[:, order] = parts[:, group]
     return np.asarray(out * weights)

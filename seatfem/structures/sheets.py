@@ -14,7 +14,7 @@ import numpy as np
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, everywhere, plate_ports
-from seatfem.structures.lip import Lip, Patch
+from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
 from seatfem.structures.method import COARSENING, Aims
@@ -131,7 +131,7 @@ class PlateModes:
         """rho h A [kg]."""
         return self.sheet.material.density * self.sheet.shape.thickness * self.mesh.area
 
-    def with_ports(self, lips: Sequence[Lip]) -> SecondOrderModel:
+    def with_ports(self, lips: Sequence[AnyLip]) -> SecondOrderModel:
         """The model with a port for each part of the lips. Raises `ModelError` of one that reaches off the plate."""
         patches = patches_of(self.sheet, lips)
         dofs, material = self.model.dofs, self.sheet.material
@@ -142,7 +142,7 @@ class PlateModes:
             raise error if len(lips) == 1 else _off_the_plate(self.sheet, lips[-1], error) from error
         return replace(self.model, ports=ports, known=self.model.damping)
 
-    def greens(self, lips: Sequence[Lip], damping_ratio: float) -> ModalGreens:
+    def greens(self, lips: Sequence[AnyLip], damping_ratio: float) -> ModalGreens:
         """The Green's function of the ports of these lips; raises as `with_ports`."""
         model, band = self.with_ports(lips), self.sheet.bandwidth
         aims = Aims(band, WIDTHS / band, TOLERANCE)
@@ -154,7 +154,7 @@ class PlateModes:
         return greens.with_error(greens.error, {**greens.origin, **origin, "mesh": mesh})
 
 
-def _off_the_plate(sheet: Sheet, lip: Lip, error: ModelError) -> ModelError:
+def _off_the_plate(sheet: Sheet, lip: AnyLip, error: ModelError) -> ModelError:
     """In words of the scene: the lip is the seat's."""
     x, y = (1e3 * (a + b) for a, b in zip(sheet.shape.centre, lip.offset, strict=True))
     least, most = (1e3 * radius for radius in sheet.shape.room)
@@ -193,13 +193,15 @@ class SolvedSheet:
         return self.plate.centre
 
 
-def patches_of(sheet: Sheet, lips: Sequence[Lip]) -> Mapping[str, Patch]:
+def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
     """The patches of several lips by the names of their ports; where these are the same, the last one's."""
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
 @lru_cache(maxsize=8)
-def solved_sheet(asked: Sheet, lips: tuple[Lip, ...], damping_ratio: float, *, mesh_error: bool = True) -> SolvedSheet:
+def solved_sheet(
+    asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True
+) -> SolvedSheet:
     """The plate with the ports of these lips by its eigenmodes up to three times the band.
 
     With ``mesh_error`` on two meshes, whose difference over r^2 - 1 is the error: against meshes twice as fine, twelve
@@ -239,7 +241,7 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     return PlateModes(asked, mesh, _model(asked, mesh), modes)
 
 
-def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
+def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:
     """The plate's matrices, with a port for each part of the lips. Raises as `solved_sheet`."""
     return _model(asked, _mesh(asked), patches_of(asked, lips))
 

@@ -1,6 +1,7 @@
 """Every example runs, and what it says is so."""
 
 import ast
+import math
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from impact import measures
 from impact.storage.hdf5 import load_results
-from seatfem.structures.kinds import Annular, BarSeat, Cantilever, MeshFile, Plate, RigidMass, Rod
+from seatfem.structures.kinds import Annular, BarSeat, Cad, Cantilever, MeshFile, Plate, RigidMass, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.accuracy import prerun
 from seatfem.study.impacts.contact import seat_of, striker_of
@@ -286,5 +287,28 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert summary["one_port_filtered_peak_force_N"] > 4 * summary["filtered_peak_force_N"]  # of 96 arcs: 6.4
     assert summary["beam_filtered_peak_force_N"] > 2 * summary["filtered_peak_force_N"]  # of 96 arcs: 2.8
     for name in ("one_port", "beam", "spring"):  # the impulse is a matter of the masses more than of the lip
+        assert summary[f"{name}_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=0.2)
+    assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
+def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
+    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    scene = load_scene(ROOT / "examples" / "slot_landing.toml")
+    assert isinstance(scene.seat, Cad)
+    seat = {"model": "spring", "mesh": scene.seat.mesh.model_copy(update={"size": 4e-3, "contact_size": 1e-3})}
+    parts = {
+        "seat": scene.seat.model_copy(update=seat),
+        "contact": scene.contact.model_copy(update={"ports": 16}),
+        "run": scene.run.model_copy(update={"time_step": 5e-8}),
+        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
+    }
+    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    assert math.remainder(summary["first_touch_at_deg"], 360) == pytest.approx(0.0, abs=1e-3)
+    assert summary["line_force_arc_m"] == pytest.approx((10e-3 + 6e-3 * np.pi) / 8, rel=2e-3)
+    forces = load_results(tmp_path / "result.h5")["lip"].force[1:].sum(axis=0)
+    np.testing.assert_allclose(forces, forces[::-1], atol=0.02 * forces.max())  # but for the meshes
+    for name in ("one_port", "beam", "spring"):
         assert summary[f"{name}_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=0.2)
     assert summary["energy_residual"] < 1e-9

@@ -101,6 +101,14 @@ def test_below_the_bars_a_spring_serves() -> None:
     ("changed", "words"),
     [
         ({"plan_seat_level": "spring"}, "The plan took the seat for its static stiffness, a spring"),
+        (
+            {"plan_seat_level": "spring", "ports": 32},
+            "The plan took the seat for its static stiffness, which its arcs share, and those of the",
+        ),
+        (
+            {"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
+            "seat.model = 'spring': the seat is its static stiffness alone, which its arcs share",
+        ),
         ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, "seat.model = 'spring'"),
         ({"seat_kind": "spring"}, "The seat is a spring: it is its own baseline."),
         ({"first_contact_s": None}, "No contact within run.duration"),

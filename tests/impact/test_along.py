@@ -60,3 +60,19 @@ def test_a_part_across_the_beginning_has_its_middle_there() -> None:
     force = np.zeros((4, 8))
     force[1, [7, 0]] = 1.0
     assert line_force_peak(force, DT, DT, LENGTH, 0.25)[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
+    """An even force per length is one, whatever the arcs and the part; arcs in halves change no whole ones."""
+    lengths = np.array([1.0, 3.0, 2.0, 0.5, 1.5]) * 1e-3
+    even = np.tile(lengths, (3, 1))
+    for share in (0.01, 0.4, 0.77, 1.0):
+        np.testing.assert_allclose(over_arcs(even, share, lengths), 1.0, rtol=1e-12)
+    force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
+    by_hand = np.array([[1 + 2, 2 + 4 / 2, 4 + 8 + 16, 8 + 16 + 1 + 2 / 3, 16 + 1 + 2 / 2]]) / 4e-3
+    np.testing.assert_allclose(over_arcs(force, 0.5, lengths), by_hand, rtol=1e-12)
+    halves = np.repeat(force / 2, 2, axis=1), np.repeat(lengths / 2, 2)
+    np.testing.assert_allclose(over_arcs(halves[0], 0.5, halves[1])[:, ::2], by_hand, rtol=1e-12)
+    peak, place = line_force_peak(np.repeat(force, 3, axis=0), DT, DT, lengths, 0.5)
+    assert peak == pytest.approx(by_hand.max(), rel=1e-12)
+    assert place == pytest.approx((4 + 2) / 8, rel=1e-12)

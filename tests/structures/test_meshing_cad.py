@@ -54,6 +54,7 @@ FILES = {
     "block": (6e-6, 320e-6),
     "valve_body": (ring(10e-3, 4e-3), ring(20e-3, 4e-3) - 4 * ring(2.25e-3, 0)),
     "insert_seat": (ring(8e-3, 4e-3), PLATE),
+    "slot_seat": (1e-3 * (10e-3 + math.pi * 6e-3), 720e-6 - (5e-3 * 5e-3 + ring(2.5e-3, 0))),
 }
 
 

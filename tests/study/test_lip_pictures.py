@@ -87,10 +87,12 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     lip = by_arc(landed.done.touches.parts, Division(ARCS, 2))
     found = landing_of(landed.done, lip)
     assert found is not None
-    x, y, radius = found.lip
+    (x, y), radius = found.outer.mean(axis=0), RADIUS
+    for edge, away in ((found.inner, 5e-3), (found.outer, 6e-3)):
+        np.testing.assert_allclose(np.hypot(*(edge - (x, y)).T), away, rtol=1e-9)
     places = (found.points - (x, y)) @ np.array([1, 1j])
     near = np.flatnonzero(np.abs(np.abs(places) - radius) < 0.5e-3)
-    arcs = Lip(radius, found.width, ARCS).angles
+    arcs = Lip(radius, 1e-3, ARCS).angles
     off = np.abs(np.angle(places[near, None] / np.exp(1j * arcs)))
     steps = np.searchsorted(landed.done.touches.seat.time, found.time - 1e-12)
     moved = lip.striker_displacement[steps]

@@ -15,6 +15,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import ring_greens
 from seatfem.structures.reduction.lip_modes import lip_greens
 from seatfem.structures.reduction.ring_patches import RingPatch
+from tests.ring_mesh import around
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, DURATION, ZETA = 150e3, 30e-6, 0.05
@@ -49,35 +50,17 @@ SLICES = 32
 
 def revolved_hexahedra(patches):
     """The meridian turned into curved 27-node hexahedra, with the arcs of the lip as boundaries."""
-    flat, step = meridian(), 2 * math.pi / SLICES
-    r, z = flat.p
-    angle = np.repeat(step * np.arange(SLICES), r.size)
-    points = np.stack([np.tile(r, SLICES) * np.cos(angle), np.tile(r, SLICES) * np.sin(angle), np.tile(z, SLICES)])
-    here = np.concatenate([flat.t + k * r.size for k in range(SLICES)], axis=1)
-    there = np.concatenate([flat.t + (k + 1) % SLICES * r.size for k in range(SLICES)], axis=1)
-    corners = np.array([points[:, here], points[:, there]]).transpose(1, 0, 2, 3).reshape(3, 8, -1)
-    nodes = np.concatenate([here, there])
-    # scikit-fem's corner order, found from the reference element's own places
-    reference = np.asarray(skfem.ElementHex1().doflocs)
-    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    order = [int(np.flatnonzero((square == place[:2]).all(axis=1))[0]) + 4 * int(place[2]) for place in reference]
-    assert corners.shape[1] == len(order)
-    mesh = skfem.MeshHex2.from_mesh(skfem.MeshHex(points, nodes[order]))
-    places = np.array(mesh.doflocs)
-    turn = np.arctan2(places[1], places[0]) / step
-    places[:2, np.abs(turn - np.rint(turn)) > 0.4] /= math.cos(step / 2)  # middles of chords onto the circle
-    mesh = skfem.MeshHex2(places, mesh.t)
 
     def arc(low, high):
         def chosen(x):
-            around = np.mod(np.arctan2(x[1], x[0]) - low, 2 * math.pi)
+            turn = np.mod(np.arctan2(x[1], x[0]) - low, 2 * math.pi)
             on_lip = np.isclose(x[2], HEIGHT) & (np.hypot(x[0], x[1]) < INNER + (OUTER - INNER) / 3)
-            return on_lip & (around < high - low)
+            return on_lip & (turn < high - low)
 
         return chosen
 
     named = {name: arc(p.angle - p.width / 2, p.angle + p.width / 2) for name, p in patches.items()}
-    return mesh.with_boundaries({**named, "fixed": lambda x: np.isclose(x[2], 0.0)})
+    return around(meridian(), SLICES).with_boundaries({**named, "fixed": lambda x: np.isclose(x[2], 0.0)})
 
 
 def test_three_patches_on_hexahedra_answer_alike():

@@ -37,6 +37,7 @@ from seatfem.structures.elements.shape_functions import (
 from seatfem.structures.elements.supports import Support, support_matrices
 from seatfem.structures.elements.surfaces import Surface, facets_of, surface
 from seatfem.structures.elements.whole_model import whole_model
+from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Material, Orthotropic, Solid, material_from, stiffness_tensor
 from seatfem.structures.model import Array, DofMap, ModelError, Port, SecondOrderModel
 
@@ -65,6 +66,7 @@ def assemble(
     rayleigh: tuple[float, float] | None = None,
     copies: int = 1,
     rings: int = 1,
+    lip: FaceLip | None = None,
     progress: Progress = silent,
 ) -> SecondOrderModel:
     """Small-strain elasticity by displacement elements.
@@ -87,6 +89,7 @@ def assemble(
         copies: the mesh is one of this many equal sectors that move alike: M, C, K, areas and impedances are of all;
             their cuts are the sliding boundaries "symmetry_0" and "symmetry_1".
         rings: every patch is divided into so many ports, NAME_1, NAME_2, ... (`seatfem.structures.rings`).
+        lip: every patch is divided into its parts instead, each a port by its name.
         progress: called with ("assembly", fraction).
 
     Raises:
@@ -109,7 +112,7 @@ def assemble(
     of_nodes: dict[str, Port] = {}
     for port, name in patches.items():
         patch = partial(_patch, made, name)
-        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, made.size)
+        of_nodes |= ports_on(port, name, rings, patch, across, solids, region, made.size, lip)
     of_ports = {
         name: Port(unknowns.vector(port.vector), copies * (port.area or 0.0), copies * (port.impedance or 0.0))
         for name, port in of_nodes.items()

@@ -16,9 +16,10 @@ from scipy.spatial import cKDTree
 
 from seatfem.structures.elements.surfaces import Surface
 from seatfem.structures.errors import ModelError
+from seatfem.structures.face_lip import FaceLip
 from seatfem.structures.materials import Solid
 from seatfem.structures.model import Array, Port
-from seatfem.structures.rings import divided, ring_names
+from seatfem.structures.rings import divided, parted, ring_names
 
 ONE_RADIUS = 1e-3  # of the largest radius: what differs less in radius is a circle, or a cylinder
 _POLYGON = 0.2  # of the area: what the straight sides of coarse elements cut off a circle
@@ -34,8 +35,11 @@ def ports_on(
     solids: Sequence[Solid],
     region: NDArray[np.int32],
     n_nodes: int,
+    lip: FaceLip | None = None,
 ) -> dict[str, Port]:
     """A port for each of the ``rings`` of a boundary, NAME or NAME_1, NAME_2, ... from its inner edge on.
+
+    Of a ``lip``, for each of its arcs and their rings, by their own names.
 
     With n the outward normal, b = integral of n . N over the ring / its area A, over all 3 ``n_nodes`` displacements;
     A = integral of 1 [m^2]; the impedance is the integral of rho c_p [N s/m].
@@ -44,21 +48,38 @@ def ports_on(
         name: of the port.
         boundary: of the mesh, for messages.
         surface: the patch; with true, by a quadrature that is fine enough for rings that end within elements.
+        lip: in whose parts the boundary is divided.
         places: (f, Q) where the points of the patch lie between its edges; asked for more rings than one.
         solids, region: the solids and which of them each element is made of.
 
     Raises:
         ModelError: a patch without area.
     """
-    patch = surface(rings > 1)
+    patch = surface(rings > 1 or lip is not None)
     if not patch.area > 0:
         raise ModelError(f"port: boundary {boundary!r} has area {patch.area:g} m^2")
-    shares = patch.weights[None]
-    if rings > 1:
+    shares, called = patch.weights[None], ring_names(name, rings)
+    if lip is not None:
+        shares, called = along(lip, patch), lip.division.names
+    elif rings > 1:
         shares = divided(places(patch).ravel(), patch.weights.ravel(), rings).reshape(rings, *patch.weights.shape)
     waves = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
     made = (_port(patch, weights, waves, n_nodes) for weights in shares)
-    return dict(zip(ring_names(name, rings), made, strict=True))
+    return dict(zip(called, made, strict=True))
+
+
+def along(lip: FaceLip, patch: Surface) -> Array:
+    """(p, f, Q) weights of the points of a patch in each part of a lip: equal areas around it, shares across each arc.
+
+    Elements are cut at the borders by what their points weigh; all parts add up to the patch.
+    """
+    around, across = lip.places(patch.places.reshape(-1, 3))
+    arcs = parted(around, patch.weights.ravel(), np.arange(lip.arcs + 1) / lip.arcs)
+    parts = np.zeros((lip.arcs, lip.rings, arcs.shape[1]))
+    for arc, weights in enumerate(arcs):
+        there = np.flatnonzero(weights)
+        parts[arc][:, there] = divided(across[there], weights[there], lip.rings)
+    return parts.reshape(-1, *patch.weights.shape)
 
 
 def of_solids(

@@ -83,6 +83,8 @@ def seat_model(structure: Structure, method: Method, duration: float, coarser: f
     if found is None:
         return None
     rings = (method.rings or 1) if coarser == 1.0 else rings_behind(method.rings or 1)
+    if found.kept is not None and not found.section:  # a mode, or a part's statics, takes about what a vector does
+        return SeatModel(**vars(found), vectors=min(found.kept, found.sizes.counts.dof))
     vectors = krylov_vectors(structure, method, duration, found.modes) * rings**PORTS_POWER
     vectors = min(vectors, found.sizes.counts.dof)
     return SeatModel(**vars(found), vectors=vectors)
@@ -100,17 +102,23 @@ def numbers_of_drawn(body: Drawn, method: Method, coarser: float) -> Numbers:
     if level == "harmonics":
         lengths = 2 * math.pi * profile_of(body.geometry()).outer_radius * method.bandwidth / body.slowest
         around = max(FEWEST_HARMONICS, 0.9 * lengths * (BEYOND if method.in_arcs else 1.0))
-    if method.lip is None or not method.in_arcs:
-        return Numbers(sizes, modes, around, section, spec.shape == "hex")
-    ports = method.lip.arcs * method.lip.rings
-    kept = modes_of_volume(body.measures_inside("3d"), BEYOND * method.bandwidth, body.slowest) + ports
-    return Numbers(sizes, modes, around, section, kept=kept)
+    kept = _of_a_lip(method, body.measures_inside("3d"), body.slowest) if method.in_arcs else None
+    return Numbers(sizes, modes, around, section, spec.shape == "hex", kept=kept)
+
+
+def _of_a_lip(method: Method, volume: float, slowest: float) -> float:
+    """Poles of a lip in arcs: modes up to the cutoff, and one exponential for each part."""
+    assert method.bandwidth is not None
+    assert method.lip is not None
+    return modes_of_volume(volume, BEYOND * method.bandwidth, slowest) + len(method.lip.division.names)
 
 
 def numbers_of_mesh(mesh: SeatMesh, slowest: float, method: Method) -> Numbers:
     """Of a mesh that is given; ``slowest``: of its waves [m/s]."""
     assert method.bandwidth is not None
-    return Numbers(_sizes_of(mesh), modes_of_volume(mesh.quality.volume, method.bandwidth, slowest), drawn=False)
+    modes = modes_of_volume(mesh.quality.volume, method.bandwidth, slowest)
+    kept = _of_a_lip(method, mesh.quality.volume, slowest) if method.in_arcs else None
+    return Numbers(_sizes_of(mesh), modes, drawn=False, kept=kept)
 
 
 def highest_pole(model: SeatModel | None, tolerance: float) -> float:

@@ -9,9 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from seatfem.structures.errors import GeometryError
+from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures.face_lip import RingFace, ring_face
 from seatfem.structures.inspection.opened import FileState, state_of
-from seatfem.structures.inspection.shape import Integers, Shape
+from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
@@ -58,6 +59,7 @@ class Inspected:
         regions: names of the solids.
         shape: coarse, with the groups that could be selected; its rows of triangles by face in ``parts``.
         parts: rows of the shape's triangles on each face.
+        edges: by group of flat faces, (e, 2, 3) ends of the straight parts of what bounds it [m].
     """
 
     faces: tuple[FoundFace, ...]
@@ -65,11 +67,20 @@ class Inspected:
     regions: tuple[str, ...]
     shape: Shape
     parts: tuple[Integers, ...] = field(repr=False)
+    edges: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     @property
     def meshed(self) -> bool:
         """Whether gmsh could fill the solids with coarse elements."""
         return len(self.shape.cells) > 0
+
+    @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
+    def ring(self, group: str) -> RingFace:
+        """A group as the face of a lip. Raises `ModelError` of one that is no flat ring."""
+        normals = [face.normal for face in self.faces if group in face.groups]
+        if group not in self.edges or not normals or normals[0] is None:
+            raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
+        return ring_face(self.edges[group], normals[0])
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
@@ -107,7 +118,8 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     }
     shape = Shape(arrays["points"], arrays["triangles"], groups, arrays["cells"], float(found["volume"]))
     faces = tuple(_face(face, found["groups"]) for face in found["faces"])
-    return Inspected(faces, _problems(found), tuple(found["regions"]), shape, tuple(rows))
+    edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(found["flat"])}
+    return Inspected(faces, _problems(found), tuple(found["regions"]), shape, tuple(rows), edges)
 
 
 def _nothing(error: GeometryError) -> Inspected:

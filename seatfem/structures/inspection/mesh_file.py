@@ -6,12 +6,15 @@ Faces are parts of the surface without a sharp edge within, planes and cylinders
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from seatfem.structures.errors import ModelError
+from seatfem.structures.face_lip import RingFace, ring_face
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.mesh.meridian import MeridianMesh
@@ -20,6 +23,7 @@ from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
 
 SHARP: Final = math.radians(25.0)  # between neighbouring triangles of different faces
 FLAT: Final = 1e-3  # of unit normals
+EVEN: Final = 0.01  # the same of a struck face: coordinates of few digits
 CHORDS: Final = 0.06  # the same of triangles on a cylinder, and their middles over its extent
 ROUND: Final = 0.01  # scatter of the radius
 
@@ -45,6 +49,17 @@ def shape_of(mesh: SeatMesh) -> Shape:
         for name, facets in (solid.boundaries or {}).items()
     }
     return Shape(points, triangles, groups, np.zeros((0, 4), np.int64), mesh.quality.volume)
+
+
+@lru_cache(maxsize=4)
+def ring_of(mesh: SeatMesh, group: str) -> RingFace:
+    """A named boundary as the face of a lip. Raises `ModelError` of one that is no flat ring."""
+    shape = shape_of(mesh)
+    normals, areas = shape.normals[shape.groups[group]], shape.areas[shape.groups[group]]
+    mean = np.average(normals, axis=0, weights=areas)
+    if np.abs(normals - mean).max() > EVEN:
+        raise ModelError("the struck face is not flat: take a flat one, or strike it as a whole")
+    return ring_face(shape.points[shape.outline(group)], mean)
 
 
 def _around(quadrilaterals: Integers, points: Array) -> Integers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from pydantic import Field
 
@@ -25,6 +25,8 @@ OTHER_NAMES: Final = {"path": "file"}
 
 class Cad(Drawn):
     """A solid drawn in a CAD program, read from a STEP or BREP file."""
+
+    has_faces: ClassVar[bool] = True
 
     kind: Literal["cad"]
     file: ExistingFile = Field(description="the file, relative to the scene's folder")

@@ -16,7 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.kinds.structure import NO_RING, Finding, Structure
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -34,11 +34,14 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
 UNDIVIDED: Final = ("rod", "harmonics", "sector", "3d")  # stated models of a ring that is struck as a whole
+WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # the same of a ring-shaped face of other bodies
 
 
 class Drawn(Elastic):
@@ -54,6 +57,15 @@ class Drawn(Elastic):
     def geometry(self) -> Geometry:
         """The geometry in SI units. Raises `GeometryError` where it cannot be built."""
         raise NotImplementedError
+
+    @property
+    def no_lip(self) -> str:
+        return super().no_lip or (_as_a_whole(self.model) if self.model in WHOLE else "")
+
+    def ring_face(self) -> RingFace:
+        from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
+
+        return inspect_geometry(self.geometry()).ring(self.struck_face)
 
     def struck_part(self) -> tuple[float, float, float]:
         """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
@@ -176,6 +188,10 @@ class Drawn(Elastic):
         return in_space(self, wanted, watch, progress)
 
 
+def _as_a_whole(model: str) -> str:
+    return f"with model = {model!r} is struck as a whole, not in arcs; remove model, or the key"
+
+
 class Turned(Drawn):
     """What all solids of revolution have."""
 
@@ -219,12 +235,16 @@ class Turned(Drawn):
         return ((r + s) / 2, abs(s - r)) if abs(z - height) < FLAT * abs(s - r) and min(r, s) > 0 else None
 
     @property
-    def no_ring(self) -> str:
+    def no_lip(self) -> str:
         if self.arc is not None:
             return "with arc is struck on that part of its ring alone; remove arc, or the key"
-        if self.model in UNDIVIDED:
-            return f"with model = {self.model!r} is struck as a whole, not in arcs; remove model, or the key"
-        return super().no_ring
+        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self.struck_ring else NO_RING)
+
+    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+        return Structure.lip(self, arcs, rings)
+
+    def elements_of(self, method: Method) -> Level:
+        return "harmonics" if method.in_arcs else super().elements_of(method)
 
     def _ends_of_contact(self) -> tuple[Point, Point]:
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]

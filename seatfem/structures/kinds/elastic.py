@@ -19,6 +19,8 @@ from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.method import AnyLevel
 
 if TYPE_CHECKING:
+    from seatfem.structures.face_lip import RingFace
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
 
 
@@ -29,6 +31,8 @@ class Elastic(Reduced):
     is_meshed: ClassVar[bool] = True
     is_kept: ClassVar[bool] = True
     has_rings: ClassVar[bool] = True
+    has_faces: ClassVar[bool] = False
+    """Whether the face that is struck may be a flat ring of any outline."""
 
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
@@ -66,6 +70,19 @@ class Elastic(Reduced):
     def struck_arc(self) -> float | None:
         """Angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
         return None
+
+    @property
+    def no_lip(self) -> str:
+        return "" if self.has_faces else super().no_lip
+
+    def ring_face(self) -> RingFace:
+        """The face that is struck. Raises `ModelError` of one that is no flat ring."""
+        raise NotImplementedError
+
+    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+        from seatfem.structures.face_lip import face_lip  # scenes without lips need none
+
+        return None if self.no_lip else face_lip(self.ring_face(), arcs, rings)
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
@@ -22,6 +22,7 @@ from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
+    from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.mesh.seat_mesh import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 class MeshFile(Elastic):
     """A mesh made elsewhere, with named surface groups."""
+
+    has_faces: ClassVar[bool] = True
 
     kind: Literal["mesh"]
     file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
@@ -84,6 +87,11 @@ class MeshFile(Elastic):
         from seatfem.structures.inspection.mesh_file import shape_of
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
+
+    def ring_face(self) -> RingFace:
+        from seatfem.structures.inspection.mesh_file import ring_of
+
+        return ring_of(self.read(), self.struck_face)
 
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,8 @@ from seatfem.structures.shapes import ValvePlate
 
 class Plate(Drawn):
     """A flat valve plate with several round ports, a sealing land around each, and webs between them."""
+
+    has_faces: ClassVar[bool] = True
 
     kind: Literal["plate"]
     ports: int = Field(strict=True, ge=1, le=200, description="number of ports")
@@ -39,6 +41,12 @@ class Plate(Drawn):
     def struck_face(self) -> str:
         """The lands of all ports, or of one."""
         return "contact" if self.struck is None else f"land_{self.struck}"
+
+    @property
+    def no_lip(self) -> str:
+        if self.ports > 1 and self.struck is None:
+            return "is struck on the lands of all its ports; state struck, the port whose land is struck"
+        return super().no_lip
 
     @property
     def sectors(self) -> int:

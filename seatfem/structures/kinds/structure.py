@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
@@ -22,8 +22,12 @@ if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
+NO_RING: Final = (
+    "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
+)
 Finding = tuple[tuple[str | int, ...], str]
 """A key, from the structure's own table on, and what is wrong with it."""
 
@@ -88,9 +92,19 @@ class Structure(Striking):
         return None
 
     @property
-    def no_ring(self) -> str:
-        """Why there is no `struck_ring`, and what would help."""
-        return "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
+    def no_lip(self) -> str:
+        """Why there is no `lip`, as far as the table tells, and what would help; "" where there may be one."""
+        return "" if self.struck_ring is not None else NO_RING
+
+    def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+        """The flat ring-shaped face that is struck, in parts; ``None`` where `no_lip` tells why there is none.
+
+        Raises:
+            ModelError: a face of a file that is no lip.
+        """
+        from seatfem.structures.lip import Lip  # scenes without lips need none
+
+        return None if self.struck_ring is None else Lip(*self.struck_ring, arcs, rings)
 
     # How it is modelled
 
@@ -135,8 +149,8 @@ class Structure(Striking):
         return "3d"
 
     def elements_of(self, method: Method) -> Level:
-        """The level of a method's finite elements: the arcs of a lip need harmonics."""
-        return "harmonics" if method.in_arcs else self.discrete(method.level)
+        """The level of a method's finite elements: the arcs of a lip leave no sectors alike."""
+        return "3d" if method.in_arcs else self.discrete(method.level)
 
     def memory(self, method: Method, duration: float) -> float:
         """How long its g must be right in a run of ``duration`` [s]."""

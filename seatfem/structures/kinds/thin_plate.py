@@ -19,7 +19,7 @@ from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.motion import Moving
 from seatfem.structures.kinds.selectors import in_scene_words
 from seatfem.structures.kinds.striking import At
-from seatfem.structures.lip import Lip
+from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import Applicability, Method
 from seatfem.structures.shapes import Flat
 from seatfem.structures.solved import Solved
@@ -155,7 +155,7 @@ class ThinPlate(Moving):
 
         return Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
-    def lips(self, lip: Lip | None) -> tuple[Lip, ...]:
+    def lips(self, lip: AnyLip | None) -> tuple[AnyLip, ...]:
         """Its own contact and, where it is struck along a lip, that one's arcs; a whole lip in place of its own."""
         return (self.own_lip,) if lip is None else (self.own_lip, lip)
 
@@ -163,7 +163,7 @@ class ThinPlate(Moving):
     def states_contact(self) -> bool:
         return self.contact_radius is not None
 
-    def solved(self, lip: Lip | None = None, band: float | None = None, *, mesh_error: bool = True) -> SolvedSheet:
+    def solved(self, lip: AnyLip | None = None, band: float | None = None, *, mesh_error: bool = True) -> SolvedSheet:
         """Its modes and its Green's function, computed once in a process.
 
         ``lip``: in place of its own contact; ``band``: in place of the table's [Hz].

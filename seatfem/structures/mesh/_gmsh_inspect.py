@@ -27,6 +27,7 @@ ACROSS: Final = 2.0  # element size on the struck faces, over their width
 GROWTH: Final = 0.6  # of the size per unit distance
 FINE: Final = 4.0  # shorter elements of a picture, and ...
 CURVED: Final = 24  # ... elements per full turn
+CHORDS: Final = 96  # of each curve that bounds a face: of a circle they take 7e-4 of its area
 TRIANGLE, TETRAHEDRON = 2, 4
 
 Problem = tuple[str, str]
@@ -46,14 +47,17 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     except GeometryError as error:
         return _json({"faces": [], "groups": {}, "regions": {}, "volume": 0.0, "problems": [(error.field, str(error))]})
     groups = _groups(faces, geometry.patches, problems)
+    flat = [name for name, tags in groups.items() if all(f.kind == "Plane" for f in faces if f.tag in tags)]
     found = {
         "faces": [_described(gmsh, face, unit) for face in faces],
         "groups": groups,
         "regions": regions,
         "volume": volume_of(gmsh.model, unit),
         "problems": problems,
+        "flat": flat,
     }
-    return _json(found) | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
+    edges = _edges(gmsh, [groups[name] for name in flat], unit)
+    return _json(found) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
 
 
 def _built(
@@ -137,6 +141,20 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
         "perimeter": unit * float(sum(gmsh.model.occ.getMass(1, tag) for tag in once)),
         "solids": [int(tag) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]],
     }
+
+
+def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:
+    """What bounds each group, in straight parts: their ends (e, 2, 3) [m], and the group's number (e,)."""
+    parts, of = [np.empty((0, 2, 3))], [np.empty(0, int)]
+    for number, tags in enumerate(groups):
+        curves = [abs(c) for tag in tags for _, c in gmsh.model.getBoundary([(2, tag)], oriented=True)]
+        for curve in (c for c in curves if curves.count(c) == 1):
+            low, high = gmsh.model.getParametrizationBounds(1, curve)
+            where = np.linspace(low[0], high[0], 2 if gmsh.model.getType(1, curve) == "Line" else CHORDS + 1)
+            points = unit * np.reshape(gmsh.model.getValue(1, curve, where), (-1, 3))
+            parts.append(np.stack([points[:-1], points[1:]], axis=1))
+            of.append(np.full(len(where) - 1, number))
+    return {"edges": np.concatenate(parts), "edges_of": np.concatenate(of)}
 
 
 def _coarse_mesh(gmsh: Any, struck: list[int], unit: float, *, picture: bool) -> dict[str, Any]:

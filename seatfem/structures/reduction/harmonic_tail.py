@@ -46,23 +46,30 @@ class Tail:
 
         n R_n is interpolated linearly in log n, which keeps it positive semidefinite, and constant beyond the last.
         """
-        return self._sum(np.arange(self.reduced + 1, max(self._far, 20 * self.last)))
+        harmonics = np.arange(self.reduced + 1, max(self._far, 20 * self.last))
+        return summed(self.patches, harmonics, self._law(harmonics), self._places)
+
+    def diagonal(self) -> Array:
+        """(p,) that of `compliance`, its largest values; in no time."""
+        return self._diagonal(self.reduced + 1)
 
     def doubt(self) -> float:
         """Half of the largest compliance that was extrapolated [m/N]; ``inf`` before two were computed."""
-        return math.inf if len(self._numbers) < 2 else self.largest(self.last) / 2
+        return math.inf if len(self._numbers) < 2 else float(self._diagonal(self.last + 1).max()) / 2
 
-    def largest(self, after: int = 0) -> float:
-        """Value of what the harmonics above ``reduced`` and ``after`` sum up to [m/N]: it stands on the diagonal."""
-        harmonics = np.arange(max(self.reduced, after) + 1, max(self._far, 20 * self.last))
-        law = self._law(harmonics)
-        kinds = {(patch.width, place): patch for patch, place in zip(self.patches.values(), self._places, strict=True)}
-        return max(float(patch.coefficients(harmonics) ** 2 @ law[place, place]) for (_, place), patch in kinds.items())
-
-    def _sum(self, harmonics: NDArray[np.int64]) -> Array:
-        return summed(self.patches, harmonics, self._law(harmonics), self._places)
+    def _diagonal(self, first: int) -> Array:
+        """(p,) sum from a harmonic on of s_ni^2 R_n: patches as wide on one ring share it."""
+        harmonics = np.arange(first, max(self._far, 20 * self.last))
+        law, known = self._law(harmonics), dict[tuple[float, int], float]()
+        for patch, place in zip(self.patches.values(), self._places, strict=True):
+            if (patch.width, place) not in known:
+                known[patch.width, place] = float(patch.coefficients(harmonics) ** 2 @ law[place, place])
+        return np.array(
+            [known[patch.width, place] for patch, place in zip(self.patches.values(), self._places, strict=True)]
+        )
 
     def _law(self, harmonics: NDArray[np.int64]) -> Array:
+        """(rings, rings, n) R_n."""
         known, scaled = np.log(self._numbers), np.array(self._scaled)
         at, rings = np.log(harmonics), range(scaled.shape[1])
         return np.array([[np.interp(at, known, scaled[:, i, j]) / harmonics for j in rings] for i in rings])

@@ -108,12 +108,12 @@ def _statics(
     of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
     whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
-    tail, largest = Tail(patches, rings, 0), float(whole.max())
+    tail, largest = Tail(patches, rings, 0), 0.0
     while (doubt := tail.doubt()) > DOUBT * largest:
         if tail.last >= MOST:
             raise ConvergenceError(f"{tail.last} harmonics do not hold the compliance of the arcs: take fewer")
         tail.add(build(tail.next), aims.backend)
-        largest = float(whole.max()) + tail.largest()
+        largest = float((np.diag(whole) + tail.diagonal()).max())
         progress("harmonics", 0.5 * tail.last / (tail.last + 40))
     return whole + tail.compliance(), tail.last, doubt
 

@@ -13,6 +13,7 @@ from impact.march import engines
 from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.costs import ALL_MODES
 from seatfem.structures.estimates.mesh_size import Sizes, per_wavelength
+from seatfem.structures.method import BEYOND
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import BEAM, ONE_PORT
 from seatfem.study.method import (
@@ -143,11 +144,14 @@ def _tolerance(decision: Decision, method: RunMethod) -> str:
 
 def _reduction(decision: Decision, method: RunMethod) -> str:
     if decision.level == "spring":
-        return "one factorization, one static solution"
+        return "one factorization, " + ("statics of each arc" if method.seat.in_arcs else "one static solution")
     model = finite_elements(decision.seen.scene, method)
     if model is None:
         return "chosen once the matrices are known"
     n = model.sizes.counts.dof
+    if model.kept is not None and method.ports is not None:
+        modes = model.kept - len(method.seat.division.names)
+        return f"about {_count(n)} unknowns, {modes:.0f} modes up to {BEYOND:g} times the band, statics of each arc"
     if method.seat.reduction not in ("auto", "krylov"):
         return f"about {_count(n)} unknowns"
     if method.seat.reduction == "auto" and n <= ALL_MODES:

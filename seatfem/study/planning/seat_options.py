@@ -16,7 +16,7 @@ from seatfem.structures.estimates.costs import (
     seat_seconds,
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
-from seatfem.structures.method import Method
+from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
@@ -134,10 +134,12 @@ def _rod(seen: Seen, method: Method) -> Iterator[SeatOption]:
 
 
 def _waves(seen: Seen, seat: Method, why: str) -> Iterator[SeatOption]:
-    """Finite elements, reduced; no band is tried beyond one above which nothing counts."""
+    """Finite elements, reduced; no band is tried beyond one above which nothing counts, or modes are too many."""
     for band in seen.bands:
         for error, mesh in _meshes(seen, band):
             elements = _elements(seen, seat, band, error)
+            if band > seen.bands[0] and elements.too_many_modes:
+                return
             for tolerance in seen.tolerances:
                 reach = band * max(1.0, FEWER_POLES * highest_pole(elements.model, tolerance))
                 left = {BAND: seen.sensitivity.above(reach), TOLERANCE: seen.per_g(tolerance), **mesh}
@@ -171,6 +173,12 @@ class _Elements:
     error: float
     model: SeatModel | None
     coarser: SeatModel | None
+
+    @property
+    def too_many_modes(self) -> bool:
+        """Whether those of a body in space, struck in arcs, would not be looked for."""
+        model = self.model
+        return model is not None and not model.section and model.kept is not None and model.kept > MOST_MODES
 
     def option(self, why: str, tolerance: float, changes: Mapping[str, Changes]) -> SeatOption:
         """With the cost for a tolerance."""

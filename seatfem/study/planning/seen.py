@@ -48,6 +48,7 @@ BEHIND: Final[Mapping[str, Source]] = {
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
 TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
+PER_ARC: Final = 0.8  # element size over the length of an arc, at most: meshes are a little coarser than asked for
 RING_NUMBERS: Final = (1, 4, 8)
 
 
@@ -157,7 +158,15 @@ class Seen:
         assert self.patch is not None
         chosen = sizes_for(self.patch, band, error, seat.order)
         size = seat.size or max(chosen.size, seat.contact_size or 0.0)
-        return Sizes(size, seat.contact_size or min(size, chosen.contact_size))
+        return Sizes(size, seat.contact_size or min(size, chosen.contact_size, self._of_an_arc))
+
+    @property
+    def _of_an_arc(self) -> float:
+        """Elements so small that each arc of a lip has at least one, of a body that is meshed around it [m]."""
+        lip = self.stated.seat.lip
+        if lip is None or not self.stated.seat.in_arcs or self.scene.seat.elements_of(self.stated.seat) != "3d":
+            return math.inf
+        return PER_ARC * lip.length / lip.arcs
 
     def per_g(self, error: float) -> Changes:
         """What an error of g leaves in the measures."""

@@ -25,24 +25,28 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import closed_line
 
 LANDING: Final = "landing.gif"
 FEWEST: Final = 3  # arcs that tell a tilt
 FRAMES: Final = 40
 BEFORE: Final = 0.15  # of the first contact's duration, shown before it
 AFTER: Final = 0.35  # and after it
+AROUND: Final = 120  # quadrilaterals of a lip, at least
 
 
 def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
     """lip.png and, of a plate that was computed, landing.gif; none where the contact is not along a lip."""
     scene, touches = done.plan.scene, done.touches
-    division, ring = Division.of(done.seat.greens), scene.seat.struck_ring
-    if touches.parts is None or touches.line is None or ring is None or division.arcs < FEWEST:
+    division = Division.of(done.seat.greens)
+    if touches.parts is None or touches.line is None or division.arcs < FEWEST:
         return []
+    shape = scene.seat.lip(division.arcs)
+    assert shape is not None
     lip = by_arc(touches.parts, division)
     springs = None if baseline.parts is None else by_arc(baseline.parts, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
-    draw = partial(plot_lip, radius=ring[0], share=touches.line.share, filter_width=width, title=title)
+    draw = partial(plot_lip, radius=closed_line(shape), share=touches.line.share, filter_width=width, title=title)
     pictures: list[Picture] = [("lip.png", lambda path: draw(lip, springs, path))]
     try:
         landing = landing_of(done, lip)
@@ -77,10 +81,10 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
     """The plate over the lip during its first contact; ``None`` of what is no plate with its modes, of loads that
     the march alone knows, under a preload, and without contact."""
     scene, reed, touches = done.plan.scene, done.reed, done.touches
-    groups, ring = measures.contact_groups(touches.seat), scene.seat.struck_ring
+    groups, shape = measures.contact_groups(touches.seat), scene.seat.lip(lip.force.shape[1])
     if not isinstance(scene.reed, ThinPlate) or reed is None:
         return None
-    if ring is None or not len(groups) or scene.is_blown_by_lift or scene.contact.preload:
+    if shape is None or not len(groups) or scene.is_blown_by_lift or scene.contact.preload:
         return None
     plate, modal, dt = scene.reed.plate(reed.greens), done.striker.greens.modal, touches.seat.dt
     dofs, shapes = plate.model.dofs, plate.modes.shapes
@@ -93,6 +97,8 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
     rows = slice(begin, begin + FRAMES)
     coordinates = modal_coordinates(done.striker, on_the_ports(scene, done), dt, stride)[rows]
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
+    centre = np.asarray(scene.reed.geometry().centre) + scene.contact.offset
+    inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
     steps, width = stride * np.arange(begin, begin + len(deflection)), scene.run.filter_width
     total = averaged(touches.seat.force[1:], dt, width, MOVING_AVERAGE)
     return Landing(
@@ -100,10 +106,10 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
         dofs.mesh.cells,
         deflection,
         touches.seat.time[steps],
-        np.array([*(np.asarray(scene.reed.geometry().centre) + scene.contact.offset), ring[0]]),
-        ring[1],
+        centre + inner,
+        centre + outer,
         -lip.gap[0],
-        per_length(lip.force, dt, width, 2 * math.pi * ring[0])[steps],
+        per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
         f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} arcs",
     )

@@ -88,19 +88,20 @@ def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
     first = int(np.argmax(pressed.any(axis=1)))
     return {
         "ports": line.force.shape[1],
-        "line_force_arc_m": line.share * line.length,
+        "line_force_arc_m": line.share * float(line.lengths.sum()),
         "line_force_width_s": width,
-        "line_force_peak_at_deg": 360 * force_at if pressed.any() else None,
-        "line_impulse_peak_at_deg": 360 * impulse_at if pressed.any() else None,
-        "first_touch_at_deg": 360 * _mean_place(pressed[first]) if pressed.any() else None,
+        "line_force_peak_at_deg": line.degrees_at(force_at) if pressed.any() else None,
+        "line_impulse_peak_at_deg": line.degrees_at(impulse_at) if pressed.any() else None,
+        "first_touch_at_deg": _mean_angle(line, pressed[first]) if pressed.any() else None,
         "largest_share_of_lip_pressed": float(pressed.mean(axis=1).max()),
     }
 
 
-def _mean_place(pressed: NDArray[np.bool_]) -> float:
-    """Of arcs around a line, as a share of it."""
-    turns = 2 * np.pi * (np.flatnonzero(pressed) + 0.5) / len(pressed)
-    return float(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()) / (2 * np.pi)) % 1.0
+def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float:
+    """Of arcs around a line, in degrees."""
+    borders = np.linspace(0, 2 * np.pi, len(pressed) + 1) if line.edges is None else line.edges
+    turns = ((borders[1:] + borders[:-1]) / 2)[pressed]
+    return round(float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))), 9) % 360
 
 
 def _known(value: float) -> float | None:

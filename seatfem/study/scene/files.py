@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from seatfem.structures.errors import ModelError
+from seatfem.structures.inspection.opened import naming
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene.load import load_scene
 from seatfem.study.scene.models import Scene
@@ -21,6 +23,12 @@ def check_files(scene: Scene) -> None:
         SceneError: all that is wrong, by key; `seatfem.study.scene.located` adds the scene's file and its lines.
     """
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
+    if not findings and (key := scene.contact.along_a_lip or ("ports" if scene.contact.ports else "")):
+        try:
+            scene.seat.lip()
+        except ModelError as error:
+            told = next((naming(file, str(error)) for file in scene.seat.files()), str(error))
+            findings.append((("contact", key), told))
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 

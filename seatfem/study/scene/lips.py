@@ -8,89 +8,99 @@ from typing import Final
 
 import numpy as np
 
+from impact.after.along import ClosedLine
 from impact.greens.base import Array
 from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
-from seatfem.structures.lip import Lip
+from seatfem.structures.lip import AnyLip
 from seatfem.structures.rings import MOST_PORTS, Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.models import Contact
 
 USUAL: Final = 32  # arcs, where nothing else is known
-POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
 
 
 def usual_ports(scene: Scene) -> int:
-    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or under a plate that
-    touches where the lip is, else one."""
+    """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or where a plate that
+    touches where the lip is meets a ring, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
-    many = scene.seat.struck_ring is not None and (touches or scene.contact.uneven or any(scene.contact.offset))
+    many = (touches and scene.seat.struck_ring is not None) or scene.contact.uneven or any(scene.contact.offset)
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
-def lip_of(scene: Scene, ports: int | None = None) -> Lip | None:
+def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
     """The seat's lip in so many arcs, by default those that the scene states, or the usual number of them.
 
-    ``None`` where the patch is not divided around, or no ring is struck.
+    ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
+    is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
     arcs = ports or scene.contact.ports or usual_ports(scene)
-    ring = scene.seat.struck_ring
-    as_it_states = scene.contact.ports is None and scene.reed.states_contact
-    if ring is None or (arcs == 1 and (as_it_states or not scene.reed.meets_lips)):
+    as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
+    if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
-    return Lip(*ring, arcs=arcs, rings=scene.contact.rings)
+    return scene.seat.lip(arcs, scene.contact.rings)
 
 
-def on_the_reed(scene: Scene, lip: Lip | None) -> Lip | None:
+def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
     """The same lip as a plate sees it, off its centre; ``None`` of a striker that touches as one rigid face."""
     if lip is None or not scene.reed.meets_lips:
         return None
-    return Lip(lip.radius, lip.width, lip.arcs, lip.rings, scene.contact.offset)
+    return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
 
 
 def gaps_of(scene: Scene, arcs: int) -> Array:
     """(arcs,) openings of the undeformed bodies [m], the mean over each arc of
 
-        gap(th) = gap + h(th) - min h,   h = R tan(tilt) sin(th - tilt_axis) + waviness(th)
+        gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th)
 
-    on the centre line of the lip, of mean radius R; ``gap`` is the smallest.
+    on the centre line of the lip, r from its centre; ``gap`` is the smallest.
     """
-    contact, ring = scene.contact, scene.seat.struck_ring
-    if ring is None or not contact.uneven:
+    contact = scene.contact
+    if not contact.uneven or (lip := scene.seat.lip(arcs)) is None:
         return np.full(arcs, contact.gap)
-    height = _heights(contact, arcs, ring[0])
-    return np.asarray(contact.gap + (height - height.min()).mean(axis=1))
+    heights = _heights(contact, *lip.line())
+    return np.asarray(contact.gap + (heights - heights.min()).mean(axis=1))
 
 
 def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
     """(arcs,) of the film, its floor raised by half of what the lip rises within each, along and across it."""
-    contact, ring = scene.contact, scene.seat.struck_ring
+    contact = scene.contact
     if contact.film is None:
         return (None,) * arcs
-    part, rises = contact.film.of(ring).part(1 / arcs), np.zeros(arcs)
-    if ring is not None and contact.uneven:
-        rims = [_heights(contact, arcs, ring[0] + side * ring[1] / 2) for side in (-1, 1)]
+    whole, lip = contact.film.of(scene.seat.struck_ring), scene.seat.lip(arcs)
+    shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
+    if lip is not None:
+        shares = lip.lengths / lip.lengths.sum()
+    if lip is not None and contact.uneven:
+        line, angles = lip.line()
+        half = lip.area / lip.lengths.sum() / 2 / np.linalg.norm(line, axis=-1, keepdims=True)
+        rims = [_heights(contact, line * (1 + side * half), angles) for side in (-1, 1)]
         rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
-    return tuple(replace(part, floor=part.floor + float(rise) / 2) for rise in rises)
+    parts = (whole.part(float(share)) for share in shares)
+    return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
 
 
-def _heights(contact: Contact, arcs: int, radius: float) -> Array:
-    """(arcs, points) heights of the gap on a circle about the lip's axis [m]."""
-    each = math.ceil(POINTS / arcs)
-    angles = 2 * np.pi * (np.arange(arcs * each) + 0.5) / (arcs * each)
-    height = radius * math.tan(contact.tilt) * np.sin(angles - contact.tilt_axis)
+def _heights(contact: Contact, points: Array, angles: Array) -> Array:
+    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m]."""
+    axis = contact.tilt_axis
+    height = math.tan(contact.tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis))
     if contact.waviness:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
-    return np.asarray(height.reshape(arcs, each))
+    return np.asarray(height)
+
+
+def closed_line(lip: AnyLip) -> ClosedLine:
+    """The centre line of a lip in its arcs."""
+    return ClosedLine(lip.lengths, lip.edges, lip.line()[0].mean(axis=1))
 
 
 def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
     """The contact along the lip of a problem, from the forces (n + 1, parts) of the seat's parts [N] and what of them a
     film bears; ``None`` where it has no arcs."""
-    division, ring = Division.of(problem.target.greens), scene.seat.struck_ring
-    if parts is None or ring is None or division.arcs == 1:
+    division = Division.of(problem.target.greens)
+    if parts is None or division.arcs == 1 or (lip := scene.seat.lip(division.arcs)) is None:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-    return Line(force, 2 * math.pi * ring[0], scene.contact.line_arc / (2 * math.pi), film)
+    return Line(force, lip.lengths, scene.contact.line_arc / (2 * math.pi), lip.edges, film)

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from impact import measures
-from impact.after.along import line_force_peak, line_impulse_peak
+from impact.after.along import lengths_of, line_force_peak, line_impulse_peak
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
@@ -21,16 +21,30 @@ class Line:
     """A contact along a lip.
 
     Attributes:
-        force: (n + 1, arcs) of its equal arcs [N].
-        length: of its centre line [m].
+        force: (n + 1, arcs) of its arcs [N].
+        length: of its centre line, whose arcs are equal, or (arcs,) of each arc [m].
         share: of it over which forces are averaged.
+        edges: (arcs + 1,) angles at which the arcs begin and end [rad]; ``None``: at equal steps.
         film: (n + 1, arcs) what of the force a film bears [N]; ``None``: nothing.
     """
 
     force: Array
-    length: float
+    length: float | Array
     share: float
+    edges: Array | None = None
     film: Array | None = None
+
+    @property
+    def lengths(self) -> Array:
+        """(arcs,) [m]."""
+        return lengths_of(self.length, self.force.shape[1])
+
+    def degrees_at(self, place: float) -> float:
+        """Angle at a share of the line from the first arc's beginning."""
+        if self.edges is None:
+            return 360 * place
+        borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
+        return round(float(np.degrees(np.interp(place, borders, self.edges))), 6) % 360
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,13 @@ STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Contact(Table):
-    """Where and how the two bodies touch."""
+    """Where and how the two bodies touch.
+
+    The keys from `ports` on are those of a lip: a flat face between two closed lines, each of which every ray from its
+    centroid crosses once. The ring of a body of revolution is one, the land of one port of a `plate`, and many a face
+    of `cad` and `mesh`. Its centroid lies at the reed's contact, the part's x axis along the reed; angles count from
+    there, anticlockwise about the face's normal. Rays cut it into arcs of equal areas.
+    """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     film: Film | None = Field(None, description="fluid in the gap; none where absent")
@@ -56,7 +62,8 @@ class Contact(Table):
         strict=True,
         ge=1,
         le=MOST_PORTS,
-        description="equal arcs of the lip, each with a contact of its own; chosen where absent",
+        description="arcs of the lip, each with a contact of its own; chosen where absent, other faces than rings of "
+        "bodies of revolution are then struck as a whole unless another key of a lip is given",
     )
     tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
@@ -291,11 +298,8 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _lip_of_a_seat(self) -> Self:
-        if (key := self.contact.along_a_lip) and self.seat.struck_ring is None:
-            raise KeyProblem(
-                f"contact.{key}",
-                f"a seat of kind {self.seat.kind!r}, {self.seat.no_ring}",
-            )
+        if (key := self.contact.along_a_lip) and (why := self.seat.no_lip):
+            raise KeyProblem(f"contact.{key}", f"a seat of kind {self.seat.kind!r}, {why}")
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"

@@ -1,0 +1,194 @@
+"""Lips of any outline: their arcs and patches, known of circles, racetracks, eccentric rings; faces that are none."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.errors import ModelError
+from seatfem.structures.estimates.arcs import arc_compliance
+from seatfem.structures.face_lip import FaceLip, RingFace, ring_face
+from seatfem.structures.inspection.cad import inspect_geometry
+from seatfem.structures.inspection.mesh_file import ring_of
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import MOST_PORTS
+from seatfem.structures.shapes import CadPart
+
+MESHES = Path(__file__).parents[2] / "meshes"
+CORNERS = 720
+STRAIGHT, ROUND, WIDTH = 5e-3, 3e-3, 1e-3  # of a racetrack: straight sides, radius of its centre line, width
+
+
+def closed(points: np.ndarray) -> np.ndarray:
+    """(e, 2, 3) edges of a polygon (c, 2) or (c, 3)."""
+    raised = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
+    return np.stack([raised, np.roll(raised, -1, axis=0)], axis=1)
+
+
+def circle(radius: float, x: float = 0.0, corners: int = CORNERS) -> np.ndarray:
+    turns = 2 * np.pi * (np.arange(corners) + 0.3) / corners
+    return np.column_stack([x + radius * np.cos(turns), radius * np.sin(turns)])
+
+
+def racetrack(radius: float, corners: int = CORNERS) -> np.ndarray:
+    turns = np.pi * (np.linspace(0, 1, corners // 2) - 0.5)
+    end = np.column_stack([STRAIGHT / 2 + radius * np.cos(turns), radius * np.sin(turns)])
+    return np.concatenate([end, -end])
+
+
+def face(inner: np.ndarray, outer: np.ndarray, normal: tuple[float, float, float] = (0, 0, 1)) -> RingFace:
+    edges = np.concatenate([closed(outer)[::-1], closed(inner)])
+    return ring_face(np.random.default_rng(1).permutation(edges), normal)  # in any order
+
+
+ROUND_FACE = face(circle(5e-3), circle(6e-3))
+SLOT = face(racetrack(ROUND - WIDTH / 2), racetrack(ROUND + WIDTH / 2))
+
+
+@pytest.mark.parametrize(("arcs", "rings"), [(1, 1), (12, 1), (5, 3)])
+def test_a_circle_is_a_lip(arcs: int, rings: int) -> None:
+    """Ports, angles, patches and lines; 720 corners leave (2 pi/720)^2/6 of the area, 1.3e-5."""
+    found, known = FaceLip(ROUND_FACE, arcs, rings), Lip(5.5e-3, 1e-3, arcs, rings)
+    assert found.division == known.division
+    np.testing.assert_allclose(found.angles, known.angles, rtol=1e-5)
+    np.testing.assert_allclose(found.edges, known.edges, atol=1e-5)
+    np.testing.assert_allclose(found.lengths, known.lengths, rtol=2e-5)
+    assert (found.inner, found.outer) == pytest.approx((known.inner, known.outer), rel=2e-5)
+    mine, right = found.patches((1e-3, 2e-3)), known.patches((1e-3, 2e-3))
+    for name, patch in right.items():
+        np.testing.assert_allclose(mine[name].points, patch.points, atol=2e-5 * known.outer)
+        np.testing.assert_allclose(mine[name].weights, patch.weights, rtol=3e-4)  # over a width of a fifth of r
+
+
+@pytest.mark.parametrize("arcs", [1, 8, 48])
+@pytest.mark.parametrize("rings", [1, 3])
+def test_a_racetrack_has_equal_arcs_along_its_centre_line(arcs: int, rings: int) -> None:
+    """Of a band of even width: area = width times length, in every arc but for where rays cut it aslant across the
+    joint of its straight sides and round ends."""
+    lip = FaceLip(SLOT, arcs, rings)
+    length = 2 * STRAIGHT + 2 * math.pi * ROUND
+    assert lip.area == pytest.approx(WIDTH * length, rel=2e-5)
+    assert lip.length == pytest.approx(length, rel=2e-3)  # half way along rays is not half way across
+    np.testing.assert_allclose(lip.lengths, length / arcs, rtol=0.02)
+    areas = np.array([patch.weights.sum() for patch in lip.patches((0.0, 0.0)).values()])
+    np.testing.assert_allclose(areas, lip.area * lip.division.shares, rtol=1e-12)
+    middle = sum(patch.weights @ patch.points for patch in lip.patches((3e-3, -1e-3)).values()) / lip.area
+    np.testing.assert_allclose(middle, (3e-3, -1e-3), atol=1e-9)
+
+
+def test_a_racetrack_is_its_mirror_images() -> None:
+    lip = FaceLip(SLOT, 16)
+    np.testing.assert_allclose(lip.edges[::-1], 2 * np.pi - lip.edges, atol=1e-9)
+    np.testing.assert_allclose(lip.edges[:9] + np.pi, lip.edges[8:], atol=1e-9)
+    points = np.array([patch.points.mean(axis=0) for patch in lip.patches((0.0, 0.0)).values()])
+    np.testing.assert_allclose(points[::-1], points * (1, -1), atol=1e-9)
+
+
+def test_an_eccentric_ring_is_seen_from_its_centroid() -> None:
+    """Of circles R and r, the inner one off by e: at -e r^2/(R^2 - r^2). Arcs of equal areas are long where it is
+    narrow, and all of them as long as the centre line."""
+    off = 0.2e-3
+    lip = FaceLip(face(circle(5e-3, off), circle(6e-3)), 16)
+    assert lip.face.centre == pytest.approx((-off * 25 / 11, 0, 0), abs=1e-9)
+    assert lip.area == pytest.approx(math.pi * 11e-6, rel=2e-5)
+    longest, shortest = lip.lengths.max(), lip.lengths.min()
+    assert longest / shortest == pytest.approx(1.2 / 0.8, rel=0.05)  # as the widths on either side, at a distance
+    assert int(np.argmax(lip.lengths)) in (0, 15)
+    weights = np.array([patch.weights.sum() for patch in lip.patches((0.0, 0.0)).values()])
+    np.testing.assert_allclose(weights, lip.area / 16, rtol=1e-12)
+
+
+def test_places_are_shares_of_the_area() -> None:
+    """Of a circle the angle, and (r^2 - a^2)/(b^2 - a^2) across."""
+    lip, turns, radii = FaceLip(ROUND_FACE, 8), np.array([0.1, 2.0, 5.9]), np.array([5.1e-3, 5.5e-3, 5.9e-3])
+    points = np.column_stack([radii * np.cos(turns), radii * np.sin(turns), np.zeros(3)])
+    around, across = lip.places(points)
+    np.testing.assert_allclose(around, turns / (2 * np.pi), atol=1e-6)
+    np.testing.assert_allclose(across, (radii**2 - 25e-6) / 11e-6, atol=2e-4)
+    np.testing.assert_allclose(lip.shares_at(lip.angles_at(np.linspace(0, 1, 7))), np.linspace(0, 1, 7), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("normal", "x", "y"),
+    [
+        ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+        ((0, 0, -2), (1, 0, 0), (0, -1, 0)),
+        ((0, 1, 0), (1, 0, 0), (0, 0, -1)),
+        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ],
+)
+def test_angles_count_anticlockwise_about_the_normal(normal: tuple, x: tuple, y: tuple) -> None:
+    """From the body's x axis, or its y axis where that is the normal."""
+    at = np.array([1e-3, 2e-3, 3e-3])
+    edges = np.concatenate([closed(circle(radius) @ np.array([x, y]) + at) for radius in (2e-3, 3e-3)])
+    found = ring_face(edges, normal)
+    np.testing.assert_allclose((found.x, found.y), (x, y), atol=1e-12)
+    np.testing.assert_allclose(found.centre, at, atol=1e-9)
+
+
+def test_a_half_space_under_a_face_is_that_under_a_lip() -> None:
+    """Of the circle; of a racetrack a part that rays cut squarely has that of a ring as long, one cut by 40 degrees
+    aslant is less compact, 3.4 %; as a whole it is a little softer than the ring, whose parts lie farther apart."""
+    for arcs, rings in ((16, 1), (6, 2)):
+        mine = arc_compliance(FaceLip(ROUND_FACE, arcs, rings), 200e9, 0.3)
+        right = arc_compliance(Lip(5.5e-3, 1e-3, arcs, rings), 200e9, 0.3)
+        np.testing.assert_allclose(mine, right, rtol=1e-3)
+    slot = arc_compliance(FaceLip(SLOT, 32), 200e9, 0.3)
+    ring = arc_compliance(Lip(SLOT_LENGTH / (2 * math.pi), WIDTH, 32), 200e9, 0.3)
+    assert np.diag(slot).max() == pytest.approx(ring[0, 0], rel=2e-3)
+    np.testing.assert_allclose(np.diag(slot), ring[0, 0], rtol=0.04)
+    assert 1.0 < slot.mean() / ring.mean() < 1.05
+    np.testing.assert_allclose(slot, slot[::-1, ::-1], rtol=1e-9)
+
+
+SLOT_LENGTH = 2 * STRAIGHT + 2 * math.pi * ROUND
+
+
+def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
+    """Chords of 1/96 and of elements, about sixteen around the inner edge, take away from the circles."""
+    from seatfem.structures.formats.mesh_files import read_mesh
+
+    slot = FaceLip(inspect_geometry(CadPart(MESHES / "slot_seat.step")).ring("contact"), 8)
+    assert slot.area == pytest.approx(WIDTH * SLOT_LENGTH, rel=1e-3)
+    assert slot.face.centre == pytest.approx((0, 0, 7e-3), abs=1e-8)
+    assert slot.face.y == pytest.approx((0, 1, 0), abs=1e-12)
+    drawn = FaceLip(inspect_geometry(CadPart(MESHES / "annular_seat.step")).ring("contact"), 8)
+    assert (drawn.inner, drawn.outer) == pytest.approx((4.1e-3, 4.9e-3), rel=6e-4)
+    meshed = FaceLip(ring_of(read_mesh(MESHES / "annular_seat.msh"), "contact"), 8)
+    np.testing.assert_allclose(meshed.angles, drawn.angles, atol=0.01)
+    assert meshed.length == pytest.approx(drawn.length, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("edges", "words"),
+    [
+        (closed(circle(3e-3)), "bounded by 1 closed line, a lip in arcs by two"),
+        (np.concatenate([closed(circle(r, 0.0)) for r in (1e-3, 2e-3, 3e-3)]), "bounded by 3 closed lines"),
+        (np.concatenate([closed(circle(1e-3, 9e-3)), closed(circle(3e-3))]), "is no ring about its middle"),
+        (np.concatenate([closed(circle(2.5e-3, 0.7e-3)), closed(circle(3e-3))]), "cross each other"),
+        (
+            np.concatenate([closed(circle(2e-3)), closed(np.column_stack([circle(3e-3), circle(1e-5)[:, 0]]))]),
+            "not flat: its edges lie 0.02 mm apart",
+        ),
+    ],
+)
+def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        ring_face(edges, (0, 0, 1))
+
+
+def test_a_face_that_winds_back_is_refused() -> None:
+    """A horseshoe band that closes far out: rays from its middle cross its outer edge three times."""
+    turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
+    bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
+    with pytest.raises(ModelError, match=r"rays from there cross .* more than once; strike it as a whole"):
+        face(circle(1e-3), bent)
+
+
+def test_too_many_parts_are_refused() -> None:
+    with pytest.raises(ModelError, match=f"together at most {MOST_PORTS}"):
+        FaceLip(SLOT, 200, 2)

@@ -1,0 +1,220 @@
+"""A flapper lands on lips of faces: openings, the annular seat from its drawing, meshes, plans, what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact.after.along import best_plane
+from impact.pictures.lip_plots import plot_lip
+from seatfem.structures.errors import ModelError
+from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import Division
+from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.impacts.contact import run_contacts, seat_of, solved_striker, striker_of
+from seatfem.study.impacts.measures import measured
+from seatfem.study.method import stated_method
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.seen import PER_ARC
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.files import check_files
+from seatfem.study.scene.lips import closed_line, gaps_of, lip_of
+from tests.flapper_scene import FLAPPER
+
+MESHES = Path(__file__).parents[2] / "meshes"
+STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
+SLOT = f'kind = "cad"\nfile = "{MESHES / "slot_seat.step"}"\n{STEEL}'
+PLATE = (
+    'kind = "plate"\nlayout = "circle"\nports = 4\nport_radius = "3 mm"\npitch = "10 mm"\nmargin = "5 mm"\n'
+    'thickness = "3 mm"\nland_width = "1 mm"\nclamp_width = "2 mm"\n' + STEEL
+)
+MESHED = f'kind = "mesh"\nfile = "{MESHES / "annular_seat.msh"}"\n{STEEL}greens = {{ bandwidth = "20 kHz" }}\n'
+LANDING = FLAPPER + 'greens = { bandwidth = "60 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
+GAP = 1e-6
+
+
+def scene_of(folder: Path, seat: str, contact: str, reed: str = LANDING) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(
+        f'[seat]\n{seat}[reed]\n{reed}[contact]\ngap = "1 um"\n{contact}[run]\nduration = "0.12 ms"\n'
+        'filter_width = "5 us"\n[accuracy]\ntarget = "5 %"\n',
+        encoding="utf-8",
+    )
+    return load_scene(path)
+
+
+def cad(name: str) -> str:
+    return f'kind = "cad"\nfile = "{MESHES / name}.step"\n{STEEL}'
+
+
+# What is struck
+
+
+def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
+    """Scenes that say nothing of a lip are struck as before: with the reed's own contact."""
+    assert lip_of(scene_of(tmp_path, SLOT, "")) is None
+    for contact, arcs in (("ports = 24\n", 24), ('tilt = "0.1 deg"\n', 32), ('offset = ["1 mm", "0 mm"]\n', 32)):
+        lip = lip_of(scene_of(tmp_path, SLOT, contact))
+        assert isinstance(lip, FaceLip)
+        assert lip.arcs == arcs
+    whole = lip_of(scene_of(tmp_path, SLOT, "ports = 1\n"))  # one port, but as wide as the lip
+    assert isinstance(whole, FaceLip)
+    assert whole.area == pytest.approx(1e-3 * (10e-3 + 6e-3 * math.pi), rel=1e-3)
+    struck = lip_of(scene_of(tmp_path, PLATE + "struck = 2\n", "ports = 16\n"))
+    assert struck is not None
+    assert (struck.inner, struck.outer) == pytest.approx((3e-3, 4e-3), rel=1e-3)
+    assert isinstance(lip_of(scene_of(tmp_path, MESHED, "ports = 16\n")), FaceLip)
+
+
+@pytest.mark.parametrize(("axis", "slopes"), [(0.0, (0, 1)), (90.0, (-1, 0)), (30.0, (-0.5, 0.75**0.5))])
+def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tuple[float, float]) -> None:
+    """tan(tilt) (y cos axis - x sin axis), its mean over each arc; the lowest point of the centre line is at the gap:
+    half the slot's length, or its width, below the middle."""
+    scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
+    lip = scene.seat.lip(48)
+    assert lip is not None
+    gaps, rise = gaps_of(scene, 48), math.tan(math.radians(0.3))
+    (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
+    np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
+    if axis in (0.0, 90.0):
+        assert mean - GAP == pytest.approx(rise * (3e-3 if axis == 0.0 else 5.5e-3), rel=2e-3)
+    assert gaps.min() > GAP
+
+
+# Landings
+
+
+def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
+    """Of y, but for the meshes of seat and reed; its figure shows arcs where they are, by their angles."""
+    pytest.importorskip("matplotlib")
+    seat = SLOT + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1.2 mm" }\n'
+    scene = scene_of(tmp_path, seat, 'ports = 16\ntilt = "0.2 deg"\ntilt_axis = "90 deg"\n')
+    greens = seat_of(scene, mesh_error=False).greens
+    touches, lip = run_contacts(scene, striker_of(scene), greens, 1e-7), scene.seat.lip(16)
+    assert touches.parts is not None
+    assert touches.line is not None
+    assert lip is not None
+    pushed = touches.parts.force.sum(axis=0)
+    np.testing.assert_allclose(pushed, pushed[::-1], atol=0.01 * pushed.max())
+    first = np.argmax(touches.parts.force > 0, axis=0)
+    assert set(np.flatnonzero(first == first.min())) <= {0, 15}  # the arcs on either side of the x axis
+    assert touches.seat.energy.residual < 1e-9
+    np.testing.assert_allclose(touches.line.lengths, lip.lengths)
+    assert touches.line.degrees_at(0.25) == pytest.approx(90, abs=1e-3)
+    assert touches.line.degrees_at(1 / 8) == pytest.approx(math.degrees(lip.edges[2]), abs=0.5)
+    by_arc = closed_line(lip)
+    plot_lip(touches.parts, None, tmp_path / "lip.svg", radius=by_arc, share=1 / 8, filter_width=5e-6)
+    written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
+    assert ">Height over the lip, mean over 1/16 of it<" in written
+    assert ">Impulse per length [mN s/m], mean over 3.6 mm<" in written
+
+
+@pytest.mark.slow
+def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
+    """The annular seat of finite elements in space, from its STEP file, and by Fourier harmonics: impulse, peak and
+    force per length of a tilted landing within the bars that the drawing states, and closely so; statics to 2 %, what
+    two elements across the lip leave of an arc (measured 1.5 %; one element leaves 3.5 %, and three 0.9 %)."""
+    annular = 'kind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n' + STEEL
+    band = 'greens = {{ bandwidth = "60 kHz" }}\nmesh = {{ size = "{}", contact_size = "{}" }}\n'
+    found = []
+    for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
+        scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
+        solved = seat_of(scene, method=stated_method(scene).seat)
+        touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
+        found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
+    (_, known, _, right), (scene, solved, touches, values) = found
+    assert Division.of(solved.greens) == Division(16)
+    assert solved.about["seat_level"] == "3d"
+    statics, exact = (each.greens.static_compliance() for each in (solved, known))
+    assert np.abs(statics - exact).max() < 0.02 * exact.max()
+    assert touches.seat.energy.residual < 1e-9
+    assert values["impulse"] == pytest.approx(right["impulse"], rel=2e-3)
+    assert values["filtered_peak"] == pytest.approx(right["filtered_peak"], rel=0.02)
+    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    for name in ("impulse", "filtered_peak", "line_force"):
+        assert 0 < abs(values[name] - right[name]) < budget.bar(name), name
+
+
+def test_a_mesh_that_is_given(tmp_path: Path) -> None:
+    """Its patch in twice as many arcs, for the error bar; no more than it has elements."""
+    scene = scene_of(tmp_path, MESHED, "ports = 8\n")
+    solved = seat_of(scene)
+    assert solved.in_rings is not None
+    assert Division.of(solved.in_rings) == Division(16)
+    assert solved.greens.ports == Division(8).names
+    with pytest.raises(ModelError, match=r"contact\.ports = 128: .* only about 5\d elements .*: take fewer ports"):
+        seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))
+
+
+def test_plans_mesh_each_arc(tmp_path: Path) -> None:
+    """One element at least, by a spring here; a coarser stated one is refused with what would do."""
+    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n'))
+    lip = plan.method.seat.lip
+    assert isinstance(lip, FaceLip)
+    assert plan.method.ports == 48
+    assert plan.method.seat.contact_size is not None
+    assert plan.method.seat.contact_size <= PER_ARC * lip.length / 48 * (1 + 1e-9)
+    sizes = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
+    with pytest.raises(ModelError, match=r"contact\.ports = 48: .* refine seat\.mesh\.contact_size to 0\.6 mm or less"):
+        seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
+
+
+def test_plans_choose_arcs_of_a_face(tmp_path: Path) -> None:
+    """As of a circle: in pre-runs on a half-space under the same face."""
+    plan = plan_scene(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n'))
+    assert plan.method.ports in (16, 32, 64)
+    assert any(choice.key == "contact.ports" for choice in plan.choices)
+    assert plan.method.reed.lip is not None
+    assert plan.method.reed.lip.arcs == plan.method.ports
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("seat", "words"),
+    [
+        (cad("valve_plate"), "valve_plate.step: the struck face is bounded by 12 closed lines, a lip in arcs by two"),
+        (
+            cad("conical_seat"),
+            "conical_seat.step: the struck face is not flat: take flat faces, or strike it as a whole",
+        ),
+        (cad("block"), "block.step: the struck face is bounded by 1 closed line"),
+    ],
+)
+@pytest.mark.parametrize(("contact", "key"), [("ports = 8\n", "ports"), ('tilt = "1 deg"\n', "tilt")])
+def test_faces_of_files_that_are_no_lips(tmp_path: Path, seat: str, words: str, contact: str, key: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        check_files(scene_of(tmp_path, seat, contact))
+    assert f"contact.{key}: " in str(caught.value)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("seat", "words"),
+    [
+        (PLATE, "is struck on the lands of all its ports; state struck"),
+        (SLOT + 'model = "sector"\n', "with model = 'sector' is struck as a whole, not in arcs"),
+        ('kind = "bar"\nlength = "9 mm"\nwidth = "3 mm"\nheight = "3 mm"\n' + STEEL, "not struck on a flat ring"),
+    ],
+)
+def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
+    with pytest.raises(SceneError, match=words) as caught:
+        scene_of(tmp_path, seat, "ports = 8\n")
+    assert "contact.ports" in str(caught.value)
+
+
+def test_a_slot_off_the_reed(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, SLOT, 'ports = 8\noffset = ["2.5 mm", "0 mm"]\n')
+    with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip, from 2\.5 to 6 mm about .* reaches off"):
+        solved_striker(scene)
+
+
+def test_rings_keep_their_arcs(tmp_path: Path) -> None:
+    """A ring of a body of revolution is a `Lip`, as ever."""
+    seat = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n' + STEEL
+    assert lip_of(scene_of(tmp_path, seat, "ports = 12\n")) == Lip(5.5e-3, 1e-3, 12)
