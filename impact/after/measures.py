@@ -193,6 +193,19 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
     return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
 
 
+def largest_impact_velocity(result: ImpactResult) -> float:
+    """Largest closing speed -d(gap)/dt over the last step before any contact of one pair [m/s]; ``nan`` without one.
+
+    It counts the first contact as `impact_velocity` does, and every later one.
+    """
+    closed = result.solid > 0
+    starts = np.flatnonzero(closed[1:] & ~closed[:-1]) + 1
+    later = starts[starts >= 2]
+    speeds = [impact_velocity(result), *((result.gap[later - 2] - result.gap[later - 1]) / result.dt)]
+    known = [speed for speed in speeds if not math.isnan(speed)]
+    return float(max(known)) if known else math.nan
+
+
 def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> float:
     """Opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the counterpart of
     `impact_velocity`; ``nan`` without contact.

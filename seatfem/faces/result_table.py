@@ -47,6 +47,13 @@ FILM: Final = (
     ("without it: peak, {width} mean", "without_film_filtered_peak_force_N", "N"),
     ("without it: impulse", "without_film_impulse_Ns", "N s"),
 )
+LIFE: Final = (
+    ("margin on stress", "life_margin", ""),
+    ("cycles to failure", "life_cycles", ""),
+    ("damage per cycle", "life_damage_per_cycle", ""),
+    ("margin on tensors", "life_tensor_margin", ""),
+    ("margin on speed", "life_speed_margin", ""),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
@@ -75,11 +82,13 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
-    for heading, rows in (("at the stopper", STOPPER), ("of the film", FILM), ("along the lip", LIP)):
-        if rows[0][1] in summary and (rows is not LIP or "ports" in summary):
+    groups = (("at the stopper", STOPPER), ("of the film", FILM), ("along the lip", LIP), ("of fatigue", LIFE))
+    for heading, rows in groups:
+        there = [row for row in rows if row[1] in summary]
+        if there and (rows is not LIP or "ports" in summary):
             table.add_section()
             table.add_row(heading)
-            for label, key, unit in rows:
+            for label, key, unit in there:
                 words = label.format(width=duration(summary.get("filter_width_s")))
                 cells = _cells(summary, key, unit)
                 table.add_row(f" {words}", *(cells if f"spring_{key}" in summary else cells[:1]))

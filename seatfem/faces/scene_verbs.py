@@ -187,7 +187,7 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     scene = load(path)
     from seatfem.faces.result_table import result_table
-    from seatfem.faces.verdict import simpler, verdict
+    from seatfem.faces.verdict import lasting, simpler, verdict
     from seatfem.study.runs.next_round import Limits
     from seatfem.study.runs.pipeline import run_scene
 
@@ -201,7 +201,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
         wide.print(f"\n{title}")
         wide.print(verdict(outcome.summary), soft_wrap=True)
         wide.print(result_table(outcome.summary))
-        if words := simpler(outcome.summary):
+        for words in filter(None, (simpler(outcome.summary), lasting(outcome.summary))):
             wide.print(words, soft_wrap=True)
         if outcome.summary.get("regime_predicted_peak_error") is not None:
             wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)

@@ -79,6 +79,34 @@ def simpler(summary: Mapping[str, object]) -> str:
     return f"simpler models: {', '.join(told)} (peak, {over} mean, and impulse)" if told else ""
 
 
+def lasting(summary: Mapping[str, object]) -> str:
+    """How long the reed lives, in one line with the source of its strength; "" where nobody asked."""
+    told = []
+    if "life_margin" in summary:
+        margin, cycles = as_number(summary["life_margin"]), as_number(summary.get("life_cycles"))
+        wanted, share = (as_number(summary.get(f"life_{key}")) for key in ("design_cycles", "survival"))
+        bar = as_number(summary.get("error_bar_life_margin"))
+        assert wanted is not None
+        assert share is not None
+        asked_for = f"{wanted:.3g} cycles with {100 * share:.6g} % survival"
+        more = "" if bar is None else f" +- {bar:.2g}"
+        if margin is None:
+            told.append(f"no stress, however large, uses up {asked_for}")
+        elif margin >= 1:
+            told.append(f"the reed endures {asked_for}, and would under {margin:.3g}{more} times the stress")
+        else:
+            lived = "at once" if cycles is None else f"after {cycles:.3g} of {asked_for}"
+            told.append(f"the reed fails {lived}; it would endure {margin:.3g}{more} of the stress")
+        told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
+    if (speed := as_number(summary.get("life_speed_margin"))) is not None:
+        closing, limit = (as_number(summary[f"life_speed_{key}"]) for key in ("m_per_s", "limit_m_per_s"))
+        told.append(
+            f"it closes at {closing:.3g} m/s, {1 / speed:.3g} of the {limit:.3g} m/s allowed "
+            f"({summary['life_speed_source']})"
+        )
+    return f"fatigue: {'; '.join(told)}".replace("\n", "\\n") if told else ""
+
+
 def _text(value: float, unit: str) -> str:
     factor, prefixed = scaled(value, unit)
     return f"{factor * value:.3g} {plain(prefixed)}"

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
+
+import numpy as np
 
 import impact
 from impact.bodies.body import Body
@@ -13,6 +16,9 @@ from seatfem.structures.kinds.striking import At
 
 if TYPE_CHECKING:
     from impact.after.stresses import ReedStress
+
+PLACES: Final = 17
+"""Along a reed, the root and the tip among them, whose fatigue is judged beside that of its largest stresses."""
 
 
 class Cantilever(UniformBeam):
@@ -29,3 +35,20 @@ class Cantilever(UniformBeam):
         from impact.after.stresses import reed_stress  # compiled code, of runs only
 
         return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely)
+
+    def stress_histories(
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = ()
+    ) -> Iterator[tuple[str, Array]]:
+        """Bending stress of both faces at `PLACES`, the contacts and ``also``."""
+        from impact.after.stresses import bending_stress
+
+        beam = self.beam()
+        contacts = (
+            {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
+        )
+        named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
+        places = np.unique([*np.linspace(0.0, beam.length, PLACES), *named, *also])
+        for place, stress in zip(places, bending_stress(force, dt, body, beam, places, contact_at=at), strict=True):
+            name = named.get(place, f"{1e3 * place:.4g} mm from the root")
+            yield f"{name}, face towards the seat", stress
+            yield f"{name}, face away from the seat", -stress

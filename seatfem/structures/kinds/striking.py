@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -131,6 +132,14 @@ class Striking(Table):
         """Its largest bending stresses under a contact force (n + 1,) [N], or those at several places, (n + 1, p),
         positive away from the seat; ``None`` where it has none that is known."""
         return None
+
+    def stress_histories(
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = ()
+    ) -> Iterator[tuple[str, Array]]:
+        """Where it may fail, by name, under contact forces as in `stress`: (n + 1,) stress at a free surface, of one
+        axis, > 0 in tension, or (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; none where none is known. ``also``:
+        places that must be among them, from its root [m]."""
+        yield from ()
 
     def too_thick(self) -> str:
         """Why its theory cannot serve; "" where it can."""

@@ -38,7 +38,7 @@ from seatfem.study.impacts.touches import (
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import films_of, gaps_of, line_of
-from seatfem.study.scene.measures import Blow, any_needs_stress
+from seatfem.study.scene.measures import Blow
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
@@ -216,7 +216,7 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
-    wanted = any_needs_stress(scene.accuracy.measures)
+    wanted = scene.needs_stress
     stopper = stopper_force_of(stepper)
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))

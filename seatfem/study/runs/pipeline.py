@@ -24,6 +24,7 @@ from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
+from seatfem.study.impacts.life import Lasting, asked_keys, lasting, life_keys, life_notes
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
@@ -46,7 +47,6 @@ from seatfem.study.runs.summary import (
 )
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes"]
 
@@ -102,7 +102,9 @@ def run_scene(
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
             baseline = _baseline(done, watch)
-        summary = _summary(scene, done, baseline, watch)
+        with watch("life"):
+            lives = _lives(scene, done, baseline)
+        summary = _summary(scene, done, baseline, watch) | _life_keys(scene, done, lives)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
             others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
@@ -126,7 +128,8 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
     summary |= timing_keys(watch, start)
-    return RunOutcome(summary, (*missed(done), *remarks(done), *gaps), files, watch.stages, done.met)
+    messages = (*missed(done), *remarks(done), *life_notes(scene, lives[0]), *gaps)
+    return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 
 @dataclass(frozen=True)
@@ -153,7 +156,7 @@ def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
         spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
     with watch("reed stress"):
-        coarsely = not any_needs_stress(scene.accuracy.measures)
+        coarsely = not scene.needs_stress
         force, met = touches.seat.force, touches.stopper_force
         stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
     simpler: Mapping[str, Touches] = {}
@@ -185,6 +188,19 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }
+
+
+def _lives(scene: Scene, done: Round, baseline: _Baseline) -> tuple[Lasting, Lasting]:
+    """Of the reed on the seat, and on the spring."""
+    struck = (done.touches, done.stress), (baseline.touches, baseline.stress)
+    here, there = (lasting(scene, done.striker, touches, stress) for touches, stress in struck)
+    return here, there
+
+
+def _life_keys(scene: Scene, done: Round, lives: tuple[Lasting, Lasting]) -> dict[str, object]:
+    here, there = (life_keys(each) for each in lives)
+    asked = asked_keys(scene, lives[0], done.left, done.without_bar)
+    return {**here, **{f"spring_{key}": value for key, value in there.items()}, **asked}
 
 
 def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:

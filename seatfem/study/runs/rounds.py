@@ -33,7 +33,6 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
 from seatfem.study.runs.round import Round, in_words, missed
 from seatfem.study.safety import LOOSER
-from seatfem.study.scene.measures import any_needs_stress
 
 __all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
@@ -177,7 +176,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met = touches.seat, touches.stopper_force
-    wanted = any_needs_stress(scene.accuracy.measures)
+    wanted = scene.needs_stress
     with watch("reed stress"):
         stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
     with watch("error budget"):

@@ -16,6 +16,7 @@ from seatfem.study.scene.base import Base
 from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
+from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
 
@@ -163,6 +164,12 @@ class Scene(Table):
     base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
+    life: LifeTable | None = Field(None, description="how long the reed has to live; not asked where absent")
+
+    @property
+    def needs_stress(self) -> bool:
+        """Whether the reed's stress is asked for, by a measure or for its life."""
+        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.strength is not None)
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
@@ -330,4 +337,13 @@ class Scene(Table):
             bends = "has no bending stress that is known" if self.reed.reach else "does not bend, it has no stress"
             words = f"a body of kind {self.reed.kind!r} {bends}: remove it, or use a cantilever"
             raise KeyProblem("accuracy.measures", words)
+        return self
+
+    @model_validator(mode="after")
+    def _life_of_what_bends(self) -> Self:
+        if self.life is not None:
+            try:
+                self.life.check(self)
+            except KeyProblem as problem:
+                raise KeyProblem(f"life.{problem.key}", str(problem)) from None
         return self

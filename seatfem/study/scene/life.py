@@ -1,0 +1,146 @@
+"""[life]: how long the reed has to live, and by which measured strength and rules that is judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import ExistingFile, Fraction, KeyProblem, Speed, Table
+
+if TYPE_CHECKING:
+    from impact.life.places import Demand
+    from impact.life.strength import Strength
+    from seatfem.study.scene.models import Scene
+
+OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
+"""Keys that need no strength."""
+TURNS: Final = 2  # of the crank at least, for the last one to be none of the start
+
+
+class LifeTable(Table):
+    """Fatigue of the reed under its bending stress. One run is one block of stress that repeats: closed upon itself, so
+    that whatever bends the reed at the start, as its release, comes again with every block. Where loads repeat with the
+    crank, `block = "last cycle"` takes its last turn alone, without the transient of the start. summary.json has
+    life_margin, the factor on all stresses at which the damage over the design life is 1; life_cycles, blocks to
+    failure; life_damage_per_cycle; life_at, where; and life_speed_margin, allowed over largest speed of closing. The
+    page [life.md](life.md) tells how.
+    """
+
+    strength: ExistingFile | None = Field(None, description="file of measured strength of the reed's material")
+    criterion: str = Field("goodman", description="for mean stress: goodman, gerber, morrow, walker or swt")
+    survival: Fraction | None = Field(
+        None, description="share of reeds that survive, as 0.999; that of the S-N curve where absent"
+    )
+    cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
+    hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
+    rpm: float | None = Field(None, gt=0, description="blocks a minute (1/min), with hours")
+    block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
+    impact_speed_limit: Speed | None = Field(
+        None, description="largest speed of closing that experience allows; that of the strength file where absent"
+    )
+    source: str = Field("", description="citation of impact_speed_limit")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.impact_speed_limit is not None and not self.source.strip():
+            raise KeyProblem("source", "required key is missing: citation of impact_speed_limit")
+        if self.source and self.impact_speed_limit is None:
+            raise KeyProblem("source", "there is no impact_speed_limit; remove the key")
+        if self.strength is None:
+            if idle := [key for key in type(self).model_fields if key in self.model_fields_set - OF_SPEED]:
+                raise KeyProblem(idle[0], "there is no strength to judge by; give life.strength, or remove the key")
+            if self.impact_speed_limit is None:
+                raise KeyProblem("strength", "required key is missing: a file of strength (or impact_speed_limit)")
+            return self
+        if self.cycles is not None and (beside := [key for key in ("hours", "rpm") if getattr(self, key) is not None]):
+            raise KeyProblem(beside[0], "cycles is given too; keep cycles, or hours with rpm")
+        if self.cycles is None and self.hours is None:
+            words = "hours of running" if self.rpm is not None else "blocks to be survived, or hours with rpm"
+            raise KeyProblem("hours" if self.rpm is not None else "cycles", f"required key is missing: {words}")
+        if self.hours is not None and self.rpm is None:
+            raise KeyProblem("rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}")
+        self.demand()
+        return self
+
+    @property
+    def blocks(self) -> float:
+        """Design number of repetitions."""
+        return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
+
+    def measured(self) -> Strength | None:
+        """As its file has it; ``None`` where there is none. Raises `KeyProblem` for what is wrong with it."""
+        from seatfem.study.scene.problems import SceneError
+        from seatfem.study.scene.strength import load_strength  # it reads tables as scenes are read
+
+        if self.strength is None:
+            return None
+        try:
+            return load_strength(self.strength)
+        except SceneError as problem:
+            raise KeyProblem("strength", str(problem)) from None
+
+    def demand(self) -> Demand | None:
+        """What the reed has to endure; ``None`` where no strength is given.
+
+        Raises:
+            KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
+        """
+        from impact.life.curves import LifeError  # of scenes with a life only
+        from impact.life.mean_stress import mean_stress
+        from impact.life.places import Demand
+
+        if (strength := self.measured()) is None:
+            return None
+        key = "strength"
+        try:
+            [curve] = strength.needed("a life", "curve")
+            key = "criterion"
+            judge = mean_stress(self.criterion, strength)
+            key = "survival"
+            curve.stress(self.blocks, self.survival)
+        except LifeError as problem:
+            assert self.strength is not None
+            raise KeyProblem(key, f"{problem} (strength: {self.strength.name})") from None
+        return Demand(strength, judge, self.blocks, self.survival)
+
+    def allowed_speed(self) -> Strength | None:
+        """The largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
+        from impact.life.strength import Strength
+
+        if self.impact_speed_limit is not None:
+            return Strength(self.source, impact_velocity=self.impact_speed_limit)
+        strength = self.measured()
+        return strength if strength is not None and strength.impact_velocity is not None else None
+
+    def check(self, scene: Scene) -> None:
+        """Raises `KeyProblem` where the scene gives no stress to judge, or no turn of the crank."""
+        if self.strength is not None and not scene.reed.has_stress:
+            words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
+            raise KeyProblem("strength", words)
+        if self.strength is not None and scene.is_blown_by_lift:
+            raise KeyProblem("strength", "a load by the lift leaves the stress of the reed unknown; state one area")
+        if self.block == "last cycle":
+            turn = turn_of(scene)
+            if turn is None:
+                raise KeyProblem("block", "no load of one rpm repeats in this scene; take the run as the block")
+            if scene.run.duration < TURNS * turn * (1 - 1e-9):
+                raise KeyProblem(
+                    "block",
+                    f"run.duration = {scene.run.duration:g} s holds fewer than {TURNS} turns of {turn:g} s, so that "
+                    "the last one would hold the start: watch longer, or take the run as the block",
+                )
+
+
+def turn_of(scene: Scene) -> float | None:
+    """Time of one turn of the crank by which loads on the reed repeat [s]; ``None`` without, or with several."""
+    turns = {60.0 / rpm for rpm in _rpm_of(scene)}
+    return turns.pop() if len(turns) == 1 else None
+
+
+def _rpm_of(scene: Scene) -> Iterator[float]:
+    courses = [course for load in scene.load for course in (load.pressure, load.force, load.base_motion)]
+    for course in (*courses, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)):
+        if (rpm := getattr(course, "rpm", None)) is not None:
+            yield rpm
