@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -32,20 +33,24 @@ class _Unreadable(ValueError):
     """Why a file is no scene."""
 
 
-def load_scene(path: Path | str) -> Scene:
+def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) -> Scene:
     """Read a scene file (TOML, up to 1 MB). Files that it names are looked for from its own folder.
+
+    ``changed``: values as the file would have them, by dotted keys, in place of those that it has.
 
     Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
     units, values out of range, and keys that contradict each other.
     """
-    return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())))
+    return load_table(path, scene_of(kinds_of(), laws(), tuple(all_measures())), changed)
 
 
-def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
-    """Read a TOML file of up to 1 MB that holds the keys of a table; raises `SceneError` as `load_scene`."""
+def load_table(path: Path | str, model: type[AnyTable], changed: Mapping[str, object] | None = None) -> AnyTable:
+    """Read a TOML file of up to 1 MB that holds the keys of a table; ``changed`` and errors as `load_scene`."""
     path = Path(path)
     text = _read(path)
     data = _parse(text, path)
+    for key, value in (changed or {}).items():
+        _change(data, key, value, path)
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -107,6 +112,18 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         raise _whole_file(path, "tables or arrays are nested too deeply; four levels are enough") from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
         raise _whole_file(path, f"TOML: {error}") from None
+
+
+def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
+    """Write one value into what was read; tables that are not there yet are made."""
+    *tables, last = key.split(".")
+    place: Any = data
+    for name in tables:
+        known = isinstance(place, list) and name.isdecimal() and int(name) < len(place)
+        place = place[int(name)] if known else place.setdefault(name, {}) if isinstance(place, dict) else None
+    if not isinstance(place, dict):
+        raise SceneError((Problem(path, 0, key, "there is no table with such a key; a list counts its tables from 0"),))
+    place[last] = value
 
 
 def _lines(text: str) -> dict[KeyPath, int]:

@@ -1,0 +1,76 @@
+"""The worst of several places, under one axis and several. All strengths are invented."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from impact.life.curves import LifeError, basquin
+from impact.life.mean_stress import Goodman, mean_stress
+from impact.life.multiaxial import Crossland
+from impact.life.places import Demand, judged, left_of
+from impact.life.strength import Strength
+
+INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
+DEMAND = Demand(INVENTED, Goodman(1800e6), 4.5e9, 0.999)
+WALK = 40e6 * np.cumsum(np.random.default_rng(7).standard_normal(400)) / 5
+
+
+def margin(history: np.ndarray, demand: Demand = DEMAND) -> float:
+    life = judged([("root", history)], demand).life
+    assert life is not None
+    return life.margin
+
+
+def test_stress_and_strength_doubled_leave_the_margin() -> None:
+    curve = basquin(800e6, 1e7, 12.0, scatter=0.25)
+    twice = replace(INVENTED, ultimate=3600e6, curve=curve)
+    assert margin(2 * WALK, replace(DEMAND, strength=twice, judge=mean_stress("goodman", twice))) == pytest.approx(
+        margin(WALK), rel=1e-10
+    )
+    assert margin(2 * WALK) == pytest.approx(margin(WALK) / 2, rel=1e-10)
+
+
+def test_a_block_taken_twice_has_half_the_life_and_time_no_direction() -> None:
+    once, twice, back = (judged([("root", h)], DEMAND).life for h in (WALK, np.tile(WALK, 2), WALK[::-1]))
+    assert once is not None
+    assert twice is not None
+    assert back is not None
+    assert twice.blocks == pytest.approx(once.blocks / 2, rel=1e-12)
+    assert (back.blocks, back.margin) == pytest.approx((once.blocks, once.margin), rel=1e-12)
+
+
+def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None:
+    """Evaluated again at stresses 1 - b and 1 + b: the larger of both deviations."""
+    here, bar = margin(WALK), 0.07
+    off = [abs(margin(factor * WALK) - here) for factor in (1 - bar, 1 + bar)]
+    assert left_of(here, bar) == pytest.approx(max(off), rel=1e-9)
+    assert left_of(here, 1.0) == np.inf
+
+
+def test_the_worst_place_is_found_by_its_mean_too() -> None:
+    """Of equal amplitudes the one in tension; of the same in compression it is passed over, or no worse."""
+    wave = 100e6 * np.cos(np.linspace(0, 2 * np.pi, 101))
+    found = judged([("pressed", wave - 300e6), ("pulled", wave + 300e6), ("even", 0.9 * wave)], DEMAND)
+    assert found.at == "pulled"
+    assert found.life is not None
+    assert found.life.margin == pytest.approx(1 / (0.1 / INVENTED.curve.stress(4.5e9, 0.999) * 1e9 + 300 / 1800))  # type: ignore[union-attr]
+
+
+def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> None:
+    wave = np.cos(np.linspace(0, 2 * np.pi, 101))
+    bending = np.zeros((101, 6))
+    bending[:, 0] = 250e6 * wave
+    both = [("root", 100e6 * wave), ("fillet", bending), ("flank", 0.5 * bending)]
+    found = judged(both, replace(DEMAND, several_axes=Crossland(310e6, 500e6)))
+    assert (found.at, found.tensor_at) == ("root", "fillet")
+    assert found.tensor_margin == pytest.approx(2.0, rel=1e-6)
+    with pytest.raises(LifeError, match="fillet: stress of several axes needs a criterion"):
+        judged(both, DEMAND)
+
+
+def test_nothing_to_judge() -> None:
+    assert judged([], DEMAND).life is None
+    at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
+    assert at_rest.life is not None
+    assert at_rest.life.margin == np.inf

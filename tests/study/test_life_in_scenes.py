@@ -1,0 +1,190 @@
+"""[life] in scenes: what is refused, the margin of a known vibration, what a run tells. All strengths are invented."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.life.curves import basquin
+from seatfem.faces.verdict import lasting as in_words
+from seatfem.study.impacts.contact import run_contacts, striker_of
+from seatfem.study.impacts.life import blocks, lasting, life_keys
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+STRENGTH = """source = "invented for tests"
+ultimate = "1800 MPa"
+[curve]
+knee_stress = "400 MPa"
+knee_cycles = 1e7
+slope = 12
+scatter = 0.25
+"""
+LENGTH, THICKNESS, YOUNG, DENSITY = 25.4e-3, 0.305e-3, 200e9, 7850.0
+ROOT = 1.8751040687  # first root of cos(x) cosh(x) = -1
+FREQUENCY = (ROOT / LENGTH) ** 2 * THICKNESS * math.sqrt(YOUNG / 12 / DENSITY) / (2 * math.pi)
+SCENE = """
+[seat]
+kind = "spring"
+stiffness = "27.8 N/um"
+[reed]
+kind = "cantilever"
+length = "25.4 mm"
+width = "10 mm"
+thickness = "0.305 mm"
+material = {{ young = "200 GPa", density = "7850 kg/m^3" }}
+n_modes = {modes}
+release = {{ mode = 1, deflection = "0.5 mm" }}
+[contact]
+gap = "{gap}"
+[run]
+duration = "{duration:.12g} s"
+time_step = "0.5 us"
+[life]
+"""
+ASKED = 'strength = "strength.toml"\nsurvival = 0.999\nhours = 25000\nrpm = 3000\n'
+
+
+def scene_of(
+    folder: Path, life: str = ASKED, *, strength: str = STRENGTH, periods: int = 3, gap: str = "2 mm", more: str = ""
+) -> Scene:
+    (folder / "strength.toml").write_text(strength, encoding="utf-8")
+    text = SCENE.format(modes=1 if gap == "2 mm" else 6, gap=gap, duration=periods / FREQUENCY)
+    path = folder / "scene.toml"
+    path.write_text(text + life + more, encoding="utf-8")
+    return load_scene(path)
+
+
+def keys_of(scene: Scene, dt: float = 0.5e-6) -> dict[str, object]:
+    striker = striker_of(scene)
+    touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), dt)
+    return life_keys(lasting(scene, striker, touches, None))
+
+
+@pytest.mark.parametrize("periods", [1, 3])
+def test_the_margin_of_one_mode_in_free_flight(tmp_path: Path, periods: int) -> None:
+    """The root bends by sigma = E h/2 (x/l)^2 d, fully reversed, ``periods`` times a block: margin S(N)/sigma.
+
+    The step of 0.5 us misses the trough by (w dt)^2/8 = 1e-7 of the amplitude, rounding of the duration as much.
+    """
+    amplitude = YOUNG * THICKNESS / 2 * (ROOT / LENGTH) ** 2 * 0.5e-3
+    keys = keys_of(scene_of(tmp_path, periods=periods))
+    allowed = basquin(400e6, 1e7, 12.0, scatter=0.25).stress(4.5e9 * periods, 0.999)
+    assert keys["life_margin"] == pytest.approx(allowed / amplitude, rel=1e-5)
+    assert str(keys["life_at"]).startswith("root, face")
+    damage = periods / basquin(400e6, 1e7, 12.0, scatter=0.25).life(amplitude, 0.999)
+    assert keys["life_damage_per_cycle"] == pytest.approx(float(damage), rel=2e-4)  # 23 times as steep
+    assert keys["life_cycles"] == pytest.approx(1 / float(damage), rel=2e-4)
+
+
+def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
+    """A quarter period, from the deflection to none: closed upon itself, half the range about half the stress."""
+    scene = scene_of(tmp_path)
+    short = scene.model_copy(update={"run": scene.run.model_copy(update={"duration": 0.25 / FREQUENCY})})
+    amplitude = YOUNG * THICKNESS / 2 * (ROOT / LENGTH) ** 2 * 0.5e-3 / 2
+    allowed = basquin(400e6, 1e7, 12.0, scatter=0.25).stress(4.5e9, 0.999)
+    expected = 1 / (amplitude / allowed + amplitude / 1800e6)  # Goodman, mean = amplitude, in tension
+    assert keys_of(short)["life_margin"] == pytest.approx(expected, rel=2e-3)  # the end is a step off the zero
+    assert keys_of(short)["life_at"] == "root, face towards the seat"
+
+
+def test_the_last_turn_alone(tmp_path: Path) -> None:
+    """Under a load in crank angle the block is the last turn, in steady state as long as one; the start is not in it."""
+    (tmp_path / "load.csv").write_text("angle [deg],force [N]\n0,0.1\n180,-0.1\n360,0.1\n", encoding="utf-8")
+    load = '[[load]]\nforce = { file = "load.csv", rpm = 60000 }\n'
+    scene = scene_of(tmp_path, ASKED + 'block = "last cycle"\n', periods=2, more=load)
+    striker = striker_of(scene)
+    touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), 0.5e-6)
+    last = dict(blocks(scene, striker, touches, None))["root, face towards the seat"]
+    whole = scene.model_copy(update={"life": scene.life.model_copy(update={"block": "run"})})  # type: ignore[union-attr]
+    run = dict(blocks(whole, striker, touches, None))["root, face towards the seat"]
+    assert len(last) == 2001  # 1 ms, with both ends
+    np.testing.assert_array_equal(last, run[-2001:])
+    assert np.ptp(run) > 1.01 * np.ptp(last)
+
+
+def test_both_faces_and_the_places_of_the_largest_stresses(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, gap="0 mm")
+    striker = striker_of(scene)
+    touches = run_contacts(scene, striker, impact.spring(stiffness=27.8e6), 0.5e-6)
+    stress = scene.reed.stress(touches.seat.force, 0.5e-6, striker, None, coarsely=False)
+    assert stress is not None
+    histories = dict(blocks(scene, striker, touches, stress))
+    assert len(histories) >= 2 * 17
+    at = stress.largest.at
+    place = "root" if at == 0 else f"{1e3 * at:.4g} mm from the root"
+    towards, away = (histories[f"{place}, face {which} the seat"] for which in ("towards", "away from"))
+    np.testing.assert_array_equal(towards, -away)
+    assert np.abs(towards).max() == pytest.approx(stress.largest.value, rel=0.01)  # at its coarser times
+
+
+def test_what_a_run_tells(tmp_path: Path) -> None:
+    limit = 'impact_speed_limit = "8 m/s"\nsource = "invented, too"\n'
+    scene = scene_of(tmp_path, ASKED + limit, gap="0 mm", periods=1)
+    outcome = run_scene(scene, tmp_path / "out", pictures=False)
+    told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert told["life_margin"] == pytest.approx(keys_of(scene)["life_margin"], rel=0.01)
+    assert told["error_bar_life_margin"] > 0
+    share = told["error_bar_peak_reed_stress_after_contact_Pa"] / told["peak_reed_stress_after_contact_Pa"]
+    assert told["error_bar_life_margin"] == pytest.approx(told["life_margin"] * share / (1 - share))
+    assert told["life_speed_margin"] == pytest.approx(8 / told["life_speed_m_per_s"])
+    assert told["life_speed_m_per_s"] >= told["impact_velocity_m_per_s"] > 0
+    assert (told["life_criterion"], told["life_survival"], told["life_design_cycles"]) == ("goodman", 0.999, 4.5e9)
+    assert told["life_strength_source"] == "invented for tests"
+    assert {"spring_life_margin", "life_cycles", "life_damage_per_cycle", "life_at"} <= told.keys()
+    words = in_words(outcome.summary)
+    assert "4.5e+09 cycles with 99.9 % survival" in words
+    assert "invented for tests" in words
+    assert "of the 8 m/s allowed (invented, too)" in words
+
+
+def test_nobody_asked(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, gap="0 mm", periods=1).model_copy(update={"life": None})
+    assert keys_of(scene) == {}
+    assert in_words({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("life", "strength", "said"),
+    [
+        (ASKED, 'source = "x"\nultimate = "1800 MPa"\n', "life.strength: a life needs curve of the material (x)"),
+        (ASKED, STRENGTH.replace("ultimate", "#"), "life.criterion: goodman needs ultimate of the material"),
+        (ASKED, STRENGTH.replace("scatter", "#"), "life.survival: survival = 0.999 needs the scatter of log10 N"),
+        (ASKED + 'criterion = "godman"\n', STRENGTH, "life.criterion: no criterion named 'godman'; did you mean 'goo"),
+        (ASKED.replace("0.999", "1.5"), STRENGTH, "life.survival: 1.5: input should be less than 1"),
+        (ASKED.replace("rpm = 3000", ""), STRENGTH, "life.rpm: required key is missing: blocks a minute"),
+        (ASKED.replace("hours = 25000", ""), STRENGTH, "life.hours: required key is missing: hours of running"),
+        (ASKED + "cycles = 1e9\n", STRENGTH, "life.hours: cycles is given too"),
+        ('strength = "strength.toml"\n', STRENGTH, "life.cycles: required key is missing: blocks to be survived"),
+        ("cycles = 1e9\n", STRENGTH, "life.cycles: there is no strength to judge by"),
+        ("", STRENGTH, "life.strength: required key is missing"),
+        ('impact_speed_limit = "8 m/s"\n', STRENGTH, "life.source: required key is missing: citation"),
+        (ASKED + 'source = "x"\n', STRENGTH, "life.source: there is no impact_speed_limit"),
+        (ASKED, STRENGTH + 'colour = "red"\n', "strength.toml:8: curve.colour: unknown key"),
+        (ASKED + 'block = "last cycle"\n', STRENGTH, "life.block: no load of one rpm repeats"),
+        (ASKED.replace("strength.toml", "none.toml"), STRENGTH, "life.strength: no such file"),
+    ],
+)
+def test_refused(tmp_path: Path, life: str, strength: str, said: str) -> None:
+    """With the scene's file and line, before anything is computed."""
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, life, strength=strength)
+    assert said in str(caught.value)
+    assert str(caught.value).startswith(str(tmp_path / "scene.toml") + ":")
+
+
+def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
+    (tmp_path / "strength.toml").write_text(STRENGTH, encoding="utf-8")
+    base = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\n'
+    base += 'velocity = "-2 m/s"\n[run]\nduration = "1 ms"\n[life]\n'
+    path = tmp_path / "mass.toml"
+    path.write_text(base + ASKED, encoding="utf-8")
+    with pytest.raises(SceneError, match="life.strength: of a body of kind 'rigid_mass' no bending stress is known"):
+        load_scene(path)
+    path.write_text(base + 'impact_speed_limit = "5 m/s"\nsource = "x"\n', encoding="utf-8")
+    keys = keys_of(load_scene(path))
+    assert keys["life_speed_margin"] == pytest.approx(2.5, rel=1e-6)
+    assert "life_margin" not in keys
