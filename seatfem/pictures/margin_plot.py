@@ -45,9 +45,10 @@ def plot_margins(
         if allowed is not None:
             axes.axvline(allowed, color=GREEN, linewidth=1.0)
             axes.plot([allowed], [1.0], marker="D", color=GREEN)
-            axes.annotate(
-                f"allowed: {allowed:.4g}", (allowed, 1.0), (6, 10), "data", "offset points", color=GREEN, va="bottom"
-            )
+            place = (5, -4) if 2 * allowed < sum(axes.get_xlim()) else (-5, -4)
+            side, top = "left" if place[0] > 0 else "right", axes.get_xaxis_transform()
+            words = f"allowed: {allowed:.4g}"
+            axes.annotate(words, (allowed, 1.0), place, top, "offset points", color=GREEN, va="top", ha=side)
         axes.set_yscale("log")
         ticks = [tick for tick in (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100) if _within(tick, axes)]
         axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])

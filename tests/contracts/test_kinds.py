@@ -76,6 +76,7 @@ QUOTED = {
     ("pictures", "lanczos"): "matplotlib's way to scale pictures",
     ("study/scene/models.py", "signorini"): "the law of a scene that states none",
     ("study/scene/stopper.py", "signorini"): "the law of a stopper that states none",
+    ("study/scene/life.py", "block"): "what repeats, a key of [life]",
     ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",
 }
 ASKED = {

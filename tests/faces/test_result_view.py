@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from seatfem.faces.result_table import result_table
-from seatfem.faces.verdict import difference, simpler, verdict
+from seatfem.faces.verdict import difference, lasting, simpler, verdict
 
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
 RUN: dict[str, object] = {
@@ -230,3 +230,36 @@ def test_a_film_stands_beside_the_contact_without_it() -> None:
     assert simpler({**RUN, **film}).startswith("simpler models: one without the film would say 358 N and 1.53 mN s")
     unstruck = {**RUN, **film, "first_contact_s": None}
     assert verdict(unstruck) == verdict({**RUN, **film})
+
+
+LIFE: dict[str, object] = {
+    "life_margin": 1.35,
+    "spring_life_margin": 1.4,
+    "error_bar_life_margin": 0.05,
+    "life_cycles": 2.3e12,
+    "life_damage_per_cycle": 1 / 2.3e12,
+    "life_at": "root, face away from the seat",
+    "life_design_cycles": 4.5e9,
+    "life_survival": 0.999,
+    "life_criterion": "goodman",
+    "life_strength_source": "invented",
+}
+
+
+def test_the_life_of_the_reed() -> None:
+    """Margins in the table, and a sentence that says where, by what, and whose numbers."""
+    lines = printed(**LIFE)
+    assert "margin on stress 1.350 ± 0.050 1.400 +3.7 % 1" in lines
+    assert "cycles to failure 2.3e+12 -" in lines
+    assert not any(line.startswith("margin on speed") for line in lines)
+    assert not any("fatigue" in line for line in printed())
+    assert lasting(LIFE) == (
+        "fatigue: the reed endures 4.5e+09 cycles with 99.9 % survival, and would under 1.35 +- 0.05 times the stress "
+        "(root, face away from the seat; goodman; invented)"
+    )
+    short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})
+    assert "the reed fails after 1.2e+06 of 4.5e+09 cycles with 99.9 % survival; it would endure 0.7 +- 0.05" in short
+    assert "no stress, however large, uses up 4.5e+09 cycles" in lasting({**LIFE, "life_margin": None})
+    speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
+    told = lasting({**speed, "life_speed_source": "a report"})
+    assert told == "fatigue: it closes at 2 m/s, 0.25 of the 8 m/s allowed (a report)"

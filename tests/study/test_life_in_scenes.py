@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,7 @@ def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
 
 
 def test_the_last_turn_alone(tmp_path: Path) -> None:
-    """Under a load in crank angle the block is the last turn, in steady state as long as one; the start is not in it."""
+    """Under a load in crank angle the block is the last turn, in which the start is not."""
     (tmp_path / "load.csv").write_text("angle [deg],force [N]\n0,0.1\n180,-0.1\n360,0.1\n", encoding="utf-8")
     load = '[[load]]\nforce = { file = "load.csv", rpm = 60000 }\n'
     scene = scene_of(tmp_path, ASKED + 'block = "last cycle"\n', periods=2, more=load)
@@ -135,6 +136,9 @@ def test_what_a_run_tells(tmp_path: Path) -> None:
     assert (told["life_criterion"], told["life_survival"], told["life_design_cycles"]) == ("goodman", 0.999, 4.5e9)
     assert told["life_strength_source"] == "invented for tests"
     assert {"spring_life_margin", "life_cycles", "life_damage_per_cycle", "life_at"} <= told.keys()
+    page = (Path(__file__).parents[2] / "docs" / "life.md").read_text(encoding="utf-8")
+    in_scenes = page.partition("## In scenes")[2].partition("## Strength files")[0]
+    assert set(re.findall(r"^\| `(life_\w+)` \|", in_scenes, re.MULTILINE)) <= told.keys()
     words = in_words(outcome.summary)
     assert "4.5e+09 cycles with 99.9 % survival" in words
     assert "invented for tests" in words
@@ -182,7 +186,7 @@ def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
     base += 'velocity = "-2 m/s"\n[run]\nduration = "1 ms"\n[life]\n'
     path = tmp_path / "mass.toml"
     path.write_text(base + ASKED, encoding="utf-8")
-    with pytest.raises(SceneError, match="life.strength: of a body of kind 'rigid_mass' no bending stress is known"):
+    with pytest.raises(SceneError, match=r"life\.strength: of a body of kind 'rigid_mass' no bending stress is known"):
         load_scene(path)
     path.write_text(base + 'impact_speed_limit = "5 m/s"\nsource = "x"\n', encoding="utf-8")
     keys = keys_of(load_scene(path))
