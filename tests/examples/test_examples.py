@@ -177,8 +177,8 @@ def test_life_of_a_flapper(tmp_path: Path) -> None:
     """The root is bent one way by the release and the other way after the blow: the largest cycle, by Goodman, on the
     face where its mean is tension.
 
-    The S-N curve by hand: 450 times the cycles of the knee, 23 = 2 * 12 - 1, z(0.999) = 3.09023 of 0.25 decades. Smaller
-    cycles, none above half of it, take less than 1e-3 of the margin.
+    The S-N curve by hand: 450 times the cycles of the knee, 23 = 2 * 12 - 1, z(0.999) = 3.09023 of 0.25 decades.
+    Smaller cycles, none above half of it, take less than 1e-3 of the margin.
     """
     summary: Any = run_scene(load_scene(ROOT / "examples" / "life_of_a_flapper.toml"), tmp_path).summary
     allowed = 500e6 * (450 * 10 ** (3.09023 * 0.25)) ** (-1 / 23)

@@ -95,6 +95,7 @@ def build(folder: Path) -> tuple[Specimen, ...]:
 def _written(folder: Path) -> Iterator[Specimen]:
     meshes = _meshes(folder / "meshes")
     yield from _scenes(folder, meshes)
+    yield from _lives(folder)
     yield from _greens(folder)
     yield from _matrices(folder)
     yield from _measured(folder)
@@ -122,6 +123,14 @@ def _scenes(folder: Path, meshes: Path) -> Iterator[Specimen]:
     for name, text in scenes.of_examples().items():
         _scene(folder / f"example-{name}", text)
         yield Specimen(f"example-{name}", "scene.toml", "toml", "draw")
+
+
+def _lives(folder: Path) -> Iterator[Specimen]:
+    """A scene with a file of strength; both are read before anything is computed."""
+    there = _scene(folder / "life", scenes.CHEAP["spring-reed"] + scenes.LIFE)
+    (there / "strength.toml").write_text(scenes.STRENGTH, encoding="utf-8")
+    yield Specimen("life", "strength.toml", "toml", "run", 3.0)
+    yield Specimen("life", "scene.toml", "toml", "run", 2.0)
 
 
 def _scene(folder: Path, text: str) -> Path:

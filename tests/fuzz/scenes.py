@@ -75,6 +75,23 @@ CHEAP: Final[Mapping[str, str]] = {
     'model = "rod"\n' + STEEL + BALL + RUN + TARGET,
 }
 
+LIFE: Final = (
+    '[life]\nstrength = "strength.toml"\ncriterion = "walker"\nsurvival = 0.999\nhours = 25000\nrpm = 3000\n'
+    'block = "run"\nimpact_speed_limit = "8 m/s"\nsource = "invented"\n'
+)
+STRENGTH: Final = """source = "invented"
+temperature = "120 degC"
+specimens = 30
+ultimate = "1800 MPa"
+walker_exponent = 0.65
+loading_ratio = 0
+impact_velocity = "8 m/s"
+[curve]
+points = [["500 MPa", 1e5], ["400 MPa", 1e7], ["380 MPa", 1e9]]
+scatter = 0.25
+survival = "90 %"
+"""
+
 # Seats of finite elements: carried out up to the call of gmsh, a few of them to the end.
 DRAWN: Final[Mapping[str, str]] = {
     "annular": '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nlip_height = "0.5 mm"\n'

@@ -44,7 +44,7 @@ STEPS: Final = 200_000  # in place of the 2e7 that a run may store: a case shall
 DRAWN_ONE_IN: Final = 25  # runs that draw their pictures too
 STOPPED: Final = "stopped before gmsh"
 PASSED: Final = ("ran", "refused", "drawn")
-_KEY_NAMED: Final = re.compile(r"\b(seat|reed|run|contact|accuracy|title)\.\w+|\bthe seat has no\b")
+_KEY_NAMED: Final = re.compile(r"\b(seat|reed|run|contact|accuracy|life|title)\.\w+|\bthe seat has no\b")
 _PROGRAM: Final = ("run", "draw", "greens", "plan")
 
 
