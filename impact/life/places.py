@@ -22,14 +22,14 @@ class Demand:
 
     Attributes:
         strength: of its material.
-        judge: of mean stresses, for stress of one axis.
+        judge: of mean stresses, for stress of one axis; ``None``: there must be none.
         blocks: design number of repetitions.
         survival: share of parts that lives on; ``None``: that of the S-N curve.
         several_axes: for stress tensors; ``None``: there must be none.
     """
 
     strength: Strength
-    judge: MeanStress
+    judge: MeanStress | None
     blocks: float
     survival: float | None = None
     several_axes: Multiaxial | None = None
@@ -62,20 +62,22 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
         demand: what has to be endured.
 
     Raises:
-        LifeError: arrays of another shape, values that are not finite, a tensor where no criterion for it is stated;
+        LifeError: arrays of another shape, values that are not finite, stress for which no criterion is stated;
             what `impact.life.damage.life` raises.
     """
     counted: list[tuple[str, Cycles]] = []
     tensors: list[tuple[float, str]] = []
     for name, history in histories:
-        if history.ndim == 1:
+        if history.ndim == 1 and demand.judge is not None:
             counted.append((name, rainflow(history)))
+        elif history.ndim == 1:
+            raise LifeError(f"{name}: stress of one axis needs a criterion of mean stress (goodman, ...)")
         elif demand.several_axes is None:
             raise LifeError(f"{name}: stress of several axes needs a criterion for it (crossland, ...)")
         else:
             tensors.append((demand.several_axes.margin(history), name))
     found = Judged()
-    if counted:
+    if counted and demand.judge is not None:
         reach = [_reach(cycles) for _, cycles in counted]
         lives = [
             (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))

@@ -51,7 +51,7 @@ LIFE: Final = (
     ("margin on stress", "life_margin", ""),
     ("cycles to failure", "life_cycles", ""),
     ("damage per cycle", "life_damage_per_cycle", ""),
-    ("margin on tensors", "life_tensor_margin", ""),
+    ("margin, contact", "life_contact_margin", ""),
     ("margin on speed", "life_speed_margin", ""),
 )
 BY_STEP: Final = (

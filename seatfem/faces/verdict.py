@@ -98,6 +98,13 @@ def lasting(summary: Mapping[str, object]) -> str:
             lived = "at once" if cycles is None else f"after {cycles:.3g} of {asked_for}"
             told.append(f"the reed fails {lived}; it would endure {margin:.3g}{more} of the stress")
         told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
+    if (below := as_number(summary.get("life_contact_margin"))) is not None:
+        wanted = as_number(summary.get("life_contact_cycles"))
+        through = "the cycles of the two limits" if wanted is None else f"{wanted:.3g} cycles"
+        told.append(
+            f"the contact endures {through} under {below:.3g} times the stress ({summary['life_contact_at']}; "
+            f"{summary['life_contact_criterion']}; {summary['life_strength_source']})"
+        )
     if (speed := as_number(summary.get("life_speed_margin"))) is not None:
         closing, limit = (as_number(summary[f"life_speed_{key}"]) for key in ("m_per_s", "limit_m_per_s"))
         told.append(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import impact
+from impact.after.contact_stress import hertz_circular, hertz_impact
 from impact.life.curves import basquin
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.study.impacts.contact import run_contacts, striker_of
@@ -169,6 +170,17 @@ def test_nobody_asked(tmp_path: Path) -> None:
         (ASKED + 'source = "x"\n', STRENGTH, "life.source: there is no impact_speed_limit"),
         (ASKED, STRENGTH + 'colour = "red"\n', "strength.toml:8: curve.colour: unknown key"),
         (ASKED + 'block = "last cycle"\n', STRENGTH, "life.block: no load of one rpm repeats"),
+        (ASKED + 'contact_criterion = "crossland"\n', STRENGTH, "life.contact_modulus: required key is missing"),
+        (
+            ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
+            STRENGTH,
+            "life.contact_criterion: crossland needs torsion_limit, bending_limit of the material",
+        ),
+        (
+            ASKED + 'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
+            'torsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n' + STRENGTH,
+            "life.contact_criterion: the stress below a contact is known of a law of Hertz",
+        ),
         (ASKED.replace("strength.toml", "none.toml"), STRENGTH, "life.strength: no such file"),
     ],
 )
@@ -192,3 +204,32 @@ def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
     keys = keys_of(load_scene(path))
     assert keys["life_speed_margin"] == pytest.approx(2.5, rel=1e-6)
     assert "life_margin" not in keys
+
+
+def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
+    """Hertz's impact on a stiff support: p0 of the largest force; Crossland by half the largest shear stress.
+
+    sqrt(J2a) = tau/sqrt 3 with tau = 0.310 p0 at nu = 0.3 (Johnson), and no tension: the pressure's largest value is 0.
+    The support's compliance takes 2e-4 of the force, depths and digits 1e-3.
+    """
+    k, mass, speed, modulus = 4e9, 1e-3, 0.5, 110e9
+    (tmp_path / "strength.toml").write_text(
+        'source = "x"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n', encoding="utf-8"
+    )
+    path = tmp_path / "ball.toml"
+    path.write_text(
+        '[seat]\nkind = "spring"\nstiffness = "1e6 N/um"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\n'
+        'velocity = "-0.5 m/s"\n[contact]\nlaw = { kind = "hertz", stiffness = "4e9 N/m^1.5" }\n[run]\n'
+        'duration = "0.3 ms"\ntime_step = "0.05 us"\n[life]\nstrength = "strength.toml"\n'
+        'contact_criterion = "crossland"\ncontact_modulus = "110 GPa"\n',
+        encoding="utf-8",
+    )
+    outcome = run_scene(load_scene(path), tmp_path / "out", pictures=False)
+    largest = hertz_impact(stiffness=k, mass=mass, speed=speed).force
+    radius = (3 * k / (4 * modulus)) ** 2
+    pressure = hertz_circular(force=largest, reduced_modulus=modulus, radius=radius).pressure
+    margin = outcome.summary["life_contact_margin"]
+    assert margin == pytest.approx(310e6 * math.sqrt(3) / (0.310 * pressure), rel=2e-3)
+    assert outcome.summary["life_contact_cycles"] == 1e7
+    assert "life_margin" not in outcome.summary
+    assert f"endures 1e+07 cycles under {margin:.3g} times the stress" in in_words(outcome.summary)

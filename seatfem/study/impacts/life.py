@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import impact
@@ -13,6 +14,7 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import Array
 from impact.life.damage import Life
 from impact.life.places import Judged, judged, left_of
+from impact.life.pressed import hertz_path
 from impact.life.strength import SpeedMargin, Strength, speed_margin
 from impact.runs.budget import Budget
 from seatfem.study.impacts.touches import Touches, pushes
@@ -51,7 +53,16 @@ def lasting(scene: Scene, striker: impact.Body, touches: Touches, stress: ReedSt
     speed = None if allowed is None or math.isnan(closing) else speed_margin(closing, allowed)
     if demand is None:
         return Lasting(speed=speed)
-    return Lasting(judged(blocks(scene, striker, touches, stress), demand), demand.strength, speed)
+    histories = chain(blocks(scene, striker, touches, stress), below_contact(scene, touches))
+    return Lasting(judged(histories, demand), demand.strength, speed)
+
+
+def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]:
+    """Depths below a contact of Hertz with the stress there, where [life] asks for it."""
+    life, stiffness = scene.life, scene.contact.law.of_a_sphere
+    if life is not None and life.contact_modulus is not None and stiffness is not None:
+        largest = float(touches.seat.solid.max())
+        yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 
 
 def blocks(
@@ -61,7 +72,9 @@ def blocks(
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     also = () if stress is None else (stress.initial.at, stress.largest.at)
     first = 0
-    if scene.life is not None and scene.life.block == "last cycle":
+    if scene.life is None or not scene.life.of_bending:
+        return
+    if scene.life.block == "last cycle":
         turn = turn_of(scene)
         assert turn is not None
         first = max(0, len(touches.seat.time) - 1 - round(turn / dt))
@@ -81,7 +94,8 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
             "life_at": found.at,
         }
     if found is not None and found.tensor_at is not None:
-        keys |= {"life_tensor_margin": _finite(found.tensor_margin or 0.0), "life_tensor_at": found.tensor_at}
+        margin = math.inf if found.tensor_margin is None else found.tensor_margin
+        keys |= {"life_contact_margin": _finite(margin), "life_contact_at": found.tensor_at}
     if speed is not None:
         keys |= {"life_speed_margin": _finite(speed.margin), "life_speed_m_per_s": speed.speed}
     return keys
@@ -107,6 +121,10 @@ def asked_keys(scene: Scene, lasting: Lasting, left: Budget, without: tuple[str,
             "life_strength_source": lasting.strength.source,
             "error_bar_life_margin": _finite(bar),
         }
+    if lasting.found is not None and lasting.found.tensor_at is not None and lasting.strength is not None:
+        keys["life_contact_criterion"] = scene.life.contact_criterion
+        keys["life_contact_cycles"] = lasting.strength.limit_cycles
+        keys["life_strength_source"] = lasting.strength.source
     if lasting.speed is not None:
         keys |= {"life_speed_limit_m_per_s": lasting.speed.allowed, "life_speed_source": lasting.speed.source}
     return keys

@@ -20,6 +20,11 @@ class ContactLaw(Table):
         """The law itself, of a ``share`` of the patch's area."""
         raise NotImplementedError
 
+    @property
+    def of_a_sphere(self) -> float | None:
+        """Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` where the contact is none of a sphere."""
+        return None
+
 
 def laws() -> tuple[type[ContactLaw], ...]:
     """Every law that is defined by now, ours first."""
@@ -54,6 +59,10 @@ class HertzLaw(ContactLaw):
     def law(self, share: float = 1.0) -> Law:
         return Hertz(share * self.stiffness)
 
+    @property
+    def of_a_sphere(self) -> float | None:
+        return self.stiffness
+
 
 class HuntCrossleyLaw(ContactLaw):
     """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration)."""
@@ -64,6 +73,10 @@ class HuntCrossleyLaw(ContactLaw):
 
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
+
+    @property
+    def of_a_sphere(self) -> float | None:
+        return self.stiffness
 
 
 def law_as_text(given: object) -> object:

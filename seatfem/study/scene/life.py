@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import ExistingFile, Fraction, KeyProblem, Speed, Table
+from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Speed, Table, default
 
 if TYPE_CHECKING:
     from impact.life.places import Demand
@@ -37,6 +37,14 @@ class LifeTable(Table):
     hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
     rpm: float | None = Field(None, gt=0, description="blocks a minute (1/min), with hours")
     block: Literal["run", "last cycle"] = Field("run", description="what repeats: the run, or the crank's last turn")
+    contact_criterion: str = Field(
+        "",
+        description="for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent",
+    )
+    contact_modulus: Pressure | None = Field(
+        None, description="E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
+    )
+    contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
     impact_speed_limit: Speed | None = Field(
         None, description="largest speed of closing that experience allows; that of the strength file where absent"
     )
@@ -56,13 +64,21 @@ class LifeTable(Table):
             return self
         if self.cycles is not None and (beside := [key for key in ("hours", "rpm") if getattr(self, key) is not None]):
             raise KeyProblem(beside[0], "cycles is given too; keep cycles, or hours with rpm")
-        if self.cycles is None and self.hours is None:
+        if (self.contact_modulus is None) != (not self.contact_criterion):
+            missing = "contact_modulus" if self.contact_criterion else "contact_criterion"
+            raise KeyProblem(missing, "required key is missing: contact_criterion and contact_modulus go together")
+        if self.cycles is None and self.hours is None and (self.rpm is not None or not self.contact_criterion):
             words = "hours of running" if self.rpm is not None else "blocks to be survived, or hours with rpm"
             raise KeyProblem("hours" if self.rpm is not None else "cycles", f"required key is missing: {words}")
         if self.hours is not None and self.rpm is None:
             raise KeyProblem("rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}")
         self.demand()
         return self
+
+    @property
+    def of_bending(self) -> bool:
+        """Whether the reed's bending stress is to be judged."""
+        return self.strength is not None and self.blocks > 0
 
     @property
     def blocks(self) -> float:
@@ -82,28 +98,33 @@ class LifeTable(Table):
             raise KeyProblem("strength", str(problem)) from None
 
     def demand(self) -> Demand | None:
-        """What the reed has to endure; ``None`` where no strength is given.
+        """What the reed and its contact have to endure; ``None`` where no strength is given.
 
         Raises:
             KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
         """
         from impact.life.curves import LifeError  # of scenes with a life only
         from impact.life.mean_stress import mean_stress
+        from impact.life.multiaxial import multiaxial
         from impact.life.places import Demand
 
         if (strength := self.measured()) is None:
             return None
-        key = "strength"
+        key, judge, below = "strength", None, None
         try:
-            [curve] = strength.needed("a life", "curve")
-            key = "criterion"
-            judge = mean_stress(self.criterion, strength)
-            key = "survival"
-            curve.stress(self.blocks, self.survival)
+            if self.of_bending:
+                [curve] = strength.needed("a life", "curve")
+                key = "criterion"
+                judge = mean_stress(self.criterion, strength)
+                key = "survival"
+                curve.stress(self.blocks, self.survival)
+            if self.contact_criterion:
+                key = "contact_criterion"
+                below = multiaxial(self.contact_criterion, strength)
         except LifeError as problem:
             assert self.strength is not None
             raise KeyProblem(key, f"{problem} (strength: {self.strength.name})") from None
-        return Demand(strength, judge, self.blocks, self.survival)
+        return Demand(strength, judge, self.blocks, self.survival, below)
 
     def allowed_speed(self) -> Strength | None:
         """The largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
@@ -116,10 +137,13 @@ class LifeTable(Table):
 
     def check(self, scene: Scene) -> None:
         """Raises `KeyProblem` where the scene gives no stress to judge, or no turn of the crank."""
-        if self.strength is not None and not scene.reed.has_stress:
+        if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
+            words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
+            raise KeyProblem("contact_criterion", words)
+        if self.of_bending and not scene.reed.has_stress:
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
             raise KeyProblem("strength", words)
-        if self.strength is not None and scene.is_blown_by_lift:
+        if self.of_bending and scene.is_blown_by_lift:
             raise KeyProblem("strength", "a load by the lift leaves the stress of the reed unknown; state one area")
         if self.block == "last cycle":
             turn = turn_of(scene)

@@ -169,7 +169,7 @@ class Scene(Table):
     @property
     def needs_stress(self) -> bool:
         """Whether the reed's stress is asked for, by a measure or for its life."""
-        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.strength is not None)
+        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.of_bending)
 
     @property
     def bodies(self) -> Mapping[str, Structure]:

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from impact.after.contact_stress import hertz_circular, hertz_stiffness
 from impact.life.curves import LifeError, basquin
 from impact.life.mean_stress import Goodman, mean_stress
 from impact.life.multiaxial import Crossland
 from impact.life.places import Demand, judged, left_of
+from impact.life.pressed import hertz_path
 from impact.life.strength import Strength
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
@@ -74,3 +76,24 @@ def test_nothing_to_judge() -> None:
     at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
     assert at_rest.life is not None
     assert at_rest.life.margin == np.inf
+    with pytest.raises(LifeError, match="root: stress of one axis needs a criterion of mean stress"):
+        judged([("root", np.full(5, 3e6))], replace(DEMAND, judge=None))
+
+
+def test_a_contact_of_hertz_at_its_largest_force() -> None:
+    """The last tensors are those on the axis of the whole contact; every criterion sees half of the way there."""
+    force, modulus, radius = 20.0, 110e9, 5e-3
+    whole = hertz_circular(force=force, reduced_modulus=modulus, radius=radius)
+    stiffness = hertz_stiffness(reduced_modulus=modulus, radius=radius)
+    paths = dict(hertz_path(force, stiffness=stiffness, modulus=modulus, poisson=0.3))
+    top = paths["0 um below the contact"]
+    np.testing.assert_allclose(top[-1, 2], -whole.pressure, rtol=1e-12)
+    np.testing.assert_allclose(top[-1, :2], -0.8 * whole.pressure, rtol=1e-12)  # (1 + 2 nu)/2
+    shear = {name: abs(path[-1, 2] - path[-1, 0]) / 2 for name, path in paths.items()}
+    deepest = max(shear, key=lambda name: shear[name])
+    assert shear[deepest] == pytest.approx(0.310 * whole.pressure, rel=2e-3)
+    assert float(deepest.split()[0]) == pytest.approx(0.481e6 * whole.half_width, rel=0.05)  # the next depth: 8 %
+    found = judged(paths.items(), replace(DEMAND, judge=None, several_axes=Crossland(310e6, 500e6)))
+    assert found.tensor_at == deepest
+    with pytest.raises(LifeError, match="must be positive, the force not below 0"):
+        list(hertz_path(-1.0, stiffness=stiffness, modulus=modulus))
