@@ -146,6 +146,16 @@ def test_what_a_run_tells(tmp_path: Path) -> None:
     assert "of the 8 m/s allowed (invented, too)" in words
 
 
+def test_without_contact_the_margin_has_no_bar(tmp_path: Path) -> None:
+    outcome = run_scene(
+        scene_of(tmp_path, ASKED + 'impact_speed_limit = "8 m/s"\nsource = "x"\n'), tmp_path / "out", pictures=False
+    )
+    assert outcome.summary["life_margin"] == outcome.summary["spring_life_margin"]
+    assert outcome.summary["error_bar_life_margin"] is None
+    assert any("nothing closed within run.duration" in note for note in outcome.messages)
+    assert "life_speed_margin" not in outcome.summary
+
+
 def test_nobody_asked(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, gap="0 mm", periods=1).model_copy(update={"life": None})
     assert keys_of(scene) == {}

@@ -101,17 +101,23 @@ def life_keys(lasting: Lasting) -> dict[str, object]:
     return keys
 
 
+def run_keys(scene: Scene, here: Lasting, there: Lasting, left: Budget, without: tuple[str, ...]) -> dict[str, object]:
+    """All of a run: the seat's, those of the spring in its place, what was asked, and the error bar."""
+    beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
+    return life_keys(here) | beside | asked_keys(scene, here, left, without)
+
+
 def asked_keys(scene: Scene, lasting: Lasting, left: Budget, without: tuple[str, ...]) -> dict[str, object]:
     """What was asked of the reed's life, by which numbers, and the error bar of its margin, that of the stress.
 
-    Margins are inversely proportional to stress: `impact.life.places.left_of`. Where the stress has no bar, nor has the
-    margin.
+    Margins are inversely proportional to stress: `impact.life.places.left_of`. Where the stress has no bar, as
+    without contact, nor has the margin.
     """
     keys: dict[str, object] = {}
     if scene.life is None:
         return keys
     if lasting.found is not None and lasting.found.life is not None and lasting.strength is not None:
-        known = STRESS in left.values and STRESS not in without
+        known = left.values.get(STRESS, 0.0) > 0 and STRESS not in without
         bar = left_of(lasting.found.life.margin, left.relative(STRESS)) if known else math.inf
         keys |= {
             "life_criterion": scene.life.criterion,

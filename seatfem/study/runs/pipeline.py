@@ -24,7 +24,7 @@ from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
-from seatfem.study.impacts.life import Lasting, asked_keys, lasting, life_keys, life_notes
+from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
@@ -102,9 +102,9 @@ def run_scene(
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
             baseline = _baseline(done, watch)
-        with watch("life"):
-            lives = _lives(scene, done, baseline)
-        summary = _summary(scene, done, baseline, watch) | _life_keys(scene, done, lives)
+        lives = _lives(scene, done, baseline, watch)
+        told = run_keys(scene, *lives, done.left, done.without_bar)
+        summary = _summary(scene, done, baseline, watch) | told
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
             others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
@@ -190,17 +190,13 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
     }
 
 
-def _lives(scene: Scene, done: Round, baseline: _Baseline) -> tuple[Lasting, Lasting]:
-    """Of the reed on the seat, and on the spring."""
-    struck = (done.touches, done.stress), (baseline.touches, baseline.stress)
-    here, there = (lasting(scene, done.striker, touches, stress) for touches, stress in struck)
-    return here, there
-
-
-def _life_keys(scene: Scene, done: Round, lives: tuple[Lasting, Lasting]) -> dict[str, object]:
-    here, there = (life_keys(each) for each in lives)
-    asked = asked_keys(scene, lives[0], done.left, done.without_bar)
-    return {**here, **{f"spring_{key}": value for key, value in there.items()}, **asked}
+def _lives(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> tuple[Lasting, Lasting]:
+    """Of the reed on the seat, and on the spring, where the scene asks for it."""
+    if scene.life is None:
+        return Lasting(), Lasting()
+    with watch("life"):
+        here = lasting(scene, done.striker, done.touches, done.stress)
+        return here, lasting(scene, done.striker, baseline.touches, baseline.stress)
 
 
 def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:
