@@ -174,3 +174,15 @@ def test_what_is_no_width_is_given_by_name() -> None:
     for filtered in (measures.filtered_force, measures.filtered_peak_force):
         with pytest.raises(TypeError, match="positional argument"):
             filtered(result, 2 * DT, 1)  # type: ignore[operator]
+
+
+def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
+    """Over the last open step before each: 1 m/s, then 3, then 2; of a reed that starts shut, only what comes later."""
+    gap = 1e-6 * np.array([2.0, 1.0, 0.0, 0.0, 4.0, 3.0, 0.0, 0.0, 2.0, 0.0, 0.0])
+    result = replace(record([0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), gap=gap)
+    assert measures.impact_velocity(result) == pytest.approx(1.0)
+    assert measures.largest_impact_velocity(result) == pytest.approx(3.0)
+    shut = replace(result, force=np.where(result.time < 2.5e-6, 1.0, result.force))
+    assert measures.impact_velocity(shut) == 0.0
+    assert measures.largest_impact_velocity(shut) == pytest.approx(3.0)
+    assert math.isnan(measures.largest_impact_velocity(record([0.0, 0.0])))
