@@ -15,7 +15,8 @@ from seatfem.structures.shapes import ValvePlate
 
 
 class Plate(Drawn):
-    """A flat valve plate with several round ports, a sealing land around each, and webs between them."""
+    """A flat valve plate with several round ports, a sealing land around each, and webs between them. With `outline` or
+    `file` in place of its ports, kind = "plate" is a flat reed of any outline: all that kind = "sheet" takes."""
 
     kind: Literal["plate"]
     ports: int = Field(strict=True, ge=1, le=200, description="number of ports")
