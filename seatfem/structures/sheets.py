@@ -20,6 +20,7 @@ from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.reduction.parity import with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
 
@@ -229,7 +230,8 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     Raises as `solved_sheet`.
     """
     mesh, model = _meshed(asked, coarser, {})
-    return PlateModes(asked, mesh, model, solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth))
+    modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
+    return PlateModes(asked, mesh, model, with_parity(modes, model, mesh.points))
 
 
 def model_of(asked: Sheet, lips: Sequence[Lip]) -> SecondOrderModel:
