@@ -12,7 +12,7 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
-from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, everywhere, plate_ports
+from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, deflections, everywhere, plate_ports
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
@@ -105,6 +105,14 @@ class PlateModes:
         dofs = self.model.dofs
         assert isinstance(dofs, DofMap)
         return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
+
+    def shape_at(self, amplitudes: Array, points: Array) -> Array:
+        """(q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        full = np.zeros((len(self.mesh.points), 3))
+        full.ravel()[dofs.free] = self.modes.shapes @ amplitudes
+        return deflections(self.mesh, full[:, 0], points)
 
     def at_point(self, along: float, name: str) -> Array:
         """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""

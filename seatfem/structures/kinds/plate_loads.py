@@ -13,6 +13,7 @@ from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem.fields import Acceleration, Approach, KeyProblem, Length, Position, Table
 from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds.curvature import Curvature
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -78,6 +79,7 @@ class ClampedPlate(ThinPlate):
         "pressure_radius",
         "point_force",
         "gravity",
+        "curvature",
     )
 
     has_weight: ClassVar[bool] = True
@@ -96,6 +98,8 @@ class ClampedPlate(ThinPlate):
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
 
+    curvature: Curvature | None = Field(None, description="as a striker: its stress-free shape, where it is not flat")
+
     @model_validator(mode="after")
     def _one_start(self) -> Self:
         if self.velocity is not None:
@@ -112,7 +116,9 @@ class ClampedPlate(ThinPlate):
 
     @property
     def _has_pressed_disc(self) -> bool:
-        return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
+        starts = self.release is not None and self.release.shape == "pressure"
+        curved = self.curvature is not None and self.curvature.shape == "pressure"
+        return self.pressure is not None or starts or curved
 
     def plate(self, greens: GreensFunction) -> PlateModes:
         """The modes behind its Green's function, whatever touches it; found once in a process."""
@@ -158,6 +164,28 @@ class ClampedPlate(ThinPlate):
     def weight(self, body: Body) -> tuple[Array, float]:
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
+
+    @property
+    def is_curved(self) -> bool:
+        return self.curvature is not None
+
+    def heights(self, points: Array) -> Array:
+        places = np.asarray(self.geometry().centre) + points
+        if (shape := self.curvature) is None:
+            return super().heights(points)
+        if shape.deflection is None:
+            try:
+                return shape.given(places)
+            except KeyProblem as problem:
+                raise KeyProblem(f"curvature.{problem.key}", str(problem)) from None
+        from seatfem.structures.sheets import plate_modes  # as above
+
+        plate = plate_modes(self.sheet())
+        push = self._pressed(plate)[0] if shape.shape == "pressure" else plate.centre
+        each = push / plate.modes.omega**2
+        if shape.shape in (None, "mode"):
+            each = np.where(np.arange(len(each)) == 0, plate.centre, 0.0)
+        return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
 
     def _pressed(self, plate: PlateModes) -> tuple[Array, float]:
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""

@@ -9,10 +9,12 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
+from seatfem.fields import KeyProblem
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import MOST_PORTS, Division
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
+from seatfem.study.scene.problems import Problem
 
 USUAL: Final = 32  # arcs, where nothing else is known
 POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
@@ -22,7 +24,9 @@ def usual_ports(scene: Scene) -> int:
     """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or under a plate that
     touches where the lip is, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
-    many = scene.seat.struck_ring is not None and (touches or scene.contact.uneven or any(scene.contact.offset))
+    many = scene.seat.struck_ring is not None and (
+        touches or scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
+    )
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
@@ -49,12 +53,13 @@ def on_the_reed(scene: Scene, lip: Lip | None) -> Lip | None:
 def gaps_of(scene: Scene, arcs: int) -> Array:
     """(arcs,) openings of the undeformed bodies [m], the mean over each arc of
 
-        gap(th) = gap + h(th) - min h,   h = R tan(tilt) sin(th - tilt_axis) + waviness(th)
+        gap(th) = gap + h(th) - min h,   h = R tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
-    on the centre line of the lip, of mean radius R; ``gap`` is the smallest.
+    on the centre line of the lip, of mean radius R, with the height w0 of a reed that is not flat; ``gap`` is the
+    smallest. Raises `SceneError` where that height is not known.
     """
     contact, ring = scene.contact, scene.seat.struck_ring
-    if ring is None or not contact.uneven:
+    if ring is None or not (contact.uneven or scene.reed.is_curved):
         return np.full(arcs, contact.gap)
     each = math.ceil(POINTS / arcs)
     angles = 2 * np.pi * (np.arange(arcs * each) + 0.5) / (arcs * each)
@@ -62,6 +67,13 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     if contact.waviness:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
+    if scene.reed.is_curved:
+        line = contact.offset + ring[0] * np.column_stack([np.cos(angles), np.sin(angles)])
+        try:
+            height = height + scene.reed.heights(line)
+        except KeyProblem as problem:
+            path = ("reed", *problem.key.split("."))
+            raise SceneError((Problem(None, 0, ".".join(path), str(problem), path),)) from None
     return np.asarray(contact.gap + (height - height.min()).reshape(arcs, each).mean(axis=1))
 
 

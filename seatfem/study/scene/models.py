@@ -271,6 +271,14 @@ class Scene(Table):
                 f"contact.{key}",
                 f"a seat of kind {self.seat.kind!r}, {self.seat.no_ring}",
             )
+        if self.seat.is_curved:
+            raise KeyProblem("seat.curvature", "only the reed may be curved; remove the key")
+        if self.reed.is_curved and self.seat.struck_ring is None:
+            raise KeyProblem("reed.curvature", f"a seat of kind {self.seat.kind!r}, {self.seat.no_ring}")
+        if self.reed.is_curved and self.contact.ports == 1:
+            raise KeyProblem(
+                "contact.ports", "one port is open by its mean alone, reed.curvature needs several: remove it"
+            )
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
