@@ -114,6 +114,15 @@ class PlateModes:
         full.ravel()[dofs.free] = self.modes.shapes @ amplitudes
         return deflections(self.mesh, full[:, 0], points)
 
+    def projected(self, nodal: Array) -> tuple[Array, float]:
+        """(m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they leave."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        field = (nodal[:, None] * (1.0, 0.0, 0.0)).ravel()[dofs.free]
+        image = self.model.M @ field
+        amplitudes, square = np.asarray(self.modes.shapes.T @ image), float(field @ image)
+        return amplitudes, 1 - float(amplitudes @ amplitudes) / square if square else 0.0
+
     def at_point(self, along: float, name: str) -> Array:
         """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""
         return self.at(Patch(np.array([(along, self.sheet.shape.centre[1])]), np.ones(1)), name)
