@@ -165,6 +165,10 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
     any_number = elements[1:] == (Ellipsis,)
+    if get_origin(first) is tuple and get_args(first)[1:] == (Ellipsis,):
+        inner = get_args(get_args(first)[0])
+        shown = _toml((field.examples or [[]])[0])
+        return f"list of lists of lists of {_NUMBERS[len(inner)]} {_dimension(inner[0])}s, `{shown}`"
     if get_origin(first) is tuple:
         count, inner = "" if any_number else f"{_NUMBERS[len(elements)]} ", get_args(first)
         if len(mixed := dict.fromkeys(map(_dimension, inner))) > 1:

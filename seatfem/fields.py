@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -31,6 +33,9 @@ class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
+
+    also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+    """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
 
 
 def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
@@ -67,8 +72,15 @@ def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
 
 
 def one_of(kinds: tuple[type[Table], ...]) -> Any:
-    """The annotation of a key that holds one of these tables, told apart by their ``kind``."""
-    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
+    """The annotation of a key that holds one of these tables, told apart by their ``kind``, and what is ``also``."""
+
+    def as_meant(given: object) -> object:
+        if not isinstance(given, Mapping) or not isinstance(kind := given.get("kind"), str):
+            return given
+        meant = (kind_of(each) for each in kinds if given.keys() & set(each.also.get(kind, ())))
+        return {**given, "kind": next(meant, kind)}
+
+    return Annotated[Union[kinds], Field(discriminator="kind"), BeforeValidator(as_meant)]  # noqa: UP007
 
 
 def default(written: object, description: str, example: object = None) -> Any:

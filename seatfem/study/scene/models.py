@@ -300,6 +300,14 @@ class Scene(Table):
     def _lip_of_a_seat(self) -> Self:
         if (key := self.contact.along_a_lip) and (why := self.seat.no_lip):
             raise KeyProblem(f"contact.{key}", f"a seat of kind {self.seat.kind!r}, {why}")
+        if self.seat.is_curved:
+            raise KeyProblem("seat.curvature", "only the reed may be curved; remove the key")
+        if self.reed.is_curved and (why := self.seat.no_lip):
+            raise KeyProblem("reed.curvature", f"a seat of kind {self.seat.kind!r}, {why}")
+        if self.reed.is_curved and self.contact.ports == 1:
+            raise KeyProblem(
+                "contact.ports", "one port is open by its mean alone, reed.curvature needs several: remove it"
+            )
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"
