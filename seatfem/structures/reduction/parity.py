@@ -12,14 +12,15 @@ from seatfem.structures.model import DofMap, SecondOrderModel
 from seatfem.structures.reduction.modes import Modes
 
 SIGNS: Final = (1.0, 1.0, -1.0)  # of w, a_x and a_y = dw/dy in the image of an even motion
-ALMOST: Final = 1e-3  # 1 - |parity|: a mode nearer to even or odd is that but for the solver's error
+ALMOST: Final = 1e-8  # 1 - |parity|: a mode nearer to even or odd is that but for the solver's error
 
 
 def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
     """The modes without what the solver's error leaves of the other parity, (y + p P y)/2, p = sign of y'M P y.
 
-    P takes a motion to its image. Modes of both parities, as pairs of equal frequency may be, stay as they are, and so
-    do all on a mesh that is not its own image.
+    P takes a motion to its image. Rigid modes, any mixture of which is one, are first turned into even and odd ones.
+    Other modes of both parities, as pairs of equal frequency may be, stay as they are, and so do all on a mesh that is
+    not its own image.
 
     Args:
         modes: of ``model``, a plate's.
@@ -33,10 +34,20 @@ def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
         return modes
     node = np.empty_like(here)
     node[here] = there
-    full = np.zeros((3 * len(points), modes.shapes.shape[1]))
-    full[dofs.free] = modes.shapes
-    seen = (full.reshape(len(points), 3, -1)[node] * np.array(SIGNS)[:, None]).reshape(full.shape)[dofs.free]
-    parity = np.sum(modes.shapes * (model.M @ seen), axis=0)
+    free = dofs.free
+
+    def image_of(shapes: Array) -> Array:
+        full = np.zeros((3 * len(points), shapes.shape[1]))
+        full[free] = shapes
+        seen = full.reshape(len(points), 3, -1)[node] * np.array(SIGNS)[:, None]
+        return np.asarray(seen.reshape(full.shape)[free])
+
+    shapes, rigid = modes.shapes.copy(), modes.omega == 0
+    if np.any(rigid):
+        _, turns = np.linalg.eigh(shapes[:, rigid].T @ (model.M @ image_of(shapes[:, rigid])))
+        shapes[:, rigid] = shapes[:, rigid] @ turns
+    seen = image_of(shapes)
+    parity = np.sum(shapes * (model.M @ seen), axis=0)
     pure = np.where(np.abs(parity) > 1 - ALMOST, np.sign(parity), 0.0)
-    shapes = np.where(pure == 0, modes.shapes, (modes.shapes + pure * seen) / 2)
+    shapes = np.where(pure == 0, shapes, (shapes + pure * seen) / 2)
     return replace(modes, shapes=shapes / np.sqrt(np.sum(shapes * (model.M @ shapes), axis=0)))
