@@ -1,4 +1,4 @@
-"""What can be wrong with a flat reed over its lip: each is told with key, value, limit and remedy by `plan` and `run`."""
+"""What can be wrong with a flat reed over its lip: each is told with key, value and limit by `plan` and `run`."""
 
 from pathlib import Path
 
