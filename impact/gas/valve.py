@@ -56,8 +56,8 @@ class AreaTable:
 class ReedValve:
     """Effective areas of a reed valve, each direction with its own.
 
-    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less that
-    on the reed's other side.
+    Forward is through the port, which lifts the reed. The pressure drop dp is counted forward: that in the port less$
+    that on the reed's other side.
 
     Attributes:
         flow, flow_back: A_e, by which `PerfectGas.flux` gives the mass flow.

@@ -7,13 +7,16 @@ from dataclasses import replace
 
 from impact.bodies.body import Body, Load
 from seatfem.structures.kinds.plate_loads import constant, scaled
+from seatfem.study.impacts.gas import gas_loads
 from seatfem.study.scene import Scene
 from seatfem.study.scene.external import ExternalLoad
 
 
 def loaded(scene: Scene, body: Body) -> Body:
     """The striker's ``body`` under the scene's loads, beside those that it has. Raises as `Body`."""
-    return replace(body, loads=(*body.loads, *_loads(scene, body))) if scene.load else body
+    if not scene.load and scene.gas is None:
+        return body
+    return replace(body, loads=(*body.loads, *_loads(scene, body), *gas_loads(scene, body)))
 
 
 def _loads(scene: Scene, body: Body) -> Iterator[Load]:
