@@ -45,7 +45,7 @@ class Compressor:
         suction, discharge: the plenums.
         side: which valve the reed is.
         other_area: effective area of the other valve [m^2]; 0: there is none.
-        start_pressure: in the cylinder at t = 0, where it has the temperature of the suction plenum [Pa].
+        start_pressure: in the cylinder at t = 0, with the temperature that `isentropic` gives [Pa].
     """
 
     gas: PerfectGas
@@ -63,8 +63,8 @@ class Compressor:
         """(7,) as `cylinder` orders it."""
         state = np.zeros(STATE)
         state[PRESSURE] = self.start_pressure
-        warm = self.gas.constant * self.suction.temperature
-        state[MASS] = self.start_pressure * self.crank.volume(0.0) / warm
+        warm = isentropic(self.gas, self.suction, self.start_pressure)
+        state[MASS] = self.start_pressure * self.crank.volume(0.0) / (self.gas.constant * warm)
         return state
 
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
@@ -101,8 +101,7 @@ class Compressor:
 class Prescribed:
     """A cylinder whose pressure is known: it drives the reed, and the flow is an outcome alone.
 
-    Where gas flows back out of the cylinder it has the temperature that an isentropic change from the suction plenum
-    would give it.
+    Gas that comes from the cylinder has the temperature that `isentropic` gives.
 
     Attributes:
         pressure: in the cylinder, (n,) s -> (n,) Pa.
@@ -127,9 +126,9 @@ class Prescribed:
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
         """As `Feedback`: midpoint rule."""
         middle, end = (float(p) for p in self.pressure(np.array([time + span / 2, time + span])))
-        over, k = self.drop(middle), self.gas.k
+        over = self.drop(middle)
         known = self.suction if self.side == "suction" else self.discharge
-        warm = self.suction.temperature * (middle / self.suction.pressure) ** ((k - 1) / k)
+        warm = isentropic(self.gas, self.suction, middle)
         from_known = (over > 0) == (self.side == "suction")
         source = (known.pressure, known.temperature) if from_known else (middle, warm)
         passed = span * self.valve.flow_area(opening, over) * self.gas.flux(*source, abs(over))
@@ -140,6 +139,11 @@ class Prescribed:
     def drop(self, pressure: float) -> float:
         """dp over the reed, forward, at a pressure in the cylinder [Pa]."""
         return drop(self, pressure)
+
+
+def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:
+    """Temperature of the plenum's gas after an isentropic change to a pressure [Pa], T (p/p_0)^((k - 1)/k) [K]."""
+    return plenum.temperature * (pressure / plenum.pressure) ** ((gas.k - 1) / gas.k)
 
 
 def drop(drive: Compressor | Prescribed, pressure: float) -> float:

@@ -61,6 +61,13 @@ class Fluid(Table):
         return of_molar_mass(self.k, self.molar_mass, self.source)
 
 
+def _named(given: object) -> object:
+    """fluid = "air" is fluid = { name = "air" }."""
+    if isinstance(given, str) and given not in GASES:
+        raise ValueError(f"{given!r} is no gas known here; take {', '.join(GASES)}, or give k and molar_mass")
+    return {"name": given} if isinstance(given, str) else given
+
+
 class GasPlenum(Table):
     """Gas at rest, at a constant pressure and temperature."""
 
@@ -111,9 +118,7 @@ class CompressorGas(Table):
     adiabatic, its pressure computed, or prescribed by a record; the valve that is not the reed is ideal, a nozzle that
     opens at its plenum's pressure (docs/gas.md). Off where the table is absent."""
 
-    fluid: Annotated[Fluid, BeforeValidator(lambda given: {"name": given} if isinstance(given, str) else given)] = (
-        default("air", "working gas; a name may be written as text")
-    )
+    fluid: Annotated[Fluid, BeforeValidator(_named)] = default("air", "working gas; a name may be written as text")
     valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")
     suction: GasPlenum = Field(description="plenum that the cylinder draws from")
     discharge: GasPlenum = Field(description="plenum that it delivers to")
@@ -125,7 +130,9 @@ class CompressorGas(Table):
     rod: Length | None = Field(None, description="length of the connecting rod")
     clearance: Volume | None = Field(None, description="volume at the top dead centre")
     start_pressure: Pressure | None = Field(
-        None, description="in the cylinder at the start, at the suction temperature; of the suction plenum where absent"
+        None,
+        description="in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
+        "pressure it is where absent",
     )
     other_valve_area: Area | None = Field(
         None, description="effective flow area of the ideal valve that is not the reed; no such valve where absent"
