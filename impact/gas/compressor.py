@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from impact.greens.base import Array
 from impact.march.stepper import FOLLOW
 
 Side = Literal["suction", "discharge"]
+Pressure = TypeVar("Pressure", float, Array)
 
 
 @dataclass(frozen=True)
@@ -143,10 +144,10 @@ class Prescribed:
 
 def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:
     """Temperature of the plenum's gas after an isentropic change to a pressure [Pa], T (p/p_0)^((k - 1)/k) [K]."""
-    return plenum.temperature * (pressure / plenum.pressure) ** ((gas.k - 1) / gas.k)
+    return float(plenum.temperature * (pressure / plenum.pressure) ** ((gas.k - 1) / gas.k))
 
 
-def drop(drive: Compressor | Prescribed, pressure: float) -> float:
+def drop(drive: Compressor | Prescribed, pressure: Pressure) -> Pressure:
     """Pressure in the port less that on the reed's other side [Pa]: the suction port is the plenum's, that of the
     discharge the cylinder's."""
     return drive.suction.pressure - pressure if drive.side == "suction" else pressure - drive.discharge.pressure

@@ -43,7 +43,7 @@ class PerfectGas:
     @property
     def critical(self) -> float:
         """Ratio of the pressures at and below which the flow is choked, (2/(k + 1))^(k/(k - 1))."""
-        return (2 / (self.k + 1)) ** (self.k / (self.k - 1))
+        return float((2 / (self.k + 1)) ** (self.k / (self.k - 1)))
 
     def flux(self, upstream: float, temperature: float, drop: float) -> float:
         """Mass flow through an effective area [kg/(s m^2)], at rest ``upstream`` [Pa] with its ``temperature`` [K].
@@ -56,7 +56,8 @@ class PerfectGas:
         ratio = max(1 - drop / upstream, self.critical)
         log = math.log1p(-drop / upstream) if ratio > self.critical else math.log(ratio)
         falls = -math.expm1((k - 1) / k * log)  # 1 - r^((k - 1)/k)
-        return upstream * ratio ** (1 / k) * math.sqrt(2 * k / ((k - 1) * self.constant * temperature) * falls)
+        speed = math.sqrt(2 * k / ((k - 1) * self.constant * temperature) * falls)
+        return float(upstream * ratio ** (1 / k) * speed)
 
 
 def of_molar_mass(k: float, molar_mass: float, source: str = "") -> PerfectGas:

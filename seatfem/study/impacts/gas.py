@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.after.measures import contact_groups
 from impact.bodies.body import Body, Load
 from impact.brief import brief
-from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, gas_history
+from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
 from impact.gas.cylinder import BACK, FORWARD, OTHER, PRESSURE
 from impact.gas.valve import NOT_MEASURED, AreaTable
 from impact.greens.base import Array
@@ -54,7 +56,7 @@ def _share(table: AreaTable, opening: float) -> float:
 def _pushed(drive: Prescribed, area: float, sign: float, time: Array) -> Array:
     """(n,) dp where it has this sign, on an area [N]."""
     over = np.asarray(drive.pressure(time))
-    dp = drive.suction.pressure - over if drive.side == "suction" else over - drive.discharge.pressure
+    dp = drop(drive, over)
     return np.where(sign * dp > 0, dp, 0.0) * area
 
 
@@ -106,7 +108,7 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     rises, falls = (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1, np.flatnonzero(~is_open[1:] & is_open[:-1]) + 1)
     cycles = max(1, math.ceil(scene.run.duration / turn - 1e-6))
 
-    def by_cycle(steps: Array) -> list[Array]:
+    def by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
         number = np.minimum(np.asarray(steps * dt / turn, dtype=int), cycles - 1)
         return [steps[number == c] for c in range(cycles)]
 
