@@ -119,9 +119,7 @@ def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: f
         after = plenum.pressure + left
         gained = m * math.expm1(math.log(after / p) / k)
         warm = p * volume / (m * gas.constant)
-        brought = (
-            gas.heat * warm * m / k * ((1 + gained / m) ** k - 1)
-        )  # integral of c_p T dm, T = warm (m/m_0)^(k - 1)
+        brought = gas.heat * warm * m / k * ((1 + gained / m) ** k - 1)  # integral of c_p T dm, T ~ m^(k - 1)
     state[PRESSURE], state[MASS] = after, m + gained
     state[ENTHALPY] += brought
     return gained
