@@ -204,11 +204,15 @@ class CompressorGas(Table):
         assert path is not None
         try:
             rows = csv_rows(path, ",")
-            if rows and rows[0][1][0].strip().lower().startswith("time"):
-                return read_time_series(path, "pressure", outside="hold")
-            found = read_time_series(path, "pressure", rpm=self.rpm, start=math.degrees(self.angle))
+            by_time = bool(rows) and rows[0][1][0].strip().lower().startswith("time")
+            rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
+            found = read_time_series(path, "pressure", outside="hold", rpm=rpm, start=start)
         except TimeSeriesError as problem:
             raise KeyProblem("cylinder_pressure", str(problem)) from None
+        if (least := float(found.value.min())) <= 0:
+            raise KeyProblem("cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, above 0 Pa")
+        if by_time:
+            return found
         steps = np.diff(np.append(found.time, found.time[0] + found.period)) * TURN / found.period
         if (widest := float(np.max(steps))) > WIDEST * (1 + 1e-9):
             at = found.time[int(np.argmax(steps))] * TURN / found.period + math.degrees(self.angle)
