@@ -287,6 +287,8 @@ def test_it_goes_on_where_it_stopped() -> None:
     second.advance(7)
     second.advance(prepared.steps)
     np.testing.assert_array_equal(second.gap, whole.gap)
+    found = gas_history(compressor(), whole.gap[:, 0], 1e-6).states[-1]  # what the march had, found again
+    np.testing.assert_allclose(found, whole.live.fed[1:], rtol=1e-12)
     with pytest.raises(impact.ContactError, match="depends on the opening"):
         impact.solve_many(problem, gaps=np.zeros(2), dt=1e-6, duration=1e-4)
 
