@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
-from seatfem.fields import ReadQuantity, kind_of
+from seatfem.fields import ReadQuantity, kind_of, read_temperature
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.parts import Registered
 from seatfem.structures.kinds.selectors import ByColour
@@ -149,6 +149,8 @@ def _measured(notes: Iterable[object]) -> str | None:
     for note in notes:
         if isinstance(note, BeforeValidator):
             reader: Any = note.func
+            if reader is read_temperature:
+                return 'temperature, `"20 degC"`'
             return _quantity(reader.dimension) if isinstance(reader, ReadQuantity) else "number"
     return None
 

@@ -119,6 +119,21 @@ def read_number(value: object) -> float:
     raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
 
 
+def read_temperature(value: object) -> float:
+    """Reads "120 degC" or "393 K"."""
+    text = value.strip() if isinstance(value, str) and "%" not in value else ""
+    for unit, zero in (("degC", 273.15), ("K", 0.0)):
+        if text.endswith(unit):
+            return parse_fraction(text.removesuffix(unit)) + zero
+    raise UnitError(f"{value!r} is no temperature; write '120 degC' or '393 K'")
+
+
+def _cited(value: str) -> str:
+    if not value.strip():
+        raise ValueError("is empty: measured numbers need a citation, as of a report, a standard or a data sheet")
+    return value
+
+
 def _towards_the_seat(value: float) -> float:
     """Velocities are along the normal that points from the seat to the striker: towards the seat they are negative."""
     if value < 0.0:
@@ -143,6 +158,11 @@ Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
 Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
 Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
 Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
+SignedArea = Annotated[float, BeforeValidator(ReadQuantity("area"))]
+Volume = Annotated[float, BeforeValidator(ReadQuantity("volume")), Gt(0)]
+MolarMass = Annotated[float, BeforeValidator(ReadQuantity("molar mass")), Gt(0)]
+Temperature = Annotated[float, BeforeValidator(read_temperature), Gt(0)]
+Source = Annotated[str, AfterValidator(_cited)]
 Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
 Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
 Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
