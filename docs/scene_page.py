@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator
 from pydantic.fields import FieldInfo
 
 from impact.files.atomic import write_whole
-from seatfem.fields import ReadQuantity, kind_of
+from seatfem.fields import ReadQuantity, kind_of, read_temperature
 from seatfem.structures.kinds.materials import Material
 from seatfem.structures.kinds.parts import Registered
 from seatfem.structures.kinds.selectors import ByColour
@@ -149,6 +149,8 @@ def _measured(notes: Iterable[object]) -> str | None:
     for note in notes:
         if isinstance(note, BeforeValidator):
             reader: Any = note.func
+            if reader is read_temperature:
+                return 'temperature, `"20 degC"`'
             return _quantity(reader.dimension) if isinstance(reader, ReadQuantity) else "number"
     return None
 
@@ -165,6 +167,10 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
     """How many of what, with an example."""
     first = elements[0]
     any_number = elements[1:] == (Ellipsis,)
+    if get_origin(first) is tuple and get_args(first)[1:] == (Ellipsis,):
+        inner = get_args(get_args(first)[0])
+        shown = _toml((field.examples or [[]])[0])
+        return f"list of lists of lists of {_NUMBERS[len(inner)]} {_dimension(inner[0])}s, `{shown}`"
     if get_origin(first) is tuple:
         count, inner = "" if any_number else f"{_NUMBERS[len(elements)]} ", get_args(first)
         if len(mixed := dict.fromkeys(map(_dimension, inner))) > 1:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from seatfem.structures.mesh.meshing import make_mesh, write_step
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
+from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Flapper, Stopper, ValvePlate
 
 FOLDER = Path(__file__).resolve().parent
 SEAT = AnnularSeat()
@@ -21,6 +21,14 @@ STEP_FILES = {
     "stopper": Stopper(),
     "domed_stopper": Stopper(dome_radius=20e-3),
     "bar": BAR,
+    "flapper": Flapper(
+        root_width=8e-3,
+        taper_length=2e-3,
+        neck_width=6e-3,
+        neck_length=15e-3,
+        paddle_diameter=16e-3,
+        thickness=0.3e-3,
+    ),
     "block": Block(width=20e-3, depth=16e-3, thickness=8e-3, patch_width=3e-3, patch_depth=2e-3),
 }
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
 from annotated_types import Ge, Gt, Lt
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo
@@ -31,6 +33,9 @@ class Table(BaseModel):
     """A table of the scene: every key is known, and nothing changes after reading."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, allow_inf_nan=False, defer_build=True)
+
+    also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+    """Names of other kinds under which this one is meant, where one of these keys of its own stands beside them."""
 
 
 def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
@@ -67,8 +72,15 @@ def kinds_below(base: type[AnyTable]) -> tuple[type[AnyTable], ...]:
 
 
 def one_of(kinds: tuple[type[Table], ...]) -> Any:
-    """The annotation of a key that holds one of these tables, told apart by their ``kind``."""
-    return Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007
+    """The annotation of a key that holds one of these tables, told apart by their ``kind``, and what is ``also``."""
+
+    def as_meant(given: object) -> object:
+        if not isinstance(given, Mapping) or not isinstance(kind := given.get("kind"), str):
+            return given
+        meant = (kind_of(each) for each in kinds if given.keys() & set(each.also.get(kind, ())))
+        return {**given, "kind": next(meant, kind)}
+
+    return Annotated[Union[kinds], Field(discriminator="kind"), BeforeValidator(as_meant)]  # noqa: UP007
 
 
 def default(written: object, description: str, example: object = None) -> Any:
@@ -107,6 +119,21 @@ def read_number(value: object) -> float:
     raise UnitError(f"{value!r} is not a number; write 0.1 or '10 %'")
 
 
+def read_temperature(value: object) -> float:
+    """Reads "120 degC" or "393 K"."""
+    text = value.strip() if isinstance(value, str) and "%" not in value else ""
+    for unit, zero in (("degC", 273.15), ("K", 0.0)):
+        if text.endswith(unit):
+            return parse_fraction(text.removesuffix(unit)) + zero
+    raise UnitError(f"{value!r} is no temperature; write '120 degC' or '393 K'")
+
+
+def _cited(value: str) -> str:
+    if not value.strip():
+        raise ValueError("is empty: measured numbers need a citation, as of a report, a standard or a data sheet")
+    return value
+
+
 def _towards_the_seat(value: float) -> float:
     """Velocities are along the normal that points from the seat to the striker: towards the seat they are negative."""
     if value < 0.0:
@@ -131,6 +158,11 @@ Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
 Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
 Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
 Area = Annotated[float, BeforeValidator(ReadQuantity("area")), Gt(0)]
+SignedArea = Annotated[float, BeforeValidator(ReadQuantity("area"))]
+Volume = Annotated[float, BeforeValidator(ReadQuantity("volume")), Gt(0)]
+MolarMass = Annotated[float, BeforeValidator(ReadQuantity("molar mass")), Gt(0)]
+Temperature = Annotated[float, BeforeValidator(read_temperature), Gt(0)]
+Source = Annotated[str, AfterValidator(_cited)]
 Time = Annotated[float, BeforeValidator(ReadQuantity("time")), Gt(0)]
 Delay = Annotated[float, BeforeValidator(ReadQuantity("time")), Ge(0)]
 Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]

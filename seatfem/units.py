@@ -51,6 +51,8 @@ DIMENSIONS: Final = {
             "length", "m", "3 mm", {"mm": "1e-3", "um": "1e-6", "m": "1", "cm": "1e-2", "inch": "0.0254"}, (1e-9, 1e4)
         ),
         Dimension("area", "m^2", "4 mm^2", {"mm^2": "1e-6", "m^2": "1", "um^2": "1e-12"}, (1e-18, 1e8)),
+        Dimension("volume", "m^3", "5 cm^3", {"cm^3": "1e-6", "mm^3": "1e-9", "m^3": "1", "ml": "1e-6"}, (1e-18, 1e6)),
+        Dimension("molar mass", "kg/mol", "29 g/mol", {"g/mol": "1e-3", "kg/mol": "1"}, (1e-6, 1e3)),
         Dimension("time", "s", "3 ms", {"ms": "1e-3", "us": "1e-6", "ns": "1e-9", "s": "1"}, (1e-15, 1e9)),
         Dimension("mass", "kg", "5 g", {"g": "1e-3", "kg": "1", "mg": "1e-6"}, (1e-18, 1e12)),
         Dimension("velocity", "m/s", "2 m/s", {"m/s": "1", "mm/s": "1e-3", "mm/us": "1e3"}, (1e-12, 1e5)),
@@ -125,7 +127,6 @@ DIMENSIONS: Final = {
 
 _OTHER_NAMES: Final = (
     ("temperature", "K"),
-    ("volume", "m^3"),
     ("impulse", "N s"),
     ("damping coefficient", "N s/m"),
     ("compliance", "m/N"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -23,6 +24,20 @@ class ModalState:
     __repr__ = brief
 
 
+class Feedback(Protocol):
+    """What pushes a body and is itself driven by the opening of its contacts, as gas that flows through a valve.
+
+    It is data; how far it has come is an array of numbers, which the march keeps.
+    """
+
+    def start(self) -> Array:
+        """(S,) its state at t = 0."""
+
+    def advance(self, state: Array, time: float, span: float, opening: float) -> float:
+        """Take ``state`` on in place, from ``time`` over ``span`` [s] at a constant mean ``opening`` [m] of the
+        contacts with seats; returns the mean amplitude of its load over the span [N]."""
+
+
 @dataclass(frozen=True)
 class Load:
     """A prescribed force with a fixed place and a given course in time: modal forces shape_k * amplitude(t).
@@ -33,11 +48,19 @@ class Load:
         by_opening: factor on it by the opening of the contacts with seats, their mean [m] (a jet that a lifting reed
             turns away); 1 for ``None``. Only the march knows it, foreseen for some steps at a time; what is prepared
             takes 1.
+        feedback: what gives the amplitude in place of ``amplitude``, step by step in the march alone; what is prepared
+            takes ``amplitude``, which is its value at t = 0.
     """
 
     shape: Array
     amplitude: Callable[[Array], Array]
     by_opening: Callable[[float], float] | None = None
+    feedback: Feedback | None = None
+
+    @property
+    def follows(self) -> bool:
+        """Whether it depends on how far the contacts are open."""
+        return self.by_opening is not None or self.feedback is not None
 
     __repr__ = brief
 

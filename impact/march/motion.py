@@ -267,12 +267,19 @@ class LiveLoads:
         state: (2, M) modal coordinates and rates due to them.
         awake: whether any amplitude was ever not zero.
         follows: whether any load depends on how far the contacts are open.
+        fed: for each load with feedback, one after the other, its amplitude [N] and the state behind it.
     """
 
     def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:
         loads = striker.body.loads
         self._striker = striker
-        self.follows = any(load.by_opening is not None for load in loads)
+        self.follows = any(load.follows for load in loads)
+        starts = [
+            (i, load.feedback, load.feedback.start()) for i, load in enumerate(loads) if load.feedback is not None
+        ]
+        self.fed = np.concatenate([np.zeros(0), *(np.append(0.0, state) for _, _, state in starts)])
+        ends = np.cumsum([0, *(len(state) + 1 for _, _, state in starts)])
+        self._fed = [(i, how, self.fed[a:b]) for (i, how, _), a, b in zip(starts, ends[:-1], ends[1:], strict=True)]
         self.amplitudes = np.zeros((len(loads), steps))
         self.awake = False
         self.state = np.zeros((2, 0))
@@ -293,8 +300,17 @@ class LiveLoads:
         self.amplitudes[:, step] = amplitudes
         self.awake = self.awake or bool(np.any(self.amplitudes[:, step]))
 
-    def follow(self, start: int, stop: int, opening: float) -> None:
-        """Add to the amplitudes of these steps what the loads have more at an ``opening`` [m] than was prepared."""
+    def follow(self, start: int, stop: int, opening: float, block: int) -> None:
+        """Add to the amplitudes of these steps what the loads have more at an ``opening`` [m] than was prepared.
+
+        Feedback goes on by a whole ``block`` of steps where ``start`` is its first one.
+        """
+        own, dt = self._striker.loads, self._striker.dt
+        for i, how, fed in self._fed:
+            if start % block == 0:
+                fed[0] = how.advance(fed[1:], start * dt, block * dt, opening)
+            self.amplitudes[i, start:stop] += fed[0] - own[i, start:stop]
+            self.awake = True
         for row, own, load in zip(self.amplitudes, self._striker.loads, self._striker.body.loads, strict=True):
             if load.by_opening is not None:
                 row[start:stop] += own[start:stop] * (load.by_opening(opening) - 1.0)

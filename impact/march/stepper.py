@@ -259,7 +259,7 @@ class ContactStepper:
         while self.live.follows and self.done < stop:
             first = self.done - self.done % FOLLOW
             edge = min(first + FOLLOW, stop)
-            self.live.follow(self.done, edge, self._foreseen(first))
+            self.live.follow(self.done, edge, self._foreseen(first), FOLLOW)
             self._advance(edge)
         self._advance(stop)
 
@@ -297,6 +297,7 @@ class ContactStepper:
             "live_amplitudes": self.live.amplitudes,
             "live_state": self.live.state,
             "flight": self._base,
+            **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
 
     def checkpoint(self) -> dict[str, Array]:

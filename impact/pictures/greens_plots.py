@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
@@ -92,6 +91,8 @@ def sampled_filter(greens: GreensFunction, times: int, width: float, i: int = 0)
     As `GreensFunction.filtered`, much cheaper on a uniform grid: integral of p'(s) S(t - s) ds by the trapezoidal
     rule, which p' (a full period of a sine) makes second order across the start of S.
     """
+    from scipy.signal import fftconvolve  # here, for its import alone takes longer than many a scene
+
     h = width / _PER_PULSE
     t = np.asarray(h * np.arange(times + 1), dtype=np.float64)
     step = greens.step_response(t, i, i)

@@ -123,7 +123,7 @@ def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) ->
     """The bodies at this step, the striker at rest."""
     if len(problem.contacts) != 1 or problem.preload:
         raise ContactError("scenes are solved side by side for a single contact without preload; use impact.solve")
-    if any(load.by_opening is not None for load in problem.striker.loads):
+    if any(load.follows for load in problem.striker.loads):
         raise ContactError("a load that depends on the opening is marched scene by scene; use impact.solve")
     if problem.contacts[0].film is not None:
         raise ContactError("a contact with a film is marched scene by scene; use impact.solve")

@@ -54,6 +54,14 @@ LIFE: Final = (
     ("margin, contact", "life_contact_margin", ""),
     ("margin on speed", "life_speed_margin", ""),
 )
+GAS: Final = (
+    ("largest lift", "gas_largest_lift_m", "m"),
+    ("opens", "gas_opening_deg", DEGREES),
+    ("closes", "gas_closing_deg", DEGREES),
+    ("seating velocity", "gas_seating_velocity_m_per_s", "m/s"),
+    ("seat impacts", "gas_seat_impacts", ""),
+    ("stopper impacts", "gas_stopper_impacts", ""),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
@@ -92,6 +100,12 @@ def result_table(summary: Mapping[str, object]) -> Table:
                 words = label.format(width=duration(summary.get("filter_width_s")))
                 cells = _cells(summary, key, unit)
                 table.add_row(f" {words}", *(cells if f"spring_{key}" in summary else cells[:1]))
+    if GAS[0][1] in summary:
+        table.add_section()
+        table.add_row("gas, last cycle")
+        for label, key, unit in GAS:
+            value = summary.get(key)
+            table.add_row(f" {label}", _cells({key: value[-1] if isinstance(value, list) else value}, key, unit)[0])
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
     table.add_row(f"raw{step}", style="dim")

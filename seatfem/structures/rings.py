@@ -13,6 +13,7 @@ alone, and rings of p are unions of rings of m p.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -62,7 +63,7 @@ class Division:
     @property
     def names(self) -> tuple[str, ...]:
         """Of the ports."""
-        return tuple(name for arc in self.arc_names for name in ring_names(arc, self.rings))
+        return _names(self)
 
     @property
     def shares(self) -> Array:
@@ -77,6 +78,12 @@ class Division:
         arcs = int(last.partition("_")[0]) if first == ARC and last.partition("_")[0].isdecimal() else 1
         found = Division(max(1, min(arcs, len(names))), max(1, len(names) // max(1, arcs)))
         return found if found.names == names else Division()
+
+
+@cache
+def _names(division: Division) -> tuple[str, ...]:
+    """They are asked for again and again."""
+    return tuple(name for arc in division.arc_names for name in ring_names(arc, division.rings))
 
 
 def rings_of(greens: GreensFunction) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
-from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, everywhere, plate_ports
+from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, deflections, everywhere, plate_ports
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
@@ -22,6 +22,7 @@ from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.plate_store import kept
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import Modes, solve_modes
+from seatfem.structures.reduction.parity import with_parity
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat
 
@@ -106,6 +107,23 @@ class PlateModes:
         dofs = self.model.dofs
         assert isinstance(dofs, DofMap)
         return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
+
+    def shape_at(self, amplitudes: Array, points: Array) -> Array:
+        """(q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        full = np.zeros((len(self.mesh.points), 3))
+        full.ravel()[dofs.free] = self.modes.shapes @ amplitudes
+        return deflections(self.mesh, full[:, 0], points)
+
+    def projected(self, nodal: Array) -> tuple[Array, float]:
+        """(m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they leave."""
+        dofs = self.model.dofs
+        assert isinstance(dofs, DofMap)
+        field = (nodal[:, None] * (1.0, 0.0, 0.0)).ravel()[dofs.free]
+        image = self.model.M @ field
+        amplitudes, square = np.asarray(self.modes.shapes.T @ image), float(field @ image)
+        return amplitudes, 1 - float(amplitudes @ amplitudes) / square if square else 0.0
 
     def at_point(self, along: float, name: str) -> Array:
         """(m,) of the modes, at a distance from the root along the axis [m]. Raises as `at`."""
@@ -235,7 +253,8 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
 
     def compute() -> tuple[PlateMesh, Modes]:
         mesh = _mesh(asked, coarser)
-        return mesh, solve_modes(_model(asked, mesh), up_to_hz=CUTOFF * asked.bandwidth)
+        model = _model(asked, mesh)
+        return mesh, with_parity(solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth), model, mesh.points)
 
     mesh, modes = kept(asked, coarser, compute)
     return PlateModes(asked, mesh, _model(asked, mesh), modes)

@@ -16,7 +16,7 @@ FILES = sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.p
 MESHING = ("seatfem/structures/shapes/", "seatfem/structures/mesh/_gmsh_")
 PICTURES = ("pyvista", "vtk", "matplotlib", "imageio")
 ROOMS_OF_IMPACT = (
-    "files", "greens", "exact", "beams", "bodies", "measured", "march", "after", "life", "runs", "storage",
+    "files", "greens", "exact", "beams", "bodies", "measured", "march", "gas", "after", "life", "runs", "storage",
     "pictures",
 )  # fmt: skip
 """From the ground up: a room imports from those before it, and from the small modules below all rooms."""

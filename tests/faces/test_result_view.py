@@ -163,6 +163,19 @@ def test_a_stopper_has_a_block_of_its_own() -> None:
     assert not [line for line in printed() if "stopper" in line]
 
 
+def test_gas_has_a_block_of_its_last_cycle() -> None:
+    lines = printed(
+        gas_largest_lift_m=2.01e-3, gas_opening_deg=[36.6, 395.9], gas_closing_deg=[217.8, 595.4],
+        gas_seating_velocity_m_per_s=[2.2, None], gas_seat_impacts=[1, 3], gas_stopper_impacts=[11, 10],
+    )  # fmt: skip
+    first = lines.index("gas, last cycle")
+    assert lines[first + 1 : first + 7] == [
+        "largest lift 2.01 mm", "opens 395.9 deg", "closes 595.4 deg", "seating velocity -", "seat impacts 3",
+        "stopper impacts 10",
+    ]  # fmt: skip
+    assert not [line for line in printed() if "gas" in line]
+
+
 LIP: dict[str, object] = {
     "ports": 64,
     "spring_ports": 64,

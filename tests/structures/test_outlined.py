@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.materials import Material
+from seatfem.structures.mesh.sheet import mesh_sheet
 from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
 from seatfem.structures.sheets import Sheet, plate_modes
 
@@ -83,6 +84,52 @@ def test_a_flapper_by_its_corners() -> None:
     assert found == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
 
 
+SLOT = ((4e-3, -1e-3), (6e-3, -1e-3, 1.0), (6e-3, 1e-3), (4e-3, 1e-3, 1.0))  # round ends
+DISC = ((10e-3, 0.0, 1.0), (-10e-3, 0.0, 1.0))
+
+
+def test_a_line_cuts_arcs_exactly() -> None:
+    """A disc of radius r beyond x = -r/2: pi r^2 less the segment of 120 degrees; the hole at the other end is gone."""
+    slots = tuple(tuple((x + off, *rest) for x, *rest in SLOT) for off in (-12.5e-3, -2e-3))
+    cut = Outlined(DISC, 0.1e-3, (7e-3, 0.0), side=(-1.0, 0.0, 5e-3), holes=slots)
+    lost = 1e-4 / 2 * (2 * math.pi / 3 - math.sin(2 * math.pi / 3))
+    slot = 4e-6 + math.pi * 1e-6
+    assert cut.area == pytest.approx(math.pi * 1e-4 - lost - slot, rel=1e-9)
+    assert cut.room == pytest.approx((0.0, min(3e-3, 2e-3)))
+    assert cut.narrowest == pytest.approx(5e-3, rel=1e-2)  # from the slot to the rim
+    mesh = plate_modes(Sheet(cut, STEEL, 1e3)).mesh
+    assert mesh.area == pytest.approx(cut.area, rel=2e-3)
+
+
+def test_a_hole_makes_it_softer_and_the_contact_may_lie_about_it() -> None:
+    holed = replace(PLATE, holes=(SLOT,), touched=(5e-3, 0.0))
+    assert holed.room == pytest.approx((2e-3, 5e-3))
+    assert decode(encode(holed)) == holed
+    assert frequencies(holed, 1) < 1.2 * frequencies(PLATE, 1)
+
+
+@pytest.mark.parametrize(
+    ("change", "mirrored"),
+    [
+        ({}, True),
+        ({"holes": (SLOT,)}, True),
+        ({"holes": (tuple((x, y + 1e-5, *rest) for x, y, *rest in SLOT),)}, False),
+        ({"outline": (*SQUARE[:2], (10e-3, 5.00001e-3), SQUARE[3])}, False),
+        ({"outline": (*SQUARE[:1], (10e-3, -5e-3, 0.1), *SQUARE[2:])}, True),
+        ({"outline": ((0.0, -5e-3, 0.1), *SQUARE[1:])}, False),
+        ({"segment": ((0.0, -5e-3), (0.0, 4e-3))}, False),
+        ({"segment": ((0.0, -4e-3), (0.0, 4e-3))}, True),
+    ],
+)
+def test_mirrored_sheets_have_mirrored_meshes(change: dict[str, object], mirrored: bool) -> None:
+    """One half is meshed, the other is its image: every node has its own."""
+    shape = replace(PLATE, **change)  # type: ignore[arg-type]
+    assert shape.is_mirrored is mirrored
+    points = mesh_sheet(shape, 0.7e-3).points
+    order, image = (points[np.lexsort(each.round(9).T)] for each in (points, points * (1, -1)))
+    assert np.array_equal(order, image * (1, -1)) is mirrored
+
+
 BOW = ((0.0, 0.0), (10e-3, 10e-3), (10e-3, 0.0), (0.0, 10e-3))
 SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
 
@@ -108,6 +155,17 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
         ({"segment": None, "side": (1.0, 0.0, -1e-3)}, r"Outlined.clamped = .*: the line must cut the sheet"),
         ({"touched": (11e-3, 0.0)}, r"Outlined.contact_at = \(0.011, 0\) m: this point is not on the part that bends"),
+        (
+            {"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)},
+            r"Outlined.holes = number 1: it meets the outline or another hole",
+        ),
+        ({"holes": (((1e-3, 9e-3), (2e-3, 9e-3), (2e-3, 8e-3)),)}, r"Outlined.holes = number 1: it lies outside"),
+        ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes = number 2: it (lies in|meets)"),
+        (
+            {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},
+            r"Outlined.holes = number 1: the line of clamped cuts it, 50% lies beyond; move",
+        ),
+        ({"holes": (((1e-3, 0.0), (2e-3, 0.0)),)}, r"Outlined.holes = number 1: 3 to 1000 finite points"),
         ({"thickness": 10e-3}, r"Outlined.thickness = 0.01 m: must be < 0.01 m \(its narrowest part"),
     ],
 )

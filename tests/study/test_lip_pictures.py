@@ -96,9 +96,10 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     off = np.abs(np.angle(places[near, None] / np.exp(1j * arcs)))
     steps = np.searchsorted(landed.done.touches.seat.time, found.time - 1e-12)
     moved = lip.striker_displacement[steps]
+    near, arcs_of = near[off.min(axis=1) < 0.3], off.argmin(axis=1)[off.min(axis=1) < 0.3]
     assert len(near) >= ARCS
-    for node, arc in zip(near, off.argmin(axis=1), strict=True):
-        # an arc is 45 deg wide, the paddle turns by 3 mrad: the node is up to 3 mm from its middle
+    for node, arc in zip(near, arcs_of, strict=True):
+        # an arc is 45 deg wide, the paddle turns by 3 mrad: the node is up to 2 mm from its middle
         assert np.abs(found.deflection[:, node] - moved[:, arc]).max() < 0.15 * np.ptp(moved)
     mean = np.abs(found.deflection[:, near].mean(axis=1) - moved.mean(axis=1))
     assert mean.max() < 0.03 * np.ptp(moved)

@@ -10,6 +10,7 @@ import pytest
 
 import impact
 from seatfem.structures.cache import key_of
+from seatfem.structures.kinds import OutlinedSheet
 from seatfem.study.impacts.contact import RunError, striker_of
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.pipeline import run_scene
@@ -36,6 +37,7 @@ clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
 contact_at = ["17 mm", "0 mm"]
 thickness = "0.5 mm"
 """
+STEP = Path(__file__).parents[2] / "meshes" / "flapper.step"
 LANDING = 'release = { velocity = "-2 m/s" }\n'
 BRIEF = RUN.replace("12 ms", "2 ms")
 DENSITY, SPEED = 7850.0, 2.0
@@ -180,17 +182,39 @@ def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
     assert float(str(found["energy_residual"])) < 1e-9
 
 
+def test_a_plate_in_a_step_file_is_a_sheet_by_another_name(tmp_path: Path) -> None:
+    """Its thickness is the file's; its Green's function depends on the file."""
+    keys = 'file = "reed.step"\ncontact_at = ["22 mm", "0 mm"]\n' + SHEET.splitlines()[2] + "\n"
+    (tmp_path / "reed.step").write_bytes(STEP.read_bytes())
+    scenes = [scene_of(tmp_path, f'kind = "{kind}"\n' + keys + LANDING) for kind in ("plate", "sheet")]
+    assert scenes[0] == scenes[1]
+    reed = scenes[0].reed
+    assert isinstance(reed, OutlinedSheet)
+    assert reed.thickness == pytest.approx(0.3e-3, rel=1e-9)
+    assert key_of(reed, reed.stated()) == key_of(scenes[1].reed, scenes[1].reed.stated())
+
+
 @pytest.mark.parametrize(
     ("change", "key", "message"),
     [
         ('file = "reed.dxf"\n', "reed.file", "reed.dxf: no DXF file"),
         ('file = "reed.dxf"\n' + SHEET.splitlines()[1] + "\n", "reed.outline", "exactly one of outline and file"),
         ("", "reed.outline", "exactly one of outline and file"),
-        (SHEET.splitlines()[1] + '\nunit = "mm"\n', "reed.unit", "only a file has one"),
+        ('file = "reed.dxf"\nholes = []\n', "reed.holes", "those of a file are its inner loops"),
+        ('file = "reed.step"\nunit = "mm"\n', "reed.unit", "only a DXF file has one"),
+        (
+            'file = "reed.step"\n',
+            "reed.thickness",
+            "but the plate in reed.step is 0.3 mm thick",
+        ),
+        ('file = "cut.step"\n', "reed.file", "cut.step: is cut off; it does not end with"),
+        (SHEET.splitlines()[1] + '\nunit = "mm"\n', "reed.unit", "only a DXF file has one"),
     ],
 )
 def test_outlines_and_files(tmp_path: Path, change: str, key: str, message: str) -> None:
     (tmp_path / "reed.dxf").write_text("solid\nfacet\n", encoding="utf-8")
+    (tmp_path / "reed.step").write_bytes(STEP.read_bytes())
+    (tmp_path / "cut.step").write_bytes(STEP.read_bytes()[:9000])
     kept = "".join(f"{line}\n" for line in SHEET.splitlines() if not line.startswith("outline"))
     with pytest.raises(SceneError) as caught:
         scene_of(tmp_path, kept + change + LANDING)

@@ -86,7 +86,7 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
     ("changed", "told"),
     [
         (('source = "invented for tests"', ""), "source: required key is missing: citation"),
-        (('"invented for tests"', '"  "'), "2: source: is empty: numbers of strength need a citation"),
+        (('"invented for tests"', '"  "'), "2: source: is empty: measured numbers need a citation"),
         (('"1800 MPa"', "1800"), "8: ultimate: 1800 has no unit"),
         (('"1800 MPa"', '"1800 mm"'), "is a length; a pressure is needed"),
         (("ultimate", "ultimat"), "unknown key; did you mean 'ultimate'?"),

@@ -179,6 +179,12 @@ def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
     return found
 
 
+def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
+    """(q,) at points (q, 2) [m], of (n,) at the nodes. Raises as `average`."""
+    cells, inside = _located(mesh, points, np.full(len(points), "a point"))
+    return np.asarray(np.sum(_shapes(inside)[0] * nodal[mesh.cells[cells]], axis=1))
+
+
 def everywhere(mesh: PlateMesh) -> Array:
     """(3 n,) b, so that b'u is the mean deflection of the whole plate: a pressure or the weight does b, per newton."""
     _, weights, shapes = _jacobians(mesh, *_gauss(3))

@@ -1,4 +1,5 @@
-"""The outline of a sheet in a DXF file: lines, arcs, circles and polylines that close one loop."""
+"""The outline of a sheet in a DXF file: lines, arcs, circles and polylines that close loops, the largest around the
+holes."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ import numpy as np
 from impact.files.input_files import MB, read_text
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes import loops
 
-CHORD: Final = math.radians(5.0)  # of arcs: chords take 3e-4 of a circle's area between them
 JOINED: Final = 1e-6  # of the outline's size: ends nearer to each other are one point
 LARGEST: Final = 20 * MB
 UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # $INSUNITS -> metres
@@ -23,25 +24,29 @@ OTHERS: Final = ("SPLINE", "ELLIPSE", "POLYLINE", "INSERT", "REGION", "3DSOLID",
 Groups = list[tuple[int, str]]
 
 
-def read_outline(path: Path, unit: float | None = None) -> tuple[tuple[float, float], ...]:
-    """Corners (x, y) [m] of the one closed outline in the entities of a DXF file, arcs in chords of 5 degrees.
+def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
+    """Closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs are arcs.
 
     Args:
         path: an ASCII file.
         unit: metres per unit of the drawing; ``None``: as its header says ($INSUNITS).
 
     Raises:
-        GeometryError: no DXF, no unit, other curves, an outline that is open, several loops.
+        GeometryError: no DXF, no unit, other curves, an outline that is open.
     """
     groups = _groups(path)
     scale = _unit(groups, path) if unit is None else unit
     chains = [chain for entity in _entities(groups) if len(chain := _chain(entity, path)) > 1]
     if not chains:
         raise _wrong(path, f"no {', '.join(CURVES)} among its entities")
-    loops = list(_joined(chains, path, scale))
-    if len(loops) > 1:
-        raise _wrong(path, f"{len(loops)} closed loops; a sheet has one outline, without holes: keep one")
-    return tuple((float(x), float(y)) for x, y in scale * loops[0])
+
+    def open_at(point: Array) -> GeometryError:
+        x, y = 1e3 * scale * point
+        return _wrong(path, f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there")
+
+    within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
+    found = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
+    return tuple(sorted(found, key=lambda loop: -abs(loops.area(loop))))
 
 
 def _wrong(path: Path, what: str) -> GeometryError:
@@ -80,36 +85,43 @@ def _entities(groups: Groups) -> Iterator[Groups]:
 
 
 def _chain(entity: Groups, path: Path) -> Array:
-    """(n, 2) points of a curve, the first again at the end of a closed one; (0, 2) of what is none."""
+    """(n, 3) corners and bulges of a curve, the first again at the end of a closed one; (0, 3) of what is none."""
     name = entity[0][1]
     if name in OTHERS:
         raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
     if name not in CURVES:
-        return np.zeros((0, 2))
+        return np.zeros((0, 3))
     try:
         values = {code: float(value) for code, value in entity if 10 <= code <= 59 or code in (70, 230)}
+        if not np.isfinite(list(values.values())).all():
+            raise _wrong(path, f"a {name} whose numbers are not finite")
         if values.get(230, 1.0) < 0:
             raise _wrong(path, f"a {name} that is drawn from below (extrusion -1); flatten it")
         if name == "LINE":
-            return np.array([[values[10], values[20]], [values[11], values[21]]])
-        if name == "LWPOLYLINE":
-            return _polyline(entity, closed=bool(int(values.get(70, 0)) & 1))
-        start, end = (values[50], values[51]) if name == "ARC" else (0.0, 360.0)
-        turn = math.radians((end - start) % 360 or 360.0)
-        return _arc(np.array([values[10], values[20]]), values[40], math.radians(start), turn)
+            found = np.array([[values[10], values[20], 0.0], [values[11], values[21], 0.0]])
+        elif name == "LWPOLYLINE":
+            found = _polyline(entity, closed=bool(int(values.get(70, 0)) & 1))
+        else:
+            start, end = (values[50], values[51]) if name == "ARC" else (0.0, 360.0)
+            turn = math.radians((end - start) % 360 or 360.0)
+            found = _arc(np.array([values[10], values[20]]), values[40], math.radians(start), turn)
     except (KeyError, ValueError) as problem:
         if isinstance(problem, GeometryError):
             raise
         raise _wrong(path, f"a {name} whose numbers are missing or none: {problem}") from problem
+    return found
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
-    angles = start + turn * np.linspace(0, 1, max(2, math.ceil(abs(turn) / CHORD - 1e-9) + 1))
-    return np.asarray(centre + radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    """In pieces of half a circle at most."""
+    count = math.ceil(turn / math.pi - 1e-9)
+    angles = start + turn * np.arange(count + 1) / count
+    points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    return np.column_stack([points, np.full(count + 1, math.tan(turn / count / 4))])
 
 
 def _polyline(entity: Groups, *, closed: bool) -> Array:
-    """Vertices (10, 20), each with the bulge (42) of what follows it: tan of a quarter of the angle it turns."""
+    """Vertices (10, 20), each with the bulge (42) of what follows it."""
     corners: list[list[float]] = []
     for code, value in entity:
         if code == 10:
@@ -119,39 +131,4 @@ def _polyline(entity: Groups, *, closed: bool) -> Array:
     points = np.array(corners)
     if len(points) < 2 or not np.isfinite(points).all():
         raise ValueError("fewer than two vertices")
-    ends = np.roll(points, -1, axis=0) if closed else points[1:]
-    parts = [points[:1, :2]]
-    for (*p, bulge), (*q, _) in zip(points.tolist(), ends.tolist(), strict=False):
-        a, b = np.array(p), np.array(q)
-        if bulge == 0:
-            parts.append(b[None])
-            continue
-        centre = (a + b) / 2 + (1 - bulge**2) / (4 * bulge) * np.array([a[1] - b[1], b[0] - a[0]])
-        first = math.atan2(*(a - centre)[::-1])
-        parts.append(_arc(centre, float(np.linalg.norm(a - centre)), first, 4 * math.atan(bulge))[1:])
-    return np.concatenate(parts)
-
-
-def _joined(chains: list[Array], path: Path, scale: float) -> Iterator[Array]:
-    """Closed loops (n, 2) of chains that meet at their ends, without the first point again."""
-    within = JOINED * float(np.ptp(np.concatenate(chains), axis=0).max())
-    rest = list(chains)
-    while rest:
-        loop = rest.pop(0)
-        while np.linalg.norm(loop[-1] - loop[0]) > within or len(loop) < 3:
-            ends = [
-                (k, turned)
-                for k, chain in enumerate(rest)
-                for turned in (1, -1)
-                if _near(chain[::turned][0], loop[-1], within)
-            ]
-            if not ends:
-                x, y = 1e3 * scale * loop[-1]
-                raise _wrong(path, f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there")
-            k, turned = ends[0]
-            loop = np.concatenate([loop, rest.pop(k)[::turned][1:]])
-        yield loop[:-1]
-
-
-def _near(one: Array, other: Array, within: float) -> bool:
-    return bool(np.linalg.norm(one - other) <= within)
+    return np.vstack([points, points[:1]]) if closed else points

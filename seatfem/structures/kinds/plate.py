@@ -15,7 +15,8 @@ from seatfem.structures.shapes import ValvePlate
 
 
 class Plate(Drawn):
-    """A flat valve plate with several round ports, a sealing land around each, and webs between them."""
+    """A flat valve plate with several round ports, a sealing land around each, and webs between them. With `outline` or
+    `file` in place of its ports, kind = "plate" is a flat reed of any outline: all that kind = "sheet" takes."""
 
     has_faces: ClassVar[bool] = True
 

@@ -2,56 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
-from seatfem.fields import Acceleration, Approach, KeyProblem, Length, Position, Table
-from seatfem.structures.errors import ModelError
+from seatfem.fields import Acceleration, KeyProblem, Length
+from seatfem.structures.kinds.curvature import Curvature
 from seatfem.structures.kinds.motion import AnyPressure, ForceCourse, as_value
+from seatfem.structures.kinds.plate_release import PlateRelease
 from seatfem.structures.kinds.striking import At
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 
 if TYPE_CHECKING:
     from seatfem.structures.sheets import PlateModes
-
-AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
-
-
-class PlateRelease(Table):
-    """How a plate starts: undeformed, with the velocities of one of its modes, or at rest in a static shape."""
-
-    mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")
-    velocity: Approach | None = Field(
-        None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
-    )
-    deflection: Position | None = Field(None, description="in place of velocity: of the paddle's centre, at rest")
-    shape: Literal["force", "pressure"] = Field(
-        "force",
-        description="with deflection: static, under a force at the paddle's centre or a uniform pressure where "
-        "pressure acts",
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _one_way(cls, given: object) -> object:
-        if not isinstance(given, Mapping):
-            return given
-        if "deflection" in given:
-            for key in ("velocity", "mode"):
-                if key in given:
-                    raise KeyProblem(key, "deflection is given too; keep one of the two")
-        elif "velocity" not in given:
-            raise KeyProblem("velocity", "required key is missing: at the paddle's centre; or give deflection")
-        elif "shape" in given:
-            raise KeyProblem("shape", "the shape is that of the mode; remove the key, or give deflection")
-        return given
 
 
 class PlateForce(ForceCourse):
@@ -78,6 +47,7 @@ class ClampedPlate(ThinPlate):
         "pressure_radius",
         "point_force",
         "gravity",
+        "curvature",
     )
 
     has_weight: ClassVar[bool] = True
@@ -96,6 +66,8 @@ class ClampedPlate(ThinPlate):
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
 
+    curvature: Curvature | None = Field(None, description="as a striker: its stress-free shape, where it is not flat")
+
     @model_validator(mode="after")
     def _one_start(self) -> Self:
         if self.velocity is not None:
@@ -112,7 +84,9 @@ class ClampedPlate(ThinPlate):
 
     @property
     def _has_pressed_disc(self) -> bool:
-        return self.pressure is not None or (self.release is not None and self.release.shape == "pressure")
+        starts = self.release is not None and self.release.shape == "pressure"
+        curved = self.curvature is not None and self.curvature.shape == "pressure"
+        return self.pressure is not None or starts or curved
 
     @property
     def moved_by(self) -> tuple[str, ...]:
@@ -124,7 +98,7 @@ class ClampedPlate(ThinPlate):
 
     def start_at(self, at: float | None) -> float:
         if self.release is not None:
-            return self.release.deflection or 0.0
+            return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
@@ -152,6 +126,28 @@ class ClampedPlate(ThinPlate):
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
 
+    @property
+    def is_curved(self) -> bool:
+        return self.curvature is not None
+
+    def heights(self, points: Array) -> Array:
+        places = np.asarray(self.geometry().centre) + points
+        if (shape := self.curvature) is None:
+            return super().heights(points)
+        if shape.deflection is None:
+            try:
+                return shape.given(places)
+            except KeyProblem as problem:
+                raise KeyProblem(f"curvature.{problem.key}", str(problem)) from None
+        from seatfem.structures.sheets import plate_modes  # as above
+
+        plate = plate_modes(self.sheet())
+        push = self._pressed(plate)[0] if shape.shape == "pressure" else plate.centre
+        each = push / plate.modes.omega**2
+        if shape.shape in (None, "mode"):
+            each = np.where(np.arange(len(each)) == 0, plate.centre, 0.0)
+        return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
+
     def _pressed(self, plate: PlateModes) -> tuple[Array, float]:
         """(m,) mean of the modes where the pressure acts [1/sqrt(kg)], and the area [m^2]."""
         if self.pressure_radius is None:
@@ -169,21 +165,11 @@ class ClampedPlate(ThinPlate):
             yield Load(shape, scaled(constant(self.gravity), mass))
 
     def _state(self, plate: PlateModes, release: PlateRelease) -> ModalState:
-        centre, omega = plate.centre, plate.modes.omega
-        none = np.zeros_like(omega)
-        if release.deflection is not None:  # q_k = F s_k/omega_k^2
-            each = (centre if release.shape == "force" else self._pressed(plate)[0]) / omega**2
-            return ModalState(release.deflection / float(centre @ each) * each, none)
-        assert release.velocity is not None
-        if (mode := release.mode - 1) >= len(omega):
-            raise ModelError(
-                f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times reed.greens.bandwidth"
-            )
-        if abs(centre[mode]) < AT_REST * np.abs(centre).max():
-            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move {self.about}; release another")
-        rate = none.copy()
-        rate[mode] = release.velocity / centre[mode]
-        return ModalState(none, rate)
+        if release.field is not None:
+            return release.of_field(plate)
+        if release.deflection is not None:
+            return release.static(plate.centre if release.shape == "force" else self._pressed(plate)[0], plate)
+        return release.of_mode(plate, self.about)
 
 
 def _on_disc(plate: PlateModes, radius: float) -> tuple[Array, float]:

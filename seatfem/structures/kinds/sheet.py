@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, ClassVar, Literal, Self
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures.formats.dxf_outline import read_outline
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.plate_loads import ClampedPlate
+from seatfem.structures.kinds.selectors import in_scene_words
+from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.structures.shapes.outlined import Outlined
 
+if TYPE_CHECKING:
+    from seatfem.structures.inspection.outline import DrawnOutline
+
 Place = tuple[Position, Position]
+SAME: Final = 1e-4  # relative, of a thickness given and that of the file
 CORNERS = [["0 mm", "-4 mm"], ["20 mm", "-4 mm"], ["20 mm", "4 mm"], ["0 mm", "4 mm"]]
+HOLE = [["2 mm", "-1 mm"], ["6 mm", "-1 mm"], ["6 mm", "1 mm"], ["2 mm", "1 mm"]]
 
 
 class Clamp(Table):
@@ -48,18 +58,33 @@ def _as_segment(given: object) -> object:
 
 class OutlinedSheet(ClampedPlate):
     """A flat reed of even thickness and any outline, clamped along a straight part of it or beyond a line; it
-    touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across."""
+    touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.
+
+    A file holds its outline and holes, as a DXF drawing or as STEP: one plane face, or a solid plate of even thickness.
+    Places are in the file's coordinates. A STEP face lies square to an axis of the file and is seen against it: x and y
+    are the file's own where that axis is z, y and z where it is x, z and x where it is y. `kind = "plate"` with
+    `outline` or `file` means the same.
+    """
 
     about: ClassVar[str] = "contact_at"
+    also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 
     kind: Literal["sheet"]
     outline: tuple[Place, ...] | None = Field(
         None, description="its corners in order, [x, y] each; or give file", examples=[CORNERS]
     )
-    file: ExistingFile | None = Field(
-        None, description="DXF file of one closed loop of lines, arcs and polylines; arcs in chords of 5 degrees"
+    holes: tuple[tuple[Place, ...], ...] = Field(
+        (), max_length=100, description="with outline: corners of each hole in order", examples=[[HOLE]]
     )
-    unit: LengthUnit | None = Field(None, description="length unit of the file; absent: as its header says")
+    file: ExistingFile | None = Field(
+        None,
+        description="DXF file of closed loops of lines, arcs and polylines, or STEP file of a plane face or a plate; "
+        "loops within the largest are holes",
+    )
+    unit: LengthUnit | None = Field(None, description="length unit of a DXF file; absent: as its header says")
+    thickness: Length = Field(
+        description="thickness, in the direction of the motion; may be left out where a STEP file holds a solid plate"
+    )
     clamped: Annotated[Clamp, BeforeValidator(_as_segment)] = Field(
         description="what is clamped; both ends of a straight part of the outline may be written as a list"
     )
@@ -67,29 +92,76 @@ class OutlinedSheet(ClampedPlate):
     contact_radius: Length | None = Field(
         None,
         description="radius of the disc that touches, or mean radius of the ring; absent: an eighth of the way from "
-        "contact_at to the nearest edge",
+        "contact_at to the nearest edge, or midway between a hole there and that edge",
+    )
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring that touches; absent: a disc does, or about a hole a ring of a quarter "
+        "of what is there",
     )
 
     @model_validator(mode="before")
     @classmethod
-    def _one_outline(cls, given: object) -> object:
-        if isinstance(given, Mapping) and ("outline" in given) == ("file" in given):
+    def _one_outline(cls, given: object, info: ValidationInfo) -> object:
+        if not isinstance(given, Mapping):
+            return given
+        if ("outline" in given) == ("file" in given):
             raise KeyProblem("outline", "give exactly one of outline and file")
-        if isinstance(given, Mapping) and "unit" in given and "file" not in given:
-            raise KeyProblem("unit", "only a file has one; lengths in the scene state their own")
+        if "holes" in given and "file" in given:
+            raise KeyProblem("holes", "those of a file are its inner loops; remove the key")
+        suffix = Path(str(given.get("file", ""))).suffix.lower()
+        if "unit" in given and ("file" not in given or suffix in STEP_SUFFIXES):
+            raise KeyProblem("unit", "only a DXF file has one; lengths in the scene, and a STEP file, state their own")
+        if suffix in STEP_SUFFIXES and "thickness" not in given:
+            path = ((info.context or {}).get("folder", Path()) / str(given["file"])).resolve()
+            if path.is_file() and (thickness := _drawn(path, None).thickness):
+                return {**given, "thickness": f"{thickness!r} m"}
         return given
 
+    @model_validator(mode="after")
+    def _thickness_of_the_file(self) -> Self:
+        drawn = None if self.file is None else self._from_file.thickness
+        if drawn is not None and not math.isclose(drawn, self.thickness, rel_tol=SAME):
+            raise KeyProblem(
+                "thickness",
+                f"{1e3 * self.thickness:g} mm, but the plate in {Path(str(self.file)).name} is {1e3 * drawn:g} mm "
+                "thick; remove the key, or correct it",
+            )
+        return self
+
     @property
-    def _metres(self) -> float | None:
-        return None if self.unit is None else METRES[self.unit]
+    def _from_file(self) -> DrawnOutline:
+        assert self.file is not None
+        return _drawn(self.file, None if self.unit is None else METRES[self.unit])
 
     def geometry(self) -> Outlined:
         held, side = self.clamped, None
         if held.normal is not None and held.offset is not None:
             side = (*held.normal, held.offset)
-        outline = self.outline if self.file is None else read_outline(self.file, self._metres)
-        return _checked(outline or (), self.thickness, self.contact_at, held.segment, side)
+        if self.file is None:
+            return _checked(self.outline or (), self.thickness, self.contact_at, held.segment, side, self.holes)
+        drawn = self._from_file
+        try:
+            return _checked(drawn.outline, self.thickness, self.contact_at, held.segment, side, drawn.holes)
+        except GeometryError as error:
+            told = str(error)
+            for field in ("outline", "holes"):
+                told = told.replace(f"Outlined.{field} = ", f"Outlined.file = {self.file.name}: {field}, ")
+            raise GeometryError(told) from error
 
     @property
     def usual_radius(self) -> float:
-        return self.geometry().room[1] / 8
+        hole, edge = self.geometry().room
+        return (hole + edge) / 2 if hole else edge / 8
+
+    @property
+    def usual_width(self) -> float | None:
+        hole, edge = self.geometry().room
+        return (edge - hole) / 4 if hole else None
+
+
+def _drawn(file: Path, unit: float | None) -> DrawnOutline:
+    """What a file holds; raises `KeyProblem`."""
+    from seatfem.structures.inspection.outline import outline_in  # of outlines in files only
+
+    return in_scene_words(lambda: outline_in(file, unit))

@@ -53,6 +53,16 @@ class Striking(Table):
         return False
 
     @property
+    def is_curved(self) -> bool:
+        """Whether it is not flat without stress."""
+        return False
+
+    def heights(self, points: Array) -> Array:
+        """(n,) of its stress-free shape over the flat one, at points (n, 2) from its contact's centre [m]. Raises
+        `KeyProblem`, of a key of its table, of points that it is not known at."""
+        return np.zeros(len(points))
+
+    @property
     def face(self) -> Face:
         """The face that it touches with."""
         return Face()

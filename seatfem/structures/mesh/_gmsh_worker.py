@@ -25,6 +25,7 @@ from seatfem.structures.mesh._gmsh_input import handed_over
 from seatfem.structures.mesh._gmsh_inspect import inspect
 from seatfem.structures.mesh._gmsh_messages import send, stage
 from seatfem.structures.mesh._gmsh_model import KeptModel
+from seatfem.structures.mesh._gmsh_outline import outline
 from seatfem.structures.mesh._gmsh_section import mesh_section, plane_arrays
 from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
@@ -138,6 +139,7 @@ def _plan_areas(gmsh: Any, geometry: Geometry, sectors: int) -> dict[str, list[i
 TASKS: dict[str, Callable[[Any, dict[str, Any], KeptModel], dict[str, Any]]] = {
     "inspect": inspect,
     "mesh": make,
+    "outline": outline,
     "plan": plan,
     "read": read,
     "section": section,

@@ -66,7 +66,7 @@ class Modal(Reducer):
         scale = default_shift(model)
         small = dense_modes(model, scale) if model.size <= DENSE else None
         spectrum = Spectrum(model, backend=aims.backend, progress=progress)
-        static: tuple[float, Array] | None = None
+        static: tuple[float, Array, bool] | None = None
         cutoff, found, error = 3.0 * aims.bandwidth, 0, np.inf
         while True:
             square = (2 * np.pi * cutoff) ** 2
@@ -100,7 +100,7 @@ def with_modes(
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
-    static = _static(model, modes, aims.backend)
+    static = _static(model, modes, aims.backend, deflated=True)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
     return _told(greens, error, len(modes.omega), cutoff)
 
@@ -111,7 +111,7 @@ def _of_modes(
     modes: Modes,
     cutoff: float,
     aims: Aims,
-    static: tuple[float, Array],
+    static: tuple[float, Array, bool],
     pushed: Sequence[int] | None = None,
 ) -> tuple[ModalGreens, float]:
     """The function and its error."""
@@ -151,25 +151,32 @@ def modal_error(
     return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / float(np.abs(full).max())  # ratios scatter
 
 
-def _static(model: SecondOrderModel, modes: Modes, backend: Backend) -> tuple[float, Array]:
-    """(s^2, B'P'(K + s^2 M)^-1 P B) with s far below the modes left out, P = 1 - M R R' of the rigid modes R.
+def _static(
+    model: SecondOrderModel, modes: Modes, backend: Backend, *, deflated: bool = False
+) -> tuple[float, Array, bool]:
+    """(s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid modes R.
 
-    P B are loads that its inertia balances, under which a free body does not move away.
+    P B are loads that its inertia balances, under which a free body does not move away. ``deflated``: with all modes in
+    place of R, so that only those left out yield, and no digits are lost in a difference.
     """
     loads, last, rigid = model.port_matrix, float(modes.omega[-1]), modes.shapes[:, modes.omega == 0]
     shift = min(default_shift(model), 1e-3 * last)
     if rigid.shape[1]:  # round-off of K moves it by eps max(K/M)/s^2
         shift = _FREE * (last or default_shift(model))
-        loads = loads - model.M @ (rigid @ (rigid.T @ loads))
+    known = modes.shapes if deflated else rigid
+    if known.shape[1]:
+        loads = loads - model.M @ (known @ (known.T @ loads))
     factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    return shift**2, loads.T @ factor.solve(loads)
+    return shift**2, loads.T @ factor.solve(loads), deflated
 
 
-def _left_out(model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array) -> Array:
-    """(p, p) static compliance of the modes not in ``modes``: that of `_static` minus theirs."""
+def _left_out(
+    model: SecondOrderModel, modes: Modes, shapes: Array, square: float, static: Array, deflated: bool
+) -> Array:
+    """(p, p) static compliance of the modes not in ``modes``: that of `_static`, minus theirs where it has them."""
     if len(modes.omega) == model.size:
         return np.zeros((shapes.shape[1], shapes.shape[1]))
-    elastic = modes.omega > 0
+    elastic = (modes.omega > 0) & (not deflated)
     known = shapes[elastic]
     rest = static - (known / (modes.omega[elastic] ** 2 + square)[:, None]).T @ known
     values, vectors = np.linalg.eigh((rest + rest.T) / 2)

@@ -32,6 +32,10 @@ class Disc(Flat):
         return 0.0, self.diameter / 2
 
     @property
+    def is_mirrored(self) -> bool:
+        return True
+
+    @property
     def area(self) -> float:
         return math.pi / 4 * self.diameter**2
 

@@ -74,6 +74,10 @@ class Flapper(Flat):
         return middle - half, middle + half, self.slot_width / 2
 
     @property
+    def is_mirrored(self) -> bool:
+        return True
+
+    @property
     def area(self) -> float:
         """Of the outline [m^2]."""
         radius = self.paddle_diameter / 2

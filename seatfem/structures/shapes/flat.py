@@ -46,6 +46,11 @@ class Flat(Shape):
         """Width of the narrowest part that bends [m]."""
 
     @property
+    def is_mirrored(self) -> bool:
+        """Whether the line y = 0 mirrors it exactly, with all that is clamped: one half is meshed then."""
+        return False
+
+    @property
     def is_clamped(self) -> bool:
         """Whether a part of the outline is."""
         return True

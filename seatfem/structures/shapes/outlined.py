@@ -1,10 +1,11 @@
-"""Flat sheets with any outline of straight edges, a part of it clamped."""
+"""Flat sheets with any outline of straight edges and arcs, and holes; a part of the outline is clamped."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -12,137 +13,179 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes import loops, polygons
 from seatfem.structures.shapes.flat import Flat
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_below, require_positive
 
 Place = tuple[float, float]
+Corner = tuple[float, ...]
+"""(x, y) [m], or (x, y, bulge) with the bulge of the edge that follows (`seatfem.structures.shapes.loops`)."""
 SAME: Final = 1e-6  # of the outline's size: points nearer to each other are one
-ALONG: Final = (0.1, 0.3, 0.5, 0.7, 0.9)  # of each edge: where the sheet's width is measured
 MOST_POINTS: Final = 1000
+ROUND_OFF: Final = 1e-9  # of the outline's size, in coordinates of a file
 
 
 @dataclass(frozen=True)
 class Outlined(Flat):
-    """Sheet with its underside at z = 0, of straight edges (metres). The group "contact" is the upper side.
+    """Sheet with its underside at z = 0, of straight edges and circular arcs. The group "contact" is the upper side.
 
     Attributes:
-        outline: corners (x, y) in order, either way round.
+        outline: corners in order, either way round.
         thickness: of the sheet.
-        touched: where its contact is centred.
+        touched: where its contact is centred; in a hole, a ring about it touches.
         segment: both ends of the straight part of the outline that is clamped; or
         side: (n_x, n_y, offset): all that lies beyond the line n.x = offset is clamped, so that the sheet ends there.
+        holes: closed loops of corners inside; those beyond the line are left out.
     """
 
     family: ClassVar[str] = "outlined"
 
-    outline: tuple[Place, ...]
+    outline: tuple[Corner, ...]
     thickness: float
     touched: Place
     segment: tuple[Place, Place] | None = None
     side: tuple[float, float, float] | None = None
+    holes: tuple[tuple[Corner, ...], ...] = ()
 
     def __post_init__(self) -> None:
         require_positive(self, "thickness")
-        self._check_outline()
+        self._check_loop(self.outline, "outline", f"{len(self.outline)} points", MOST_POINTS - self._holed)
+        for number, hole in enumerate(self.holes, 1):
+            self._check_loop(hole, "holes", f"number {number}", MOST_POINTS)
+        self._check_holes()
         if (self.segment is None) == (self.side is None):
             raise GeometryError("Outlined.clamped = None: give a segment, or a normal with its offset")
         if self.segment is not None:
             for x, y in self.segment:
-                if _distances(self._loop, np.array([[x, y]])).min() > SAME * self._size:
+                if loops.nearest(self._given, np.array([x, y])) > SAME * self._size:
                     raise GeometryError(f"Outlined.clamped = ({x:g}, {y:g}) m: this point is not on the outline")
             if not self._held.any():
                 raise GeometryError("Outlined.clamped = its two points: no straight part of the outline joins them")
-        elif len(self.corners) < 3 or not self._held.any() or _crossing(self.corners) is not None:
+        elif len(self.loop) < 3 or not self._held.any() or polygons.crossing(self.corners, self._within) is not None:
             raise GeometryError(
                 f"Outlined.clamped = {self.side}: the line must cut the sheet or touch an edge, and leave one piece"
             )
-        if not _holds(self.corners, self.touched):
+        if not polygons.holds(self.corners, self.touched):
             x, y = self.touched
             raise GeometryError(f"Outlined.contact_at = ({x:g}, {y:g}) m: this point is not on the part that bends")
         require_below(self, "thickness", self.narrowest, "its narrowest part: a sheet is thinner than it is wide")
 
-    def _check_outline(self) -> None:
+    @property
+    def _holed(self) -> int:
+        return sum(map(len, self.holes))
+
+    def _check_loop(self, corners: tuple[Corner, ...], field: str, what: str, most: int) -> None:
         """Raise `GeometryError` of what encloses no area, or crosses itself."""
 
-        def wrong(what: str) -> GeometryError:
-            return GeometryError(f"Outlined.outline = {len(self.outline)} points: {what}")
+        def wrong(why: str) -> GeometryError:
+            return GeometryError(f"Outlined.{field} = {what}: {why}")
 
-        if not 3 <= len(self.outline) <= MOST_POINTS or not np.isfinite(self.outline).all():
-            raise wrong(f"3 to {MOST_POINTS} finite points enclose an area")
-        steps = np.hypot(*(np.roll(self.outline, -1, axis=0) - self.outline).T)
-        if (same := int(np.argmin(steps))) >= 0 and steps[same] <= SAME * self._size:
+        loop = loops.as_loop(corners)
+        straight = not loop[:, 2].any()
+        if not (3 if straight else 2) <= len(corners) <= most or not np.isfinite(loop).all():
+            raise wrong(f"3 to {most} finite points enclose an area")
+        steps = np.linalg.norm(np.roll(loop, -1, axis=0)[:, :2] - loop[:, :2], axis=1)
+        if steps[same := int(np.argmin(steps))] <= self._within:
             raise wrong(
                 f"point {same + 1} and the one after it are the same; the last is joined to the first by itself"
             )
-        if (crossed := _crossing(np.array(self.outline))) is not None:
-            raise wrong(f"it crosses or touches itself: its edges {crossed[0] + 1} and {crossed[1] + 1} meet")
-        if abs(_area(np.array(self.outline))) <= SAME * self._size**2:
+        polygon, edge = loops.polygon(loop)
+        if (crossed := polygons.crossing(polygon, self._within)) is not None:
+            first, second = (edge[place] + 1 for place in crossed)
+            raise wrong(f"it crosses or touches itself: its edges {first} and {second} meet")
+        if abs(loops.area(loop)) <= SAME * self._size**2:
             raise wrong("it encloses no area")
+
+    def _check_holes(self) -> None:
+        """Raise `GeometryError` of one that meets the outline, another hole or the line, or lies elsewhere."""
+        outer, found = loops.polygon(self._given)[0], [loops.polygon(loops.as_loop(hole))[0] for hole in self.holes]
+        for number, hole in enumerate(found, 1):
+            before = found[: number - 1]
+            others = [each for each in before if polygons.holds(each, hole[0]) or polygons.holds(hole, each[0])]
+            if others or not polygons.holds(outer, hole[0]):
+                where = "in or about another hole" if others else "outside the outline"
+                raise GeometryError(f"Outlined.holes = number {number}: it lies {where}")
+            if any(polygons.touching(hole, other, self._within) for other in (outer, *before)):
+                raise GeometryError(f"Outlined.holes = number {number}: it meets the outline or another hole")
+            if self.side is not None and 0 < np.mean(heights := self._height(hole) > 0) < 1:
+                raise GeometryError(
+                    f"Outlined.holes = number {number}: the line of clamped cuts it, {heights.mean():.0%} lies beyond; "
+                    "move the line"
+                )
 
     @property
     def length(self) -> float:
         return float(self.corners[:, 0].max())
 
-    @property
+    @cached_property
     def _size(self) -> float:
-        return float(np.ptp(self.outline, axis=0).max())
+        return float(np.ptp(loops.as_loop(self.outline)[:, :2], axis=0).max())
 
     @property
-    def _loop(self) -> Array:
-        """(n, 2) corners as they are given, anticlockwise."""
-        points = np.array(self.outline, dtype=float)
-        return points if _area(points) > 0 else points[::-1]
+    def _within(self) -> float:
+        return SAME * self._size
 
-    @property
+    @cached_property
+    def _given(self) -> Array:
+        """(n, 3) the outline as it is given, anticlockwise."""
+        return loops.ordered(loops.as_loop(self.outline))
+
+    @cached_property
+    def loop(self) -> Array:
+        """(n, 3) around what bends, anticlockwise, with the ends of the clamped segment among its corners."""
+        if self.side is None:
+            return np.concatenate(list(self._joined()))
+        normal, offset = self._line
+        return loops.below(self._given, normal, offset, self._within)
+
+    @cached_property
+    def openings(self) -> tuple[Array, ...]:
+        """(n, 3) each: around the holes in what bends, clockwise."""
+        found = (loops.ordered(loops.as_loop(hole), clockwise=True) for hole in self.holes)
+        return tuple(hole for hole in found if self.side is None or self._height(hole[:, :2])[0] <= 0)
+
+    @cached_property
     def corners(self) -> Array:
-        """(n, 2) of what bends, anticlockwise, with the ends of the clamped segment among them."""
-        return np.array(list(self._joined() if self.side is None else self._cut()))
+        """(n, 2) of a polygon around what bends, anticlockwise, arcs in chords."""
+        return loops.polygon(self.loop)[0]
 
     def _joined(self) -> Iterator[Array]:
-        """The outline's corners, and between them the ends of the segment that lie on an edge."""
-        ends = np.array(self.segment or ())
-        loop = self._loop
-        for start, end in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-            yield start
-            length = float(np.linalg.norm(end - start))
-            along = sorted(
-                float((point - start) @ (end - start)) / length
-                for point in ends
-                if _on(start, end, point, SAME * self._size)
-            )
-            yield from (
-                start + (end - start) * at / length
-                for at in along
-                if SAME * self._size < at < length - SAME * self._size
-            )
+        """The outline's corners, and between them the ends of the segment that lie on a straight edge."""
+        points = np.array(self.segment)
+        for start, end in loops.edges(self._given):
+            run = end[:2] - start[:2]
+            on = polygons.distances(start[None, :2], end[None, :2], points)[0] <= self._within
+            at = np.sort((points[on] - start[:2]) @ run / (run @ run))
+            edge = self._within / np.linalg.norm(run)
+            inner = at[(at > edge) & (at < 1 - edge)] if start[2] == 0 else at[:0]
+            yield loops.pieces(start, end, np.append(0.0, inner))
 
-    def _cut(self) -> Iterator[Array]:
-        """What lies on this side of the line. Source: I. Sutherland and G. Hodgman, Comm. ACM 17 (1974) 32."""
+    @property
+    def _line(self) -> tuple[Array, float]:
+        """Unit normal and offset of the line beyond which it is clamped."""
         assert self.side is not None
-        normal, loop = np.array(self.side[:2]) / math.hypot(*self.side[:2]), self._loop
-        height = loop @ normal - self.side[2] / math.hypot(*self.side[:2])
-        height[np.abs(height) <= SAME * self._size] = 0.0
-        for k, (start, end) in enumerate(zip(loop, np.roll(loop, -1, axis=0), strict=True)):
-            here, there = height[k], height[(k + 1) % len(loop)]
-            if here <= 0:
-                yield start
-            if here * there < 0:
-                yield start + (end - start) * here / (here - there)
+        scale = math.hypot(*self.side[:2])
+        return np.array(self.side[:2]) / scale, self.side[2] / scale
+
+    def _height(self, points: Array) -> Array:
+        """Of points beyond the line."""
+        normal, offset = self._line
+        return np.asarray(points @ normal - offset)
 
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         if self.segment is not None:
-            return np.asarray(_on(np.array(self.segment[0]), np.array(self.segment[1]), points, SAME * self._size))
-        assert self.side is not None
-        scale = math.hypot(*self.side[:2])
-        return np.asarray(points @ np.array(self.side[:2]) / scale >= self.side[2] / scale - 2 * SAME * self._size)
+            start, end = np.array(self.segment)[:, None]
+            return np.asarray(polygons.distances(start, end, points)[0] <= self._within)
+        return np.asarray(self._height(points) >= -2 * self._within)
 
     @property
     def _held(self) -> NDArray[np.bool_]:
-        """(n,) which edges are clamped."""
-        corners = self.corners
+        """(n,) which edges of the loop are clamped."""
+        corners = self.loop[:, :2]
         ahead = np.roll(corners, -1, axis=0)
-        return np.asarray(self.clamped(corners) & self.clamped(ahead) & self.clamped((corners + ahead) / 2))
+        on = self.clamped(corners) & self.clamped(ahead) & self.clamped((corners + ahead) / 2)
+        return np.asarray(on & (self.loop[:, 2] == 0))
 
     @property
     def centre(self) -> Place:
@@ -150,32 +193,34 @@ class Outlined(Flat):
 
     @property
     def room(self) -> tuple[float, float]:
-        return 0.0, float(_distances(self.corners, np.array([self.touched])).min())
+        """As of every sheet; the hole is the one about the centre, the edge the nearest beyond it."""
+        point, inner = np.array(self.touched), 0.0
+        edge = [loops.nearest(self.loop, point)]
+        for hole in self.openings:
+            corners = loops.polygon(hole)[0]
+            if polygons.holds(corners, self.touched):
+                inner = float(np.linalg.norm(corners - point, axis=1).max())
+            else:
+                edge.append(loops.nearest(hole, point))
+        return inner, min(edge)
+
+    @property
+    def is_mirrored(self) -> bool:
+        held = np.concatenate([self._held, np.zeros(sum(map(len, self.openings)), dtype=bool)])
+        return loops.mirrored((self.loop, *self.openings), held, ROUND_OFF * self._size)
 
     @property
     def area(self) -> float:
-        return _area(self.corners)
+        return sum(loops.area(loop) for loop in (self.loop, *self.openings))
 
-    @property
+    @cached_property
     def narrowest(self) -> float:
-        """The shortest way across, square to an edge."""
-        start, ahead = self.corners, np.roll(self.corners, -1, axis=0)
-        edges = ahead - start
-        inward = np.stack([-edges[:, 1], edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
-        ways = []
-        for at in ALONG:
-            origin = start + at * edges
-            across = _cross(inward[:, None], edges[None])
-            apart = start[None] - origin[:, None]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                far, along = _cross(apart, edges[None]) / across, _cross(apart, inward[:, None]) / across
-            hit = np.isfinite(far) & (along >= 0) & (along <= 1) & (far > SAME * self._size)
-            ways.append(np.where(hit, far, np.inf).min())
-        return float(min(ways))
+        found = polygons.narrowest((self.corners, *(loops.polygon(hole)[0] for hole in self.openings)), self._within)
+        return min(found, math.sqrt(self.area))
 
     @property
     def patches(self) -> Patches:
-        corners, held = self.corners, self._held
+        corners, held = self.loop[:, :2], self._held
         edge = (np.roll(corners, -1, axis=0) - corners)[held][0]
         normal = np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
         x, y = float(normal[0]), float(normal[1])
@@ -183,61 +228,5 @@ class Outlined(Flat):
 
     def sheet(self, occ: Any) -> int:
         """The outline's surface (millimetres)."""
-        points = [occ.addPoint(1e3 * x, 1e3 * y, 0.0) for x, y in self.corners]
-        lines = [occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
-        return int(occ.addPlaneSurface([occ.addCurveLoop(lines)]))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def _area(loop: Array) -> float:
-    """Of a polygon, positive where it runs anticlockwise."""
-    middle = loop - loop.mean(axis=0)
-    return float(_cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
-
-
-def _on(start: Array, end: Array, points: Array, within: float) -> NDArray[np.bool_]:
-    """Which points (..., 2) lie on the segment."""
-    edge = end - start
-    at = np.clip((points - start) @ edge / (edge @ edge), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(points - start - at[..., None] * edge, axis=-1) <= within)
-
-
-def _distances(loop: Array, points: Array) -> Array:
-    """(edges, points) from each edge of a polygon."""
-    found = []
-    for start, end in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-        edge = end - start
-        at = np.clip((points - start) @ edge / (edge @ edge), 0.0, 1.0)
-        found.append(np.linalg.norm(points - start - at[:, None] * edge, axis=1))
-    return np.array(found)
-
-
-def _holds(loop: Array, point: Place) -> bool:
-    """Whether a polygon has a point inside: an odd number of edges cross the ray from it along x."""
-    x, y = (loop - point).T
-    ahead_x, ahead_y = np.roll(x, -1), np.roll(y, -1)
-    crosses = (y > 0) != (ahead_y > 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = x - y * (ahead_x - x) / (ahead_y - y)
-    return bool(np.sum(crosses & (at > 0)) % 2)
-
-
-def _crossing(loop: Array) -> tuple[int, int] | None:
-    """The first two edges of a polygon that meet elsewhere than at a corner which they share."""
-    n, ahead = len(loop), np.roll(loop, -1, axis=0)
-    within = SAME * float(np.ptp(loop, axis=0).max())
-    for i in range(n):
-        edge = ahead[i] - loop[i]
-        one, other = _cross(edge, loop - loop[i]), _cross(edge, ahead - loop[i])
-        back = _cross(ahead - loop, loop[i] - loop), _cross(ahead - loop, ahead[i] - loop)
-        meets = (one * other < 0) & (back[0] * back[1] < 0)
-        meets |= _on(loop[i], ahead[i], loop, within) | _on(loop[i], ahead[i], ahead, within)
-        meets[[i, (i + 1) % n, (i - 1) % n]] = False
-        if n > 3 and _on(loop[i], ahead[i], ahead[(i + 1) % n][None], within)[0]:  # the next edge runs back on it
-            meets[(i + 1) % n] = True
-        if meets.any():
-            return i, int(np.argmax(meets))
-    return None
+        around = (self.loop, *map(loops.ordered, self.openings))  # anticlockwise, or booleans take them for islands
+        return int(occ.addPlaneSurface([loops.curve_loop(occ, loop) for loop in around]))

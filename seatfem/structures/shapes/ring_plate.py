@@ -34,6 +34,10 @@ class RingPlate(Flat):
         return self.inner_diameter / 2, self.outer_diameter / 2
 
     @property
+    def is_mirrored(self) -> bool:
+        return True
+
+    @property
     def area(self) -> float:
         return math.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -11,6 +12,7 @@ import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
+from impact.march.stepper import FOLLOW
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
@@ -42,6 +44,7 @@ from seatfem.study.scene.measures import Blow
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20
+GAS_PER_DEGREE = 2
 LEAST_STEPS_PER_FILTER = 2  # fewer do not resolve the filtered force
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # of the histories that a run holds at once, for each step, and of their file while it is put together
@@ -224,10 +227,15 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:
-    """Step [s]: a quarter radian of the highest rate in any body, a twentieth of the filter."""
+    """Step [s]: a quarter radian of the highest rate in any body, a twentieth of the filter, `gas_step`."""
     limits = [scene.run.filter_width / STEPS_PER_FILTER, scene.run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
-    return min(limits)
+    return min(*limits, gas_step(scene))
+
+
+def gas_step(scene: Scene) -> float:
+    """Longest step with which gas follows the reed `GAS_PER_DEGREE` times a degree of the crank [s]; inf without."""
+    return math.inf if scene.gas is None else scene.gas.turn / 360 / GAS_PER_DEGREE / FOLLOW
 
 
 def check_step(scene: Scene) -> None:
@@ -247,6 +255,12 @@ def check_step(scene: Scene) -> None:
             "run.filter_width, or watch longer"
         )
     check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
+    if step is not None and step > (most := gas_step(scene)):
+        raise RunError(
+            f"run.time_step = {step:g} s lets the gas follow the reed every {FOLLOW * step:g} s, less than "
+            f"{GAS_PER_DEGREE} times a degree of the crank at gas.rpm = {60 / scene.gas.turn if scene.gas else 0:g}: "
+            f"use at most {most:.3g} s"
+        )
     if step is not None and 2 * step > width:
         raise RunError(
             f"run.time_step = {step:g} s does not resolve filtered_peak_force_N: at most {width / 2:g} s "

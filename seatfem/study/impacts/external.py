@@ -8,14 +8,16 @@ from dataclasses import replace
 from impact.bodies.body import Body, Load
 from seatfem.structures.kinds.plate_loads import constant, scaled
 from seatfem.study.impacts.base import on_its_base
+from seatfem.study.impacts.gas import gas_loads
 from seatfem.study.scene import Scene
 from seatfem.study.scene.external import ExternalLoad
 
 
 def loaded(scene: Scene, body: Body) -> Body:
-    """The striker's ``body`` under the scene's loads, beside those that it has, and on its base. Raises as `Body` and
-    `on_its_base`."""
-    body = replace(body, loads=(*body.loads, *_loads(scene, body))) if scene.load else body
+    """The striker's ``body`` under the scene's loads and its gas, beside the loads that it has, and on its base. Raises
+    as `Body` and `on_its_base`."""
+    if scene.load or scene.gas is not None:
+        body = replace(body, loads=(*body.loads, *_loads(scene, body), *gas_loads(scene, body)))
     return on_its_base(scene, "reed", body)
 
 

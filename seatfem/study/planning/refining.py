@@ -74,6 +74,13 @@ def _finer_keys(plan: Plan, source: str, factor: float, machine: Machine | None)
         return None
     if PORTS in values:
         return _in_more_arcs(plan, factor, machine)
+    if BAND in values and plan.method.ports is not None:  # modes alone: those of a wider band have shorter waves
+        narrower = (plan.method.seat.bandwidth or 0.0) / values[BAND]
+        values |= {
+            key: float(f"{narrower * plan.method.value(key):.2g}")
+            for key in (SIZE, CONTACT_SIZE)
+            if plan.is_open(key) and plan.method.value(key)
+        }
     if CONTACT_SIZE not in values and SIZE in values:
         values[SIZE] = max(values[SIZE], plan.method.seat.contact_size or 0.0)
     method = plan.method.replaced(values)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from seatfem.study.accuracy.sensitivity import Changes, Rung, no_better_than_finer
-from seatfem.study.impacts.contact import MAX_STEPS
+from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.method import MODES, REED_BAND, STEP, RunMethod, is_given
 from seatfem.study.planning.costs import (
     BUDGET_RUNS,
@@ -50,6 +51,9 @@ def _steps(seen: Seen) -> tuple[Rung, ...]:
     if stated is not None:
         return (Rung(stated, sensitivity.of_stated_step(stated)),)
     stored = [rung for rung in sensitivity.steps if duration <= MAX_STEPS * rung.value]
+    if stored and (most := gas_step(seen.scene)) < math.inf:
+        finest = min(stored, key=lambda rung: rung.value)
+        stored = [rung for rung in stored if rung.value <= most] or [Rung(most, finest.changes)]
     rungs = (Rung(fitted(rung.value, duration), rung.changes) for rung in stored or sensitivity.steps[:1])
     return no_better_than_finer(tuple(rungs))
 

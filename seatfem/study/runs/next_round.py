@@ -22,6 +22,7 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
     "contact": ("contact", "reed stress", "error budget"),
 }
 """Stages of a round whose predicted times are off alike."""
+LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
 
 
@@ -94,17 +95,26 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
 def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None, str]:
     """For the sake of one measure: sources made smaller, one after the other, until their sum is what it may be.
 
-    The cheapest that suffices by itself, else the largest first; none by more than `MOST_FINER` at a time. One whose
-    keys are stated, or at their end, stays.
+    The cheapest that suffices by itself, else that which brings most for its price; none by more than `MOST_FINER` at
+    a time. One whose keys are stated, or at their end, stays.
     """
     allowed = done.plan.scene.accuracy.target * abs(done.left.values[measure]) / safety(measure)
     if allowed == 0.0:
         return None, f"{key_of(measure)} is zero, a relative error means nothing"
     plan, before = done.plan, {source: part[measure] for source, part in done.left.parts.items()}
     left = dict(before)
-    while sum(left.values()) > allowed and (steps := list(_steps(plan, measure, left, before, allowed))):
+    while sum(left.values()) > allowed:
+        steps = list(_steps(plan, measure, left, before, allowed))
+        if plan.method.ports is not None:  # a wider band has modes that ask for a finer mesh: nothing else may do first
+            steps = [step for step in steps if step.source != "reduction"] or (steps if plan == done.plan else [])
+        if not steps:
+            break
         enough = [step for step in steps if sum(left.values()) - left[step.source] + step.leaves <= allowed]
-        step = min(enough, key=lambda step: price(done, step.plan)) if enough else steps[0]
+        cost = {step.source: max(price(done, step.plan), LEAST_PRICE) for step in steps}
+        if enough:
+            step = min(enough, key=lambda step: cost[step.source])
+        else:
+            step = max(steps, key=lambda step: (left[step.source] - step.leaves) / cost[step.source])
         plan, left[step.source] = step.plan, step.leaves
         if plan.without != done.plan.without:  # another level, and a plan of its own
             break

@@ -11,6 +11,7 @@ from typing import Final
 from impact.after.result import ImpactResult
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import gap_of
+from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
 from impact.progress import Progress
@@ -28,6 +29,8 @@ from seatfem.structures.natural_modes import Mode, NaturalModes
 from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
+from seatfem.study.impacts.gas import GasRun
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
@@ -69,6 +72,19 @@ def draw_run(
     except (StoreError, OSError) as problem:
         return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *kept), gaps
+
+
+def gas_pictures(scene: Scene, touches: Touches) -> list[Picture]:
+    """gas.png of a scene with gas."""
+    if scene.gas is None:
+        return []
+    stop = None if scene.stopper is None else scene.stopper_gap + scene.contact.gap
+
+    def draw(path: Path) -> None:
+        run = GasRun.of(scene, touches)
+        plot_gas(run.drive, run.history, run.angle, run.volume, path, stop=stop, title=scene.title or "Reed valve")
+
+    return [("gas.png", draw)]
 
 
 def _through_store(key: str, drawn: list[Path], names: list[str], folder: Path) -> tuple[Path, ...]:

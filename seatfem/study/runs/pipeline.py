@@ -14,7 +14,7 @@ import numpy as np
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
-from impact.files.atomic import check_writable
+from impact.files.atomic import check_writable, write_whole
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
@@ -24,6 +24,7 @@ from seatfem.structures.natural_modes import Mode, Wanted
 from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
+from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys, gas_notes
 from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
@@ -31,7 +32,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import begun_where_it_ended, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
-from seatfem.study.runs.pictures import draw_modes, draw_run
+from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.summary import (
@@ -53,6 +54,7 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
+GAS_FILE: Final = "gas.csv"
 
 
 @dataclass(frozen=True)
@@ -112,13 +114,14 @@ def run_scene(
             all_of_them |= {name: result for name, result in others.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+            gas_files = _write_gas(scene, done, folder)
     remember(done)
     assert baseline is not None
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = lip_pictures(done, baseline.touches)
+            more = [*lip_pictures(done, baseline.touches), *gas_pictures(scene, done.touches)]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
@@ -126,9 +129,9 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *drawn)
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *life_notes(scene, lives[0]), *gaps)
+    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 
@@ -184,10 +187,20 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         **done.seat.about,
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
+        **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.of(scene, done.touches))),
         **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }
+
+
+def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
+    """gas.csv of a scene with gas."""
+    if scene.gas is None:
+        return ()
+    path = folder / GAS_FILE
+    write_whole(path, gas_csv(GasRun.of(scene, done.touches)).encode("utf-8"))
+    return (path,)
 
 
 def _lives(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> tuple[Lasting, Lasting]:

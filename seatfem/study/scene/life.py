@@ -144,7 +144,9 @@ class LifeTable(Table):
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
             raise KeyProblem("strength", words)
         if self.of_bending and scene.is_blown_by_lift:
-            raise KeyProblem("strength", "a load by the lift leaves the stress of the reed unknown; state one area")
+            raise KeyProblem(
+                "strength", "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key"
+            )
         if self.block == "last cycle":
             turn = turn_of(scene)
             if turn is None:

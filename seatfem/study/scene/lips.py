@@ -12,11 +12,12 @@ from impact.after.along import ClosedLine
 from impact.greens.base import Array
 from impact.march.film import SqueezeFilm
 from impact.march.problem import ContactProblem
+from seatfem.fields import KeyProblem
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.rings import MOST_PORTS, Division
-from seatfem.study.scene import Scene
+from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
-from seatfem.study.scene.models import Contact
+from seatfem.study.scene.problems import Problem
 
 USUAL: Final = 32  # arcs, where nothing else is known
 
@@ -25,7 +26,8 @@ def usual_ports(scene: Scene) -> int:
     """Arcs of a scene that states none: `USUAL` where it opens unevenly or lies off the middle, or where a plate that
     touches where the lip is meets a ring, else one."""
     touches = scene.reed.meets_lips and not scene.reed.states_contact
-    many = (touches and scene.seat.struck_ring is not None) or scene.contact.uneven or any(scene.contact.offset)
+    uneven = scene.contact.uneven or scene.reed.is_curved or any(scene.contact.offset)
+    many = (touches and scene.seat.struck_ring is not None) or uneven
     return min(USUAL, MOST_PORTS // scene.contact.rings) if many else 1
 
 
@@ -52,15 +54,16 @@ def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
 def gaps_of(scene: Scene, arcs: int) -> Array:
     """(arcs,) openings of the undeformed bodies [m], the mean over each arc of
 
-        gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th)
+        gap(th) = gap + h(th) - min h,   h = r(th) tan(tilt) sin(th - tilt_axis) + waviness(th) + w0(th)
 
-    on the centre line of the lip, r from its centre; ``gap`` is the smallest.
+    on the centre line of the lip, r from its centre, with the height w0 of a reed that is not flat; ``gap`` is the
+    smallest. Raises `SceneError` where that height is not known.
     """
-    contact = scene.contact
-    if not contact.uneven or (lip := scene.seat.lip(arcs)) is None:
-        return np.full(arcs, contact.gap)
-    heights = _heights(contact, *lip.line())
-    return np.asarray(contact.gap + (heights - heights.min()).mean(axis=1))
+    lip = scene.seat.lip(arcs) if scene.contact.uneven or scene.reed.is_curved else None
+    if lip is None:
+        return np.full(arcs, scene.contact.gap)
+    heights = _heights(scene, *lip.line())
+    return np.asarray(scene.contact.gap + (heights - heights.min()).mean(axis=1))
 
 
 def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
@@ -72,22 +75,28 @@ def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
     shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
-    if lip is not None and contact.uneven:
+    if lip is not None and (contact.uneven or scene.reed.is_curved):
         line, angles = lip.line()
         half = lip.area / lip.lengths.sum() / 2 / np.linalg.norm(line, axis=-1, keepdims=True)
-        rims = [_heights(contact, line * (1 + side * half), angles) for side in (-1, 1)]
+        rims = [_heights(scene, line * (1 + side * half), angles) for side in (-1, 1)]
         rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
     parts = (whole.part(float(share)) for share in shares)
     return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
 
 
-def _heights(contact: Contact, points: Array, angles: Array) -> Array:
+def _heights(scene: Scene, points: Array, angles: Array) -> Array:
     """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m]."""
-    axis = contact.tilt_axis
+    contact, axis = scene.contact, scene.contact.tilt_axis
     height = math.tan(contact.tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis))
     if contact.waviness:
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
+    if scene.reed.is_curved:
+        try:
+            height = height + scene.reed.heights((contact.offset + points).reshape(-1, 2)).reshape(height.shape)
+        except KeyProblem as problem:
+            path = ("reed", *problem.key.split("."))
+            raise SceneError((Problem(None, 0, ".".join(path), str(problem), path),)) from None
     return np.asarray(height)
 
 

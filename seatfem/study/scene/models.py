@@ -15,6 +15,7 @@ from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
 from seatfem.study.scene.base import Base
 from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.film import Film
+from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures, any_needs_stress
@@ -162,6 +163,7 @@ class Scene(Table):
     stopper: Stopper | None = Field(None, description="a second body, which limits the lift")
     load: tuple[ExternalLoad, ...] = Field((), description="known loads on the reed, a table each: [[load]]")
     base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
+    gas: CompressorGas | None = Field(None, description="the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
     life: LifeTable | None = Field(None, description="how long the reed has to live; not asked where absent")
@@ -170,6 +172,41 @@ class Scene(Table):
     def needs_stress(self) -> bool:
         """Whether the reed's stress is asked for, by a measure or for its life."""
         return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.of_bending)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _duration_of_the_cycles(cls, given: object) -> object:
+        """gas.cycles in place of run.duration; what is wrong with either is told where it is read."""
+        gas = given.get("gas") if isinstance(given, Mapping) else None
+        if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
+            return given
+        turns, rpm, run = gas["cycles"], gas.get("rpm"), given.get("run", {})
+        plain = all(isinstance(number, int | float) and number > 0 for number in (turns, rpm))
+        if not plain or not isinstance(run, Mapping) or "duration" in run:
+            return given
+        return {**given, "run": {**run, "duration": f"{60 * turns / rpm!r} s"}}
+
+    @model_validator(mode="after")
+    def _gas_of_the_run(self) -> Self:
+        if (gas := self.gas) is None:
+            return self
+        if gas.cycles is not None and not math.isclose(gas.cycles * gas.turn, self.run.duration, rel_tol=1e-6):
+            raise KeyProblem(
+                "gas.cycles",
+                f"{gas.cycles:g} turns take {gas.cycles * gas.turn:g} s, run.duration is {self.run.duration:g} s: keep "
+                "one of the two",
+            )
+        if gas.cylinder_pressure is not None:
+            time, slack = gas.course.time, 1e-9 * self.run.duration
+            if not gas.course.period and (time[0] > slack or time[-1] < self.run.duration - slack):
+                raise KeyProblem(
+                    "gas.cylinder_pressure",
+                    f"the record covers {time[0]:g}..{time[-1]:g} s, the run takes 0..{self.run.duration:g} s: give a "
+                    "longer record, or shorten run.duration",
+                )
+        if any_needs_stress(self.accuracy.measures):
+            raise KeyProblem("gas", "it leaves the stress of the reed unknown; remove stress from accuracy.measures")
+        return self
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
@@ -209,7 +246,7 @@ class Scene(Table):
         reed, moved_by = self.reed, self.reed.moved_by
         if not moved_by:
             raise KeyProblem("reed.kind", f"a body of kind {reed.kind!r} has no motion of its own: it cannot strike")
-        if not reed.motion and not self.load and not self.base:
+        if not reed.motion and not self.load and not self.base and self.gas is None:
             others = f" ({', '.join(moved_by[1:-1])} or {moved_by[-1]} would do, too)"
             words = type(reed).model_fields[moved_by[0]].description or ""
             raise KeyProblem(f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}")
@@ -259,13 +296,13 @@ class Scene(Table):
 
     @property
     def is_loaded(self) -> bool:
-        """Whether known forces drive the reed, or bases move."""
-        return bool(self.load or self.base) or self.reed.is_loaded
+        """Whether known forces drive the reed, or gas does, or bases move."""
+        return bool(self.load or self.base) or self.gas is not None or self.reed.is_loaded
 
     @property
     def is_blown_by_lift(self) -> bool:
         """Whether any load depends on how far the reed is off its seat."""
-        return any(load.by_lift for load in self.load)
+        return self.gas is not None or any(load.by_lift for load in self.load)
 
     @model_validator(mode="after")
     def _contact_on_the_reed(self) -> Self:
@@ -307,6 +344,14 @@ class Scene(Table):
     def _lip_of_a_seat(self) -> Self:
         if (key := self.contact.along_a_lip) and (why := self.seat.no_lip):
             raise KeyProblem(f"contact.{key}", f"a seat of kind {self.seat.kind!r}, {why}")
+        if self.seat.is_curved:
+            raise KeyProblem("seat.curvature", "only the reed may be curved; remove the key")
+        if self.reed.is_curved and (why := self.seat.no_lip):
+            raise KeyProblem("reed.curvature", f"a seat of kind {self.seat.kind!r}, {why}")
+        if self.reed.is_curved and self.contact.ports == 1:
+            raise KeyProblem(
+                "contact.ports", "one port is open by its mean alone, reed.curvature needs several: remove it"
+            )
         if any(self.contact.offset) and not self.reed.meets_lips:
             raise KeyProblem(
                 "contact.offset", f"a body of kind {self.reed.kind!r} touches with one rigid face; remove the key"

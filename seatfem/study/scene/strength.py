@@ -7,31 +7,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from impact.life.curves import Curve, LifeError, basquin, tabled
 from impact.life.strength import Strength
-from seatfem.fields import Fraction, KeyProblem, Length, Pressure, Speed, Table, of_same_names
+from seatfem.fields import Fraction, KeyProblem, Length, Pressure, Source, Speed, Table, Temperature, of_same_names
 from seatfem.study.scene.load import load_table
-from seatfem.units import UnitError, parse_fraction
 
-
-def _read_temperature(value: object) -> float:
-    text = value.strip() if isinstance(value, str) and "%" not in value else ""
-    for unit, zero in (("degC", 273.15), ("K", 0.0)):
-        if text.endswith(unit):
-            return parse_fraction(text.removesuffix(unit)) + zero
-    raise UnitError(f"{value!r} is no temperature; write '120 degC' or '393 K'")
-
-
-def _cited(value: str) -> str:
-    if not value.strip():
-        raise ValueError("is empty: numbers of strength need a citation, as of a report, a standard or a data sheet")
-    return value
-
-
-Source = Annotated[str, AfterValidator(_cited)]
-Temperature = Annotated[float, BeforeValidator(_read_temperature), Field(gt=0)]
 Count = Annotated[float, Field(gt=0)]
 
 

@@ -1,0 +1,1 @@
+"""Gas through a reed valve, and in the cylinder behind it."""

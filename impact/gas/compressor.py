@@ -1,0 +1,220 @@
+"""A reed valve in its compressor: what the gas does to the reed, and the reed to the gas (Costagliola 1950; Soedel)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from impact.brief import brief
+from impact.gas.cylinder import (
+    BACK,
+    ENTHALPY,
+    FORWARD,
+    MASS,
+    OTHER,
+    PRESSURE,
+    STATE,
+    WORK,
+    Plenum,
+    SliderCrank,
+    let_in,
+    squeeze,
+)
+from impact.gas.nozzle import PerfectGas
+from impact.gas.valve import ReedValve
+from impact.greens.base import Array
+from impact.march.stepper import FOLLOW
+
+Side = Literal["suction", "discharge"]
+Pressure = TypeVar("Pressure", float, Array)
+
+
+@dataclass(frozen=True)
+class Compressor:
+    """A cylinder between two plenums. One valve is the reed; the other one is ideal: a nozzle without inertia that
+    opens forward at its plenum's pressure.
+
+    A step: half the change of volume, half the flow through the reed valve, that through the other one, the other
+    halves in turn: symmetric, of second order, each part exact in mass and energy. It is the `Feedback` of a load.
+
+    Attributes:
+        gas, crank, valve: what flows, the piston, the reed's areas.
+        suction, discharge: the plenums.
+        side: which valve the reed is.
+        other_area: effective area of the other valve [m^2]; 0: there is none.
+        start_pressure: in the cylinder at t = 0, with the temperature that `isentropic` gives [Pa].
+    """
+
+    gas: PerfectGas
+    crank: SliderCrank
+    valve: ReedValve
+    suction: Plenum
+    discharge: Plenum
+    side: Side
+    other_area: float
+    start_pressure: float
+
+    __repr__ = brief
+
+    def start(self) -> Array:
+        """(7,) as `cylinder` orders it."""
+        state = np.zeros(STATE)
+        state[PRESSURE] = self.start_pressure
+        warm = isentropic(self.gas, self.suction, self.start_pressure)
+        state[MASS] = self.start_pressure * self.crank.volume(0.0) / (self.gas.constant * warm)
+        return state
+
+    def advance(self, state: Array, time: float, span: float, opening: float) -> float:
+        """As `Feedback`: the mean of dp in the middle of the step, before and after the flow, on A_f [N]."""
+        before, now, after = (self.crank.volume(time + part * span) for part in (0.0, 0.5, 1.0))
+        squeeze(self.gas, state, before, now)
+        first = float(state[PRESSURE])
+        self._through_the_reed(state, now, opening, span / 2)
+        self._through_the_other(state, now, span)
+        self._through_the_reed(state, now, opening, span / 2)
+        pressure = (first + float(state[PRESSURE])) / 2
+        squeeze(self.gas, state, now, after)
+        return self.valve.push(opening, self.drop(pressure))
+
+    def drop(self, pressure: float) -> float:
+        """dp over the reed, forward, at a pressure in the cylinder [Pa]."""
+        return drop(self, pressure)
+
+    def _through_the_reed(self, state: Array, volume: float, lift: float, span: float) -> None:
+        area = self.valve.flow_area(lift, self.drop(float(state[PRESSURE])))
+        plenum = self.suction if self.side == "suction" else self.discharge
+        gained = let_in(self.gas, state, volume, plenum, area, span)
+        forward = gained if self.side == "suction" else -gained
+        state[FORWARD if forward > 0 else BACK] += abs(forward)
+
+    def _through_the_other(self, state: Array, volume: float, span: float) -> None:
+        plenum = self.discharge if self.side == "suction" else self.suction
+        lifts = state[PRESSURE] > plenum.pressure if self.side == "suction" else state[PRESSURE] < plenum.pressure
+        if lifts:
+            state[OTHER] += abs(let_in(self.gas, state, volume, plenum, self.other_area, span))
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """A cylinder whose pressure is known: it drives the reed, and the flow is an outcome alone.
+
+    Gas that comes from the cylinder has the temperature that `isentropic` gives.
+
+    Attributes:
+        pressure: in the cylinder, (n,) s -> (n,) Pa.
+        gas, valve, suction, discharge, side: as of a `Compressor`.
+    """
+
+    pressure: Callable[[Array], Array]
+    gas: PerfectGas
+    valve: ReedValve
+    suction: Plenum
+    discharge: Plenum
+    side: Side
+
+    __repr__ = brief
+
+    def start(self) -> Array:
+        """(7,) as `cylinder` orders it: pressure, and the masses that pass; the rest stays 0."""
+        state = np.zeros(STATE)
+        state[PRESSURE] = self.pressure(np.zeros(1))[0]
+        return state
+
+    def advance(self, state: Array, time: float, span: float, opening: float) -> float:
+        """As `Feedback`: midpoint rule."""
+        middle, end = (float(p) for p in self.pressure(np.array([time + span / 2, time + span])))
+        over = self.drop(middle)
+        known = self.suction if self.side == "suction" else self.discharge
+        warm = isentropic(self.gas, self.suction, middle)
+        from_known = (over > 0) == (self.side == "suction")
+        source = (known.pressure, known.temperature) if from_known else (middle, warm)
+        passed = span * self.valve.flow_area(opening, over) * self.gas.flux(*source, abs(over))
+        state[PRESSURE] = end
+        state[FORWARD if over > 0 else BACK] += passed
+        return self.valve.push(opening, over)
+
+    def drop(self, pressure: float) -> float:
+        """dp over the reed, forward, at a pressure in the cylinder [Pa]."""
+        return drop(self, pressure)
+
+
+def isentropic(gas: PerfectGas, plenum: Plenum, pressure: float) -> float:
+    """Temperature of the plenum's gas after an isentropic change to a pressure [Pa], T (p/p_0)^((k - 1)/k) [K]."""
+    return float(plenum.temperature * (pressure / plenum.pressure) ** ((gas.k - 1) / gas.k))
+
+
+def drop(drive: Compressor | Prescribed, pressure: Pressure) -> Pressure:
+    """Pressure in the port less that on the reed's other side [Pa]: the suction port is the plenum's, that of the
+    discharge the cylinder's."""
+    return drive.suction.pressure - pressure if drive.side == "suction" else pressure - drive.discharge.pressure
+
+
+@dataclass(frozen=True)
+class GasHistory:
+    """The gas over a run, at the ends of the spans for which it takes the lift as constant.
+
+    Attributes:
+        time: (n + 1,) [s].
+        lift: (n + 1,) mean lift [m].
+        states: (n + 1, 7) as `cylinder` orders them.
+    """
+
+    time: Array
+    lift: Array
+    states: Array
+
+    __repr__ = brief
+
+    @property
+    def pressure(self) -> Array:
+        """(n + 1,) in the cylinder [Pa]."""
+        return np.asarray(self.states[:, PRESSURE])
+
+    def flow(self, *columns: int) -> Array:
+        """(n + 1,) mass flow of ``columns`` of the states over the span that ends there [kg/s]; of BACK negative."""
+        passed = np.sum([(-1 if c == BACK else 1) * self.states[:, c] for c in columns], axis=0)
+        return np.concatenate([np.zeros(1), np.diff(passed) / np.diff(self.time)])
+
+    def mass_residual(self, side: Side) -> float:
+        """|m - m_0 - what came in + what went out|, largest, over the mass at the start."""
+        s = self.states - self.states[0]
+        reed, other = s[:, FORWARD] - s[:, BACK], s[:, OTHER]
+        came = reed - other if side == "suction" else other - reed
+        return float(np.max(np.abs(s[:, MASS] - came)) / self.states[0, MASS])
+
+    def energy_residual(self, k: float, volume: Array) -> float:
+        """|U - U_0 - work - enthalpy|, largest, over the largest U = p V/(k - 1); ``volume`` (n + 1,) [m^3]."""
+        inner = self.pressure * volume / (k - 1)
+        s = self.states - self.states[0]
+        return float(np.max(np.abs(inner - inner[0] - s[:, WORK] - s[:, ENTHALPY])) / np.max(inner))
+
+
+def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> GasHistory:
+    """The gas of a run that is over, found again from the reed's motion as the march had it.
+
+    Args:
+        drive: what the reed was driven by.
+        opening: (n + 1,) mean opening of the contacts with seats [m].
+        dt: step [s].
+    """
+    first = np.arange(0, len(opening) - 1, FOLLOW)
+    ahead = opening[first] + FOLLOW / 2 * (
+        opening[first] - opening[np.maximum(first - 1, 0)]
+    )  # as the stepper foresees
+    state = drive.start()
+    states = [state.copy()]
+    for start, lift in zip(first, ahead, strict=True):
+        drive.advance(state, start * dt, FOLLOW * dt, float(lift))
+        states.append(state.copy())
+    at = np.append(first, first[-1] + FOLLOW)
+    lifts = opening[np.minimum(at, len(opening) - 1)]
+    return GasHistory(at * dt, np.asarray(lifts), np.array(states))
+
+
+def angles(time: Array, rpm: float, start: float) -> Array:
+    """Crank angles [deg] at times [s], on from ``start`` [rad] without return."""
+    return np.asarray(math.degrees(start) + 6 * rpm * time)

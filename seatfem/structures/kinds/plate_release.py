@@ -1,0 +1,137 @@
+"""How a plate starts: in one of its modes, in a static shape, or with a field that is given node by node."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from impact.bodies.body import ModalState
+from impact.greens.base import Array
+from seatfem.fields import Approach, ExistingFile, KeyProblem, Position, Table
+from seatfem.structures.errors import ModelError
+from seatfem.structures.formats.columns import ColumnsError, read_columns
+
+if TYPE_CHECKING:
+    from seatfem.structures.sheets import PlateModes
+
+AT_REST: Final = 1e-3  # of the mode that moves the paddle's centre the most: a mode that twists leaves it where it is
+FIELD: Final = {"x": "length", "y": "length", "w": "length", "velocity": "velocity"}
+MOST_LOST: Final = 0.05  # of a field's square, integrated over the mass: what the modes may leave out
+
+
+class PlateRelease(Table):
+    """How a plate starts: undeformed, with the velocities of one of its modes; at rest in a static shape; or with the
+    deflections and velocities of a field.
+
+    A field is projected on the modes by the mass, q = Phi'M w; one of which they leave more than 5 %, of its square
+    integrated over the mass (for a velocity: its kinetic energy), is refused.
+    """
+
+    mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")
+    velocity: Approach | None = Field(
+        None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
+    )
+    deflection: Position | None = Field(None, description="in place of velocity: of the paddle's centre, at rest")
+    shape: Literal["force", "pressure"] = Field(
+        "force",
+        description="with deflection: static, under a force at the paddle's centre or a uniform pressure where "
+        "pressure acts",
+    )
+    field: ExistingFile | None = Field(
+        None,
+        description="in place of velocity: CSV of scattered points around the reed, such as "
+        "`x [mm],y [mm],w [um],velocity [m/s]`, with w, velocity or both; linear between them",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_way(cls, given: object) -> object:
+        if not isinstance(given, Mapping):
+            return given
+        way = next((key for key in ("field", "deflection") if key in given), "")
+        for key in ("velocity", "mode", *(("deflection", "shape") if way == "field" else ())):
+            if way and key in given:
+                raise KeyProblem(key, f"{way} is given too; keep one of the two")
+        if not way and "velocity" not in given:
+            raise KeyProblem("velocity", "required key is missing: at the paddle's centre; or give deflection")
+        if not way and "shape" in given:
+            raise KeyProblem("shape", "the shape is that of the mode; remove the key, or give deflection")
+        return given
+
+    @model_validator(mode="after")
+    def _readable(self) -> PlateRelease:
+        if self.field is not None:
+            try:
+                self._table()
+            except (ColumnsError, OSError) as error:
+                raise KeyProblem("field", str(error)) from error
+        return self
+
+    def _table(self) -> Mapping[str, Array]:
+        assert self.field is not None
+        found = read_columns(self.field, FIELD, ("x", "y"))
+        if len(found) < 3:
+            raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
+        if np.linalg.matrix_rank(np.stack([found["x"], found["y"], 0 * found["x"] + 1])) < 3:
+            raise ColumnsError(f"{self.field}: its points lie on one line; three that do not are needed")
+        return found
+
+    def _at(self, name: str, points: Array) -> Array:
+        """(n,) of a column at points (n, 2), nan where none surround them; zero of a column that is not there."""
+        from scipy.interpolate import LinearNDInterpolator  # of fields only
+
+        table = self._table()
+        if name not in table:
+            return np.zeros(len(points))
+        places = np.column_stack([table["x"], table["y"]])
+        return np.asarray(LinearNDInterpolator(places, table[name])(points))
+
+    def start_at(self, centre: tuple[float, float]) -> float:
+        """Deflection of the contact's centre at the start [m]."""
+        if self.field is not None:
+            return float(np.nan_to_num(self._at("w", np.array([centre]))[0]))
+        return self.deflection or 0.0
+
+    def of_field(self, plate: PlateModes) -> ModalState:
+        """Raises `ModelError` of nodes that the field does not cover, or of one that the modes do not hold."""
+        return ModalState(self._projected("w", plate), self._projected("velocity", plate))
+
+    def _projected(self, name: str, plate: PlateModes) -> Array:
+        values = self._at(name, plate.mesh.points)
+        if np.isnan(values).any():
+            x, y = 1e3 * plate.mesh.points[np.isnan(values)][0]
+            raise ModelError(
+                f"reed.release.field = {self.field}: its points do not surround ({x:.4g}, {y:.4g}) mm of the reed; add "
+                "some beyond its outline"
+            )
+        amplitudes, lost = plate.projected(values)
+        if lost > MOST_LOST:
+            raise ModelError(
+                f"reed.release.field = {self.field}: the {len(amplitudes)} modes below three times "
+                f"reed.greens.bandwidth leave {lost:.2g} of the square of {name} (limit {MOST_LOST:g}); give a "
+                "smoother field, one that vanishes where the reed is clamped, or raise reed.greens.bandwidth"
+            )
+        return amplitudes
+
+    def static(self, push: Array, plate: PlateModes) -> ModalState:
+        """At rest under a force that moves the modes so, q_k = F s_k/omega_k^2."""
+        assert self.deflection is not None
+        each = push / plate.modes.omega**2
+        return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
+
+    def of_mode(self, plate: PlateModes, about: str) -> ModalState:
+        """Undeformed. Raises `ModelError` of a mode that is not there, or leaves the contact where it is."""
+        centre, omega = plate.centre, plate.modes.omega
+        rate = np.zeros_like(omega)
+        assert self.velocity is not None
+        if (mode := self.mode - 1) >= len(omega):
+            raise ModelError(
+                f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times reed.greens.bandwidth"
+            )
+        if abs(centre[mode]) < AT_REST * np.abs(centre).max():
+            raise ModelError(f"reed.release.mode = {mode + 1}: it does not move {about}; release another")
+        rate[mode] = self.velocity / centre[mode]
+        return ModalState(np.zeros_like(omega), rate)

@@ -1,0 +1,111 @@
+"""The outline of a flat sheet in a STEP file, of a plane face or of a thin plate; used in the gmsh process only."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.mesh._gmsh_input import handed_over
+from seatfem.structures.mesh._gmsh_messages import stage
+from seatfem.structures.mesh._gmsh_model import KeptModel
+from seatfem.structures.shapes import GeometryError, loops, polygons
+from seatfem.structures.shapes.faces import Face, listing
+from seatfem.structures.shapes.inspect import faces_of, volume_of
+
+MILLIMETRE: Final = 1e-3  # to which STEP lengths are turned
+EVEN: Final = 1e-6  # relative, of the areas of a plate's two faces, and of its volume
+SQUARE: Final = 1e-6  # of a unit normal, to one of the file's axes
+ARCS: Final = 32  # that stand for a curve which is neither line nor circle
+LOST: Final = 1e-4  # of the area, by these arcs, at most
+
+
+def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
+    """Task "outline": a STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "thickness", of a solid."""
+    path = Path(job["path"])
+    stage("building the geometry", 0.0)
+    model.forget()
+    gmsh.clear()
+    try:
+        with handed_over(path) as copy:
+            gmsh.model.occ.importShapes(str(copy))
+    except GeometryError:
+        raise
+    except Exception as error:  # what OpenCASCADE says of a file that it cannot read
+        raise GeometryError(f"Outlined.file = {path.name}: cannot be read: {error}") from error
+    gmsh.model.occ.synchronize()
+    face, thickness = _face(gmsh, path)
+    found = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path))}
+    return found | ({} if thickness is None else {"thickness": np.float64(thickness)})
+
+
+def _wrong(path: Path, what: str) -> GeometryError:
+    return GeometryError(f"Outlined.file = {path.name}: {what}")
+
+
+def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
+    """The one face, or one side of the one plate with its thickness [m]."""
+    faces, solids = faces_of(gmsh.model, MILLIMETRE), len(gmsh.model.getEntities(3))
+    if not faces:
+        raise _wrong(path, "it holds no face, only curves or points; export a face or a solid")
+    if solids > 1:
+        raise _wrong(path, f"it holds {solids} solids; a sheet is one: export it alone")
+    if not solids:
+        if len(faces) > 1:
+            raise _wrong(path, f"it holds {len(faces)} faces without a solid; export one of them, or the solid plate")
+        if faces[0].normal is None:
+            raise _wrong(path, f"its face is no plane but a {faces[0].kind}; a sheet is flat: export its plane face")
+        return faces[0], None
+    flat = sorted((face for face in faces if face.normal is not None), key=lambda face: -face.area)
+    for top, under in itertools.pairwise(flat):
+        thickness = abs(float(np.subtract(top.centre, under.centre) @ np.array(top.normal)))
+        parallel = np.allclose(np.add(top.normal, under.normal), 0.0, atol=SQUARE)  # type: ignore[arg-type]
+        even = math.isclose(top.area, under.area, rel_tol=EVEN)
+        if parallel and even and math.isclose(thickness * top.area, volume_of(gmsh.model, MILLIMETRE), rel_tol=EVEN):
+            return max(top, under, key=lambda face: face.centre), thickness
+    raise _wrong(
+        path,
+        "its solid is no plate of even thickness: two parallel faces of equal area, times their distance, are not its "
+        f"volume. Export one plane face; the largest are\n{listing(flat[:3] or faces[:3])}",
+    )
+
+
+def _loops(gmsh: Any, face: Face, path: Path) -> list[Array]:
+    """The outline, then the holes [m], as seen against the face's axis."""
+    axis = int(np.argmax(np.abs(face.normal or ())))
+    if abs(abs((face.normal or ())[axis]) - 1) > SQUARE:
+        words = "({:.4g}, {:.4g}, {:.4g})".format(*(face.normal or ()))
+        raise _wrong(path, f"its face, normal {words}, is square to no axis of the file; turn the part")
+    across = [(axis + 1) % 3, (axis + 2) % 3]
+    chains = [_chain(gmsh, tag, across) for tag in sorted(face.curves)]
+    size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
+
+    def open_at(point: Array) -> GeometryError:
+        return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm".format(*(1e3 * point)))
+
+    found = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
+    area = abs(loops.area(found[0])) - sum(abs(loops.area(hole)) for hole in found[1:])
+    if not math.isclose(area, face.area, rel_tol=LOST):
+        raise _wrong(
+            path,
+            f"arcs along its curves enclose {area / face.area - 1:+.1e} more area than the face; redraw them",
+        )
+    return found
+
+
+def _chain(gmsh: Any, tag: int, across: list[int]) -> Array:
+    """(n, 3) corners and bulges of a curve [m]: arcs through three points of it each."""
+    low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, tag))
+    kind = gmsh.model.getType(1, tag)
+    count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)
+    at = np.linspace(low, high, 2 * count + 1)
+    points = MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3))[:, across]
+    start, middle, end = points[:-1:2], points[1::2], points[2::2]
+    first, second = middle - start, end - middle
+    halves = np.arctan2(polygons.cross(first, second), (first * second).sum(axis=1))  # of the angle that the arc turns
+    bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
+    return np.column_stack([points[::2], np.append(bulges, 0.0)])

@@ -1,0 +1,186 @@
+"""Closed loops of straight edges and circular arcs: (n, 3) arrays of x, y [m] and the bulge of the edge that follows.
+
+The bulge is tan(angle/4) of the angle by which an edge turns, positive anticlockwise, 0 of a straight one: as in DXF.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.greens.base import Array
+from seatfem.structures.errors import GeometryError
+from seatfem.structures.shapes import polygons
+
+CHORD: Final = math.radians(5.0)  # of arcs, where a polygon stands for a loop: 3e-4 of a circle's area between them
+WIDEST: Final = 0.95 * math.pi  # arc that gmsh is given in one piece
+Corners = Sequence[Sequence[float]]
+
+
+def as_loop(corners: Corners) -> Array:
+    """(n, 3) of corners (x, y), or (x, y, bulge)."""
+    return np.array([(*corner, 0.0)[:3] for corner in corners], dtype=float).reshape(-1, 3)
+
+
+def angles(loop: Array) -> Array:
+    """(n,) by which the edges turn [rad]."""
+    return np.asarray(4 * np.arctan(loop[:, 2]))
+
+
+def circle(start: Array, end: Array, bulge: float) -> tuple[Array, float]:
+    """Centre and radius of an arc."""
+    left = np.array([start[1] - end[1], end[0] - start[0]])
+    centre = (start[:2] + end[:2]) / 2 + (1 - bulge**2) / (4 * bulge) * left
+    return centre, float(np.linalg.norm(start[:2] - centre))
+
+
+def along(start: Array, end: Array, at: Array) -> Array:
+    """(k, 2) points of the edge from one corner to the next, at fractions (k,) of its length."""
+    bulge = float(start[2])
+    if bulge == 0:
+        return np.asarray(start[:2] + at[:, None] * (end[:2] - start[:2]))
+    centre, _ = circle(start, end, bulge)
+    turns, (x, y) = 4 * math.atan(bulge) * at, start[:2] - centre
+    found = centre + np.column_stack([x * np.cos(turns) - y * np.sin(turns), x * np.sin(turns) + y * np.cos(turns)])
+    return np.where((at == 1)[:, None], end[:2], np.where((at == 0)[:, None], start[:2], found))
+
+
+def pieces(start: Array, end: Array, at: Array) -> Array:
+    """(k, 3) corners of the edge, cut at the fractions 0 = at[0] < ... < at[k - 1] < 1."""
+    turns = np.tan(np.arctan(start[2]) * np.diff(np.append(at, 1.0)))
+    return np.column_stack([along(start, end, at), turns])
+
+
+def edges(loop: Array) -> Iterator[tuple[Array, Array]]:
+    """Both ends of each edge."""
+    return zip(loop, np.roll(loop, -1, axis=0), strict=True)
+
+
+def polygon(loop: Array) -> tuple[Array, NDArray[np.int64]]:
+    """(m, 2) corners, with arcs in chords of `CHORD` at most, and (m,) the edge of the loop that each lies on."""
+    counts = [max(2, math.ceil(abs(turn) / CHORD - 1e-9)) if turn else 1 for turn in angles(loop)]
+    found = [along(a, b, np.arange(n) / n) for (a, b), n in zip(edges(loop), counts, strict=True)]
+    return np.concatenate(found), np.repeat(np.arange(len(loop)), counts)
+
+
+def area(loop: Array) -> float:
+    """Positive of a loop that runs anticlockwise: the polygon's, and of each arc the segment beyond its chord."""
+    middle = loop[:, :2] - loop[:, :2].mean(axis=0)
+    found = float(polygons.cross(middle, np.roll(middle, -1, axis=0)).sum() / 2)
+    for (start, end), turn in zip(edges(loop), angles(loop), strict=True):
+        if turn:
+            found += circle(start, end, float(start[2]))[1] ** 2 / 2 * (turn - math.sin(turn))
+    return found
+
+
+def turned_over(chain: Array) -> Array:
+    """An open chain from its end to its start; the bulge of its last corner is none."""
+    return np.column_stack([chain[::-1, :2], -np.roll(chain[::-1, 2], -1)])
+
+
+def ordered(loop: Array, *, clockwise: bool = False) -> Array:
+    """Anticlockwise, or clockwise, from its corner of the smallest x (and y) on."""
+    if (area(loop) < 0) != clockwise:
+        loop = turned_over(np.vstack([loop, loop[:1]]))[:-1]
+    return np.roll(loop, -int(np.lexsort((loop[:, 1], loop[:, 0]))[0]), axis=0)
+
+
+def below(loop: Array, normal: Array, offset: float, within: float) -> Array:
+    """What lies on this side of the line n.x = offset, of a unit normal; arcs are cut exactly.
+
+    Source: I. Sutherland and G. Hodgman, Comm. ACM 17 (1974) 32.
+    """
+    cut = np.concatenate([pieces(a, b, np.append(0.0, _crossed(a, b, normal, offset, within))) for a, b in edges(loop)])
+    middles = np.concatenate([along(a, b, np.array([0.5])) for a, b in edges(cut)])
+    bulges = np.where(middles @ normal - offset <= within, cut[:, 2], 0.0)
+    return np.column_stack([cut[:, :2], bulges])[cut[:, :2] @ normal - offset <= within]
+
+
+def _crossed(start: Array, end: Array, normal: Array, offset: float, within: float) -> Array:
+    """Fractions of an edge at which it crosses the line, elsewhere than at its ends."""
+    if start[2] == 0:
+        here, there = (float(point[:2] @ normal) - offset for point in (start, end))
+        clear = min(abs(here), abs(there)) > within and here * there < 0
+        return np.array([here / (here - there)] if clear else [])
+    centre, radius = circle(start, end, float(start[2]))
+    height, turn = float(centre @ normal) - offset, 4 * math.atan(float(start[2]))
+    if abs(height) >= radius:
+        return np.zeros(0)
+    first = math.atan2(*(start[:2] - centre)[::-1]) - math.atan2(normal[1], normal[0])
+    open_by = math.acos(-height / radius)
+    found = np.array([(way * open_by - first + 2 * math.pi * k) / turn for way in (1, -1) for k in range(-2, 3)])
+    edge = within / (radius * abs(turn))
+    return np.sort(found[(found > edge) & (found < 1 - edge)])
+
+
+def mirrored(found: Sequence[Array], marked: NDArray[np.bool_], within: float) -> bool:
+    """Whether the line y = 0 mirrors all edges of some loops, and which of them are marked."""
+    corners, ahead = (np.concatenate([np.roll(loop, -k, axis=0) for loop in found]) for k in (0, 1))
+    marks = np.ptp(corners[:, 0]) * np.column_stack([corners[:, 2], marked])
+    rows = np.hstack([corners[:, :2], ahead[:, :2], marks])
+    image = rows[:, [2, 3, 0, 1, 4, 5]] * (1, -1, 1, -1, 1, 1)
+    return bool(np.abs(rows[:, None] - image[None]).max(axis=2).min(axis=1).max() <= within)
+
+
+def nearest(loop: Array, point: Array) -> float:
+    """Distance of a point from a loop."""
+    return min(_distance(a, b, point) for a, b in edges(loop))
+
+
+def _distance(start: Array, end: Array, point: Array) -> float:
+    to_ends = min(float(np.linalg.norm(corner[:2] - point)) for corner in (start, end))
+    if start[2] == 0:
+        return float(polygons.distances(start[None, :2], end[None, :2], point[None])[0, 0])
+    centre, radius = circle(start, end, float(start[2]))
+    away, turn = math.atan2(*(point - centre)[::-1]), 4 * math.atan(float(start[2]))
+    ahead = (math.copysign(1, turn) * (away - math.atan2(*(start[:2] - centre)[::-1]))) % (2 * math.pi)
+    beside = ahead <= abs(turn) or not (point - centre).any()
+    return abs(float(np.linalg.norm(point - centre)) - radius) if beside else to_ends
+
+
+def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], GeometryError]) -> Iterator[Array]:
+    """Closed loops of open chains (k, 3) that meet at their ends, without the first corner again.
+
+    ``wrong``: what to raise of one that is open at a point.
+    """
+    rest = list(chains)
+    while rest:
+        loop = rest.pop(0)
+        while np.linalg.norm(loop[-1, :2] - loop[0, :2]) > within or len(loop) < 3:
+            ends = [
+                (k, way)
+                for k, chain in enumerate(rest)
+                for way in (1, -1)
+                if np.linalg.norm(chain[::way][0, :2] - loop[-1, :2]) <= within
+            ]
+            if not ends:
+                raise wrong(loop[-1, :2])
+            k, way = ends[0]
+            more = rest.pop(k)
+            loop = np.concatenate([loop[:-1], more if way > 0 else turned_over(more)])
+        yield loop[:-1]
+
+
+def curve_loop(occ: Any, loop: Array) -> int:
+    """Tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
+    fine = np.concatenate(
+        [
+            pieces(a, b, np.arange(n) / n)
+            for (a, b), n in zip(edges(loop), np.ceil(np.maximum(np.abs(angles(loop)) / WIDEST, 0.5)), strict=True)
+        ]
+    )
+    points = [occ.addPoint(1e3 * x, 1e3 * y, 0.0) for x, y, _ in fine]
+    curves = []
+    for (start, end), a, b in zip(edges(fine), points, [*points[1:], points[0]], strict=True):
+        if start[2] == 0:
+            curves.append(occ.addLine(a, b))
+            continue
+        x, y = 1e3 * circle(start, end, float(start[2]))[0]
+        middle = occ.addPoint(x, y, 0.0)
+        curves.append(occ.addCircleArc(a, middle, b))
+        occ.remove([(0, middle)])
+    return int(occ.addCurveLoop(curves))

@@ -1,0 +1,173 @@
+"""The gas of a scene: its loads on the reed, and what came of it in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.after.measures import contact_groups
+from impact.bodies.body import Body, Load
+from impact.brief import brief
+from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
+from impact.gas.cylinder import BACK, FORWARD, OTHER, PRESSURE
+from impact.gas.valve import NOT_MEASURED, AreaTable
+from impact.greens.base import Array
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.scene import Scene
+
+OPEN = 0.01  # of its largest lift, above which the valve counts as open
+
+
+def gas_of(scene: Scene) -> Compressor | Prescribed:
+    """What drives the reed of a scene with a table [gas]."""
+    gas = scene.gas
+    assert gas is not None
+    common = (gas.areas, *gas.plenums, gas.valve)
+    if (crank := gas.crank) is None:
+        return Prescribed(gas.course, gas.fluid.gas, *common)
+    other, start = gas.other_valve_area or 0.0, gas.start_pressure or gas.suction.pressure
+    return Compressor(gas.fluid.gas, crank, *common, other, start)
+
+
+def gas_loads(scene: Scene, body: Body) -> Iterator[Load]:
+    """On the striker's ``body``: under a prescribed pressure as known loads, one for each direction of dp."""
+    if scene.gas is None:
+        return
+    drive, shape = gas_of(scene), scene.reed.blown(body)
+    if isinstance(drive, Compressor):
+        at_start = drive.valve.push(0.0, drive.drop(float(drive.start()[PRESSURE])))
+        yield Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)
+        return
+    for table, sign in ((drive.valve.force, 1.0), (drive.valve.force_back, -1.0)):
+        by_opening = partial(_share, table) if len(set(table.area)) > 1 else None
+        yield Load(shape, partial(_pushed, drive, float(table.area[0]), sign), by_opening)
+
+
+def _share(table: AreaTable, opening: float) -> float:
+    return table(opening) / float(table.area[0])
+
+
+def _pushed(drive: Prescribed, area: float, sign: float, time: Array) -> Array:
+    """(n,) dp where it has this sign, on an area [N]."""
+    over = np.asarray(drive.pressure(time))
+    dp = drop(drive, over)
+    return np.where(sign * dp > 0, dp, 0.0) * area
+
+
+@dataclass(frozen=True)
+class GasRun:
+    """The gas over a run of a scene.
+
+    Attributes:
+        drive: the cylinder.
+        history: of the gas.
+        angle: (n + 1,) crank angle [deg] at its times.
+        volume: (n + 1,) of the cylinder [m^3]; ``None`` where its pressure is prescribed.
+    """
+
+    drive: Compressor | Prescribed
+    history: GasHistory
+    angle: Array
+    volume: Array | None
+
+    __repr__ = brief
+
+    @staticmethod
+    def of(scene: Scene, touches: Touches) -> GasRun:
+        """Of a run of a scene with gas."""
+        assert scene.gas is not None
+        drive = gas_of(scene)
+        history = gas_history(drive, lift_of(touches), touches.seat.dt)
+        crank = scene.gas.crank
+        volume = None if crank is None else np.array([crank.volume(float(t)) for t in history.time])
+        return GasRun(drive, history, angles(history.time, scene.gas.rpm, scene.gas.angle), volume)
+
+
+def lift_of(touches: Touches) -> Array:
+    """(n + 1,) mean opening of the contacts at the seat, as the march takes it [m]."""
+    return touches.seat.gap if touches.parts is None else np.asarray(touches.parts.gap.mean(axis=1))
+
+
+def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
+    """For summary.json. Lists have one value for each cycle from the start of the run, ``None`` where there is none.
+
+    The valve is open above `OPEN` of its largest lift; where it falls below, it strikes the seat: the seating velocity
+    is its speed there.
+    """
+    gas = scene.gas
+    assert gas is not None
+    dt, lift, turn = touches.seat.dt, lift_of(touches), gas.turn
+    largest = float(np.max(lift))
+    is_open = lift > OPEN * largest if largest > 0 else np.zeros(len(lift), dtype=bool)
+    rises, falls = (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1, np.flatnonzero(~is_open[1:] & is_open[:-1]) + 1)
+    cycles = max(1, math.ceil(scene.run.duration / turn - 1e-6))
+
+    def by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
+        number = np.minimum(np.asarray(steps * dt / turn, dtype=int), cycles - 1)
+        return [steps[number == c] for c in range(cycles)]
+
+    def degrees(step: int) -> float:
+        return float(angles(np.array([step * dt]), gas.rpm, gas.angle)[0])
+
+    edges = np.minimum(np.arange(cycles + 1) * turn, run.history.time[-1])
+    mass = {
+        f"gas_mass_{name}_kg": np.diff(np.interp(edges, run.history.time, run.history.states[:, column])).tolist()
+        for name, column in (("forward", FORWARD), ("back", BACK))
+    }
+    speed = (lift[:-1] - lift[1:]) / dt
+    stops = np.zeros(0) if touches.stopper is None else contact_groups(touches.stopper)[:, 0] / dt
+    valve, side = run.drive.valve, run.drive.side
+    found: dict[str, object] = {
+        "gas_valve": side,
+        "gas_cycles": scene.run.duration / turn,
+        "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in by_cycle(rises)],
+        "gas_closing_deg": [degrees(s[-1]) if len(s) else None for s in by_cycle(falls)],
+        "gas_largest_lift_m": largest,
+        "gas_seating_velocity_m_per_s": [float(speed[s - 1].max()) if len(s) else None for s in by_cycle(falls)],
+        "gas_seat_impacts": [len(s) for s in by_cycle(falls)],
+        "gas_stopper_impacts": [len(s) for s in by_cycle(stops)],
+        **mass,
+        "gas_flow_area_source": [valve.flow.source, valve.flow_back.source],
+        "gas_force_area_source": [valve.force.source, valve.force_back.source],
+        "gas_largest_pressure_Pa": float(run.history.pressure.max()),
+        "gas_least_pressure_Pa": float(run.history.pressure.min()),
+    }
+    if run.volume is not None:
+        other = np.diff(np.interp(edges, run.history.time, run.history.states[:, OTHER])).tolist()
+        residual = run.history.energy_residual(run.drive.gas.k, run.volume)
+        found |= {"gas_mass_other_valve_kg": other, "gas_mass_residual": run.history.mass_residual(side)}
+        found |= {"gas_energy_residual": residual}
+    return found
+
+
+def gas_notes(scene: Scene) -> tuple[str, ...]:
+    """What of the areas nobody measured."""
+    if scene.gas is None:
+        return ()
+    valve = scene.gas.areas
+    tables = {"flow": (valve.flow, valve.flow_back), "force": (valve.force, valve.force_back)}
+    guessed = [
+        f"gas.{key}.{way} ({table.source.removeprefix(NOT_MEASURED)})"
+        for key, both in tables.items()
+        for way, table in zip(("forward", "back"), both, strict=True)
+        if table.source.startswith(NOT_MEASURED)
+    ]
+    return (f"effective areas not measured: {', '.join(guessed)}",) if guessed else ()
+
+
+def gas_csv(run: GasRun) -> str:
+    """The record of the gas, a line for each span of steps over which it takes the lift as constant."""
+    h = run.history
+    heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
+    columns = [h.time, run.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]
+    if run.volume is not None:
+        heads += ["other valve flow [kg/s]", "volume [m^3]", "mass [kg]"]
+        columns += [h.flow(OTHER), run.volume, h.states[:, 1]]
+    rows = (",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True))
+    return "\n".join([",".join(heads), *rows]) + "\n"

@@ -1,0 +1,229 @@
+"""[gas]: what flows through the reed's valve, and the cylinder that it opens."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Final, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from impact.bodies.time_series import TURN, TimeSeries, TimeSeriesError, csv_rows, read_time_series
+from impact.gas.cylinder import Plenum, SliderCrank
+from impact.gas.nozzle import GASES, GasError, PerfectGas, of_molar_mass
+from impact.gas.valve import NOT_MEASURED, AreaTable, ReedValve, port_flow, port_force
+from seatfem.fields import (
+    Angle,
+    Area,
+    ExistingFile,
+    Gap,
+    KeyProblem,
+    Length,
+    MolarMass,
+    Pressure,
+    SignedArea,
+    Source,
+    Table,
+    Temperature,
+    Volume,
+    default,
+)
+
+WIDEST: Final = 30.0  # degrees of crank angle between two samples of a record
+OF_THE_CRANK: Final = ("bore", "stroke", "rod", "clearance")
+BESIDE: Final = ("start_pressure", "other_valve_area")
+"""Other keys of a cylinder whose pressure is computed."""
+
+
+class Fluid(Table):
+    """A perfect gas of constant specific heats: one of those known by name, or its numbers."""
+
+    name: Literal[tuple(GASES)] | None = Field(None, description="one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
+    k: float | None = Field(None, gt=1, le=2, description="ratio of the specific heats")
+    molar_mass: MolarMass | None = Field(None, description="of the gas")
+    source: str = Field("", description="citation of the numbers")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if self.name is None and (self.k is None or self.molar_mass is None):
+            raise KeyProblem("k", "a gas needs a name, or k and molar_mass")
+        if self.name is not None and (self.k is not None or self.molar_mass is not None):
+            raise KeyProblem("name", "k or molar_mass is given too: keep the name, or both numbers")
+        return self
+
+    @property
+    def gas(self) -> PerfectGas:
+        """In SI."""
+        if self.name is not None:
+            return GASES[self.name]
+        assert self.k is not None
+        assert self.molar_mass is not None
+        return of_molar_mass(self.k, self.molar_mass, self.source)
+
+
+def _named(given: object) -> object:
+    """fluid = "air" is fluid = { name = "air" }."""
+    if isinstance(given, str) and given not in GASES:
+        raise ValueError(f"{given!r} is no gas known here; take {', '.join(GASES)}, or give k and molar_mass")
+    return {"name": given} if isinstance(given, str) else given
+
+
+class GasPlenum(Table):
+    """Gas at rest, at a constant pressure and temperature."""
+
+    pressure: Pressure = Field(description="absolute")
+    temperature: Temperature = Field(description="as in `20 degC` or `293 K`")
+
+
+class MeasuredArea(Table):
+    """An effective area by the lift, a line between its points, held beyond, with its source."""
+
+    area: tuple[tuple[Gap, SignedArea], ...] = Field(
+        min_length=1, description="[lift, area], the lifts increasing from 0 mm"
+    )
+    source: Source = Field(description="citation of the numbers: report, data sheet, computation")
+
+    @property
+    def table(self) -> AreaTable:
+        """In SI."""
+        lift, area = np.array(self.area).T
+        return AreaTable(lift, area, self.source)
+
+    @model_validator(mode="after")
+    def _is_a_table(self) -> Self:
+        try:
+            _ = self.table
+        except GasError as problem:
+            raise KeyProblem("area", str(problem)) from None
+        return self
+
+
+class Directions(Table):
+    """Effective areas, which differ with the direction of the flow."""
+
+    forward: MeasuredArea | None = Field(None, description="through the port, which lifts the reed")
+    back: MeasuredArea | None = Field(None, description="as the valve leaks back; where absent, those of forward")
+
+    def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
+        """Forward and back; ``estimate`` where nothing is stated."""
+        forward = estimate if self.forward is None else self.forward.table
+        if self.back is not None:
+            return forward, self.back.table
+        source = forward.source if forward is estimate else f"{NOT_MEASURED}taken from forward, {forward.source}"
+        return forward, AreaTable(forward.lift, forward.area, source)
+
+
+class CompressorGas(Table):
+    """The reed as a valve of a compressor: its opening lets gas through, the gas pushes the reed. The cylinder is
+    adiabatic, its pressure computed, or prescribed by a record; the valve that is not the reed is ideal, a nozzle that
+    opens at its plenum's pressure (docs/gas.md). Off where the table is absent."""
+
+    fluid: Annotated[Fluid, BeforeValidator(_named)] = default("air", "working gas; a name may be written as text")
+    valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")
+    suction: GasPlenum = Field(description="plenum that the cylinder draws from")
+    discharge: GasPlenum = Field(description="plenum that it delivers to")
+    rpm: float = Field(gt=0, le=1e6, description="speed of the crank (1/min)")
+    angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
+    cycles: float | None = Field(None, gt=0, le=1e4, description="turns of the crank; in place of run.duration")
+    bore: Length | None = Field(None, description="diameter of the cylinder")
+    stroke: Length | None = Field(None, description="of the piston")
+    rod: Length | None = Field(None, description="length of the connecting rod")
+    clearance: Volume | None = Field(None, description="volume at the top dead centre")
+    start_pressure: Pressure | None = Field(
+        None,
+        description="in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
+        "pressure it is where absent",
+    )
+    other_valve_area: Area | None = Field(
+        None, description="effective flow area of the ideal valve that is not the reed; no such valve where absent"
+    )
+    cylinder_pressure: ExistingFile | None = Field(
+        None,
+        description="in place of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
+        "or `time [ms],pressure [bar]` over the run",
+    )
+    port_diameter: Length = Field(description="of the hole that the reed covers")
+    discharge_coefficient: float = Field(
+        0.6, gt=0, le=1, description="of the estimated flow area, min(2 pi R x, pi R^2): not measured"
+    )
+    flow: Directions = default({}, "effective flow areas; estimated where absent")
+    force: Directions = default({}, "effective force areas; that of the port where absent")
+
+    @model_validator(mode="after")
+    def _computed_or_prescribed(self) -> Self:
+        given = [key for key in OF_THE_CRANK if getattr(self, key) is not None]
+        if self.cylinder_pressure is not None:
+            if unused := [key for key in (*OF_THE_CRANK, *BESIDE) if getattr(self, key) is not None]:
+                raise KeyProblem(unused[0], "cylinder_pressure prescribes the pressure; keep one of the two")
+            _ = self.course
+        elif len(given) < len(OF_THE_CRANK):
+            missing = next(key for key in OF_THE_CRANK if key not in given)
+            words = type(self).model_fields[missing].description
+            raise KeyProblem(missing, f"required key is missing: {words}; or give cylinder_pressure")
+        else:
+            try:
+                _ = self.crank
+            except GasError as problem:
+                raise KeyProblem("rod", str(problem)) from None
+        if self.suction.pressure >= self.discharge.pressure:
+            raise KeyProblem(
+                "discharge.pressure",
+                f"{self.discharge.pressure:g} Pa is not above suction.pressure = {self.suction.pressure:g} Pa: nothing "
+                "is compressed; exchange them, or raise it",
+            )
+        try:
+            _ = self.areas
+        except GasError as problem:
+            raise KeyProblem("force", str(problem)) from None
+        return self
+
+    @property
+    def crank(self) -> SliderCrank | None:
+        """``None`` where the pressure is prescribed."""
+        if self.bore is None or self.stroke is None or self.rod is None or self.clearance is None:
+            return None
+        return SliderCrank(self.bore, self.stroke, self.rod, self.clearance, self.rpm, self.angle)
+
+    @property
+    def areas(self) -> ReedValve:
+        """In SI."""
+        radius = self.port_diameter / 2
+        flow = self.flow.tables(port_flow(radius, self.discharge_coefficient))
+        return ReedValve(*flow, *self.force.tables(port_force(radius)))
+
+    @property
+    def plenums(self) -> tuple[Plenum, Plenum]:
+        """Suction and discharge."""
+        s, d = self.suction, self.discharge
+        return Plenum(s.pressure, s.temperature), Plenum(d.pressure, d.temperature)
+
+    @property
+    def course(self) -> TimeSeries:
+        """The prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
+        path = self.cylinder_pressure
+        assert path is not None
+        try:
+            rows = csv_rows(path, ",")
+            by_time = bool(rows) and rows[0][1][0].strip().lower().startswith("time")
+            rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
+            found = read_time_series(path, "pressure", outside="hold", rpm=rpm, start=start)
+        except TimeSeriesError as problem:
+            raise KeyProblem("cylinder_pressure", str(problem)) from None
+        if (least := float(found.value.min())) <= 0:
+            raise KeyProblem("cylinder_pressure", f"{path}: {least:g} Pa: pressures are absolute, above 0 Pa")
+        if by_time:
+            return found
+        steps = np.diff(np.append(found.time, found.time[0] + found.period)) * TURN / found.period
+        if (widest := float(np.max(steps))) > WIDEST * (1 + 1e-9):
+            at = found.time[int(np.argmax(steps))] * TURN / found.period + math.degrees(self.angle)
+            raise KeyProblem(
+                "cylinder_pressure",
+                f"{path}: a gap of {widest:g} deg after {at:g} deg (limit: {WIDEST:g} deg between samples, over the "
+                f"whole turn of {TURN:g} deg); give a record without gaps",
+            )
+        return found
+
+    @property
+    def turn(self) -> float:
+        """Duration of one turn of the crank [s]."""
+        return 60 / self.rpm

@@ -1,0 +1,160 @@
+"""Reeds that are not flat: heights as given, shapes of their own, the openings along a lip, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.lips import gaps_of, usual_ports
+from tests.flapper_scene import FLAPPER
+
+SEAT = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\nmaterial = "steel"\n'
+LANDING = FLAPPER + 'greens = { bandwidth = "20 kHz" }\nrelease = { velocity = "-2 m/s" }\n'
+RADIUS, GAP, ARCS = 5.5e-3, 1e-6, 16
+CENTRE = 15e-3 + math.sqrt(16e-3**2 - 6e-3**2) / 2  # of the paddle
+FINE = 20_000  # points on each arc, against the program's 256
+
+
+def scene_of(folder: Path, curvature: str = "", contact: str = "", seat: str = SEAT) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(
+        f'[seat]\n{seat}[reed]\n{LANDING}{curvature}\n[contact]\ngap = "1 um"\n{contact}\n[run]\nduration = "0.2 ms"\n',
+        encoding="utf-8",
+    )
+    return load_scene(path)
+
+
+def line(count: int) -> tuple[np.ndarray, np.ndarray]:
+    th = 2 * np.pi * (np.arange(count) + 0.5) / count
+    return CENTRE + RADIUS * np.cos(th), RADIUS * np.sin(th)
+
+
+def openings(height: np.ndarray) -> np.ndarray:
+    return np.asarray(GAP + (height - height.min()).reshape(ARCS, -1).mean(axis=1))
+
+
+def as_csv(folder: Path, text: str) -> str:
+    (folder / "shape.csv").write_text(text, encoding="utf-8")
+    return 'curvature = { file = "shape.csv" }'
+
+
+@pytest.mark.parametrize("way", ["heights", "x", "x, y"])
+def test_a_plane_is_a_tilt(tmp_path: Path, way: str) -> None:
+    """Of pitch over x, however it is written; of roll over x and y: to round-off."""
+    rise, ends = math.tan(math.radians(0.3)), (0.0, 40.0)
+    if way == "heights":
+        keys = "curvature = { heights = [" + ", ".join(f'["{x} mm", "{-rise * x!r} mm"]' for x in ends) + "] }"
+    elif way == "x":
+        keys = as_csv(tmp_path, "x [mm],height [mm]\n" + "".join(f"{x},{-rise * x!r}\n" for x in ends))
+    else:
+        places = [(x, y) for x in ends for y in (-9.0, 9.0)]
+        keys = as_csv(tmp_path, "x [mm],y [mm],height [mm]\n" + "".join(f"{x},{y},{rise * y!r}\n" for x, y in places))
+    axis = "0 deg" if way == "x, y" else "90 deg"
+    flat = scene_of(tmp_path, contact=f'tilt = "0.3 deg"\ntilt_axis = "{axis}"')
+    curved = scene_of(tmp_path, keys)
+    np.testing.assert_allclose(gaps_of(curved, ARCS), gaps_of(flat, ARCS), rtol=1e-12)
+    assert usual_ports(curved) == usual_ports(flat) > 1
+
+
+def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
+    """A saddle k x y, over a grid of 0.25 mm: k h^2/4 between its nodes; and with a tilt the two add up."""
+    grid = np.arange(0, 36.01, 0.25), np.arange(-9, 9.01, 0.25)
+    rows = "".join(f"{x},{y},{float((x - 1e3 * CENTRE) * y)!r}\n" for x in grid[0] for y in grid[1])
+    keys = as_csv(tmp_path, "x [mm],y [mm],height [um]\n" + rows)
+    x, y = line(ARCS * FINE)
+    height = (x - CENTRE) * y
+    np.testing.assert_allclose(gaps_of(scene_of(tmp_path, keys), ARCS), openings(height), atol=0.02e-6)
+    tilted = scene_of(tmp_path, keys, 'tilt = "0.2 deg"\n')
+    both = openings(height + math.tan(math.radians(0.2)) * y)
+    np.testing.assert_allclose(gaps_of(tilted, ARCS), both, atol=0.02e-6)
+
+
+def test_own_shapes(tmp_path: Path) -> None:
+    """The height at the centre is the one stated; the paddle is nearly straight: the openings differ by its rise along
+    the axis, within 5 %."""
+    found = {}
+    for shape in ("mode", "force", "pressure"):
+        scene = scene_of(tmp_path, f'curvature = {{ deflection = "0.2 mm", shape = "{shape}" }}')
+        found[shape] = gaps_of(scene, ARCS)
+        assert GAP < found[shape].min() < GAP + 0.03 * np.ptp(found[shape])  # a mean over an arc
+        heights = scene.reed.heights(
+            np.array([(0.0, 0.0), (RADIUS, 0.0), (-RADIUS, 0.0), (0.0, RADIUS), (0.0, -RADIUS)])
+        )
+        assert heights[0] == pytest.approx(0.2e-3, rel=1e-9)
+        assert heights[3] == pytest.approx(heights[4], rel=1e-9)  # it is mirrored
+        assert np.ptp(found[shape]) == pytest.approx(heights[1] - heights[2], rel=0.05)
+    assert np.ptp(found["force"]) == pytest.approx(np.ptp(found["mode"]), rel=0.1)
+    assert np.abs(found["force"] - found["pressure"]).max() > 1e-7
+    default = scene_of(tmp_path, 'curvature = { deflection = "0.2 mm" }')
+    np.testing.assert_array_equal(gaps_of(default, ARCS), found["mode"])
+    down = gaps_of(scene_of(tmp_path, 'curvature = { deflection = "-0.2 mm" }'), ARCS)
+    np.testing.assert_allclose(down - GAP, (found["mode"] - GAP)[::-1][np.roll(np.arange(ARCS), ARCS // 2)], atol=2e-6)
+
+
+def test_it_moves_as_the_flat_one(tmp_path: Path) -> None:
+    """The openings change, and nothing else."""
+    flat, curved = (striker_of(scene_of(tmp_path, keys)) for keys in ("", 'curvature = { deflection = "0.2 mm" }'))
+    np.testing.assert_array_equal(flat.greens.modal.shapes, curved.greens.modal.shapes)  # type: ignore[union-attr]
+    np.testing.assert_array_equal(flat.modal_start().velocity, curved.modal_start().velocity)
+
+
+SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
+BOWED = 'curvature = { deflection = "0.1 mm" }'
+HEIGHTS = 'curvature = { heights = [["0 mm", "0 um"], ["20 mm", "9 um"]] }'
+
+
+@pytest.mark.parametrize(
+    ("keys", "contact", "seat", "message"),
+    [
+        ("curvature = {}", "", SEAT, "reed.curvature.heights: give exactly one of heights, file and deflection"),
+        (HEIGHTS.replace("0 mm", "30 mm", 1), "", SEAT, "reed.curvature.heights: x must increase"),
+        (BOWED.replace("deflection", 'file = "no.csv", deflection'), "", SEAT, "no such file"),
+        (
+            'curvature = { heights = [["0 mm", "0 um"], ["40 mm", "9 um"]], shape = "mode" }',
+            "",
+            SEAT,
+            "only a deflection",
+        ),
+        (BOWED, "ports = 1", SEAT, "contact.ports: one port is open by its mean alone"),
+        (BOWED, "", SPRING, "reed.curvature: a seat of kind 'spring'"),
+    ],
+)
+def test_keys_that_do_not_fit(tmp_path: Path, keys: str, contact: str, seat: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        scene_of(tmp_path, keys, contact, seat)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no table; a header such as x"),
+        ("x [mm],height\n0,1\n", "shape.csv:1: column 'height'; known are"),
+        ("x [mm],height [s]\n0,1\n", "shape.csv:1: column 'height"),
+        ("x [mm],y [mm]\n0,1\n", "shape.csv:1: no column height"),
+        ("x [mm],height [um]\n0,1\n2\n", "shape.csv:3: 2 numbers are needed, found '2'"),
+        ("x [mm],height [um]\n0,1\n2,nan\n", "shape.csv:3: '2,nan': the numbers must be finite"),
+        ("x [mm],height [um]\n2,1\n1,1\n", "x must increase"),
+        ("x [mm],y [mm],height [um]\n0,0,1\n1,1,1\n2,2,1\n", "its points lie on one line"),
+    ],
+)
+def test_tables_that_are_none(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(SceneError, match=f"reed.curvature.file: .*{message}"):
+        scene_of(tmp_path, as_csv(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (HEIGHTS, r"reed.curvature.heights: x from 0 to 20 mm does not cover the lip, 16.9\d* to 27.9"),
+        ("x [mm],y [mm],height [um]\n0,0,1\n30,0,1\n30,5,2\n", r"reed.curvature.file: its points do not surround"),
+    ],
+)
+def test_shapes_that_do_not_cover_the_lip(tmp_path: Path, keys: str, message: str) -> None:
+    scene = scene_of(tmp_path, keys if keys == HEIGHTS else as_csv(tmp_path, keys))
+    with pytest.raises(SceneError, match=message):
+        gaps_of(scene, ARCS)

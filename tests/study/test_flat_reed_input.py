@@ -1,0 +1,71 @@
+"""What can be wrong with a flat reed over its lip: each is told with key, value and limit by `plan` and `run`."""
+
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import run_command
+
+SCENE = """
+[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = "steel"
+[reed]
+{reed}
+material = {{ young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }}
+release = {{ mode = 1, velocity = "-2 m/s" }}
+[contact]
+{contact}
+[run]
+duration = "80 us"
+{more}
+"""
+FLAPPER = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+"""
+SHEET = """kind = "sheet"
+outline = [["0 mm", "-4 mm"], ["24 mm", "8 mm"], ["24 mm", "-8 mm"], ["0 mm", "4 mm"]]
+clamped = [["0 mm", "-4 mm"], ["0 mm", "4 mm"]]
+contact_at = ["16 mm", "0 mm"]
+thickness = "0.3 mm"
+"""
+GAP = 'gap = "1 um"\n'
+STOPPER = '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n'
+
+
+@pytest.mark.parametrize(
+    ("reed", "contact", "more", "told"),
+    [
+        (FLAPPER, GAP + 'offset = ["30 mm", "0 mm"]', "", ("contact.offset", "52.42", "which has 8 mm", "change the")),
+        (FLAPPER, GAP + 'offset = ["3 mm", "0 mm"]', "", ("contact.offset", "25.42", "which has 8 mm", "change the")),
+        (FLAPPER.replace("16 mm", "9 mm"), GAP, "", ("contact.offset", "5 to 6 mm", "which has 4.5 mm", "change the")),
+        (FLAPPER.replace("0.3 mm", "7 mm"), GAP, "", ("reed.thickness", "0.007 m", "0.006 m", "neck_width")),
+        (SHEET, GAP, "", ("reed.outline", "crosses", "edges 1 and 3")),
+        (FLAPPER, GAP, STOPPER + 'lift = "-1 mm"', ("stopper.lift", "-1 mm", "below the seat", "more than 0 mm")),
+        (FLAPPER, 'gap = "-1 um"\ntilt = "0.3 deg"', "", ("contact.gap", "-1 um", "negative")),
+        (FLAPPER, GAP + 'tilt = "90 deg"', "", ("contact.tilt", "90 deg", "30 deg")),
+        (FLAPPER, GAP + "ports = 500", "", ("contact.ports", "500", "256")),
+        (FLAPPER, GAP + "ports = 128\nrings = 4", "", ("contact.ports", "128", "256", "take fewer")),
+    ],
+    ids=["misses", "reaches_off", "small", "thick", "crosses", "stopper", "gap", "tilt", "ports", "parts"],
+)
+@pytest.mark.parametrize("verb", ["plan", "run"])
+def test_it_is_told(verb, reed, contact, more, told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE.format(reed=reed, contact=contact, more=more), encoding="utf-8")
+    arguments = [verb, str(path), *(["-o", str(tmp_path / "out")] if verb == "run" else [])]
+    assert run_command(arguments) == 2
+    out, words = capsys.readouterr()
+    assert out == ""
+    for part in told:
+        assert part in " ".join(words.split())
+    assert "Traceback" not in words
+    assert not list(tmp_path.glob("out/*"))

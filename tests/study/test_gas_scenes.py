@@ -1,0 +1,195 @@
+"""[gas]: the uncoupled case is that of [[load]], what a run says of its gas, what is wrong with a table."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact.after.result import ImpactResult
+from impact.gas.compressor import Compressor, Prescribed
+from seatfem.study.impacts.contact import RunError, check_step, problem_of, striker_of, time_step
+from seatfem.study.impacts.gas import gas_notes, gas_of
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+
+SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
+REED = (
+    '[reed]\nkind = "cantilever"\nlength = "40 mm"\nwidth = "14 mm"\nthickness = "0.3 mm"\nmaterial = "steel"\n'
+    'damping_ratio = 0.02\nn_modes = 4\n[stopper]\nkind = "spring"\nstiffness = "5 N/um"\nlift = "2 mm"\n'
+)
+GAS = (
+    '[gas]\nvalve = "suction"\nsuction = { pressure = "1 bar", temperature = "20 degC" }\n'
+    'discharge = { pressure = "5 bar", temperature = "453.15 K" }\nrpm = 3000\nport_diameter = "12 mm"\n'
+)
+CRANK = 'bore = "50 mm"\nstroke = "40 mm"\nrod = "80 mm"\nclearance = "4 cm^3"\n'
+RUN = '[run]\nduration = "20 ms"\nfilter_width = "20 us"\n'
+AREAS = (
+    '[gas.force]\nforward = { area = [["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]], source = "bench" }\n'
+    'back = { area = [["0 mm", "120 mm^2"], ["1 mm", "80 mm^2"]], source = "bench" }\n'
+)
+
+
+def scene_of(folder: Path, text: str, run: str = RUN) -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(SEAT + REED + text + run, encoding="utf-8")
+    return load_scene(path)
+
+
+def record(folder: Path, *, over: bool = False) -> None:
+    """A cylinder's pressure over a turn; with ``over``, as 1 bar less it, which is what opens a suction valve."""
+    angle = np.arange(0, 360, 10)
+    turn = np.radians(angle)
+    p = 1.0 - 0.15 * np.sin(turn) + np.where(angle > 180, 0.6 * np.sin(turn) ** 2, 0.0)
+    rows = [f"{a},{(1.0 - x if over else x):.17g}" for a, x in zip(angle, p, strict=True)]
+    (folder / "p.csv").write_text("\n".join(["angle [deg],pressure [bar]", *rows]) + "\n", encoding="utf-8")
+
+
+def solved(scene: Scene, duration: float = 0.02) -> ImpactResult:
+    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=5e7)))
+    return impact.solve(problem, dt=8e-7, duration=duration)
+
+
+@pytest.mark.parametrize("valve", ["suction", "discharge"])
+def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> None:
+    """To round-off, impacts included; one area for both directions, as [[load]] has it."""
+    area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
+    force = f'[gas.force]\nforward = {{ area = {area}, source = "bench" }}\n'
+    record(tmp_path)
+    text = GAS.replace('"1 bar"', '"0.5 bar"').replace('"5 bar"', '"1 bar"') if valve == "discharge" else GAS
+    text = text.replace('"suction"', f'"{valve}"', 1)
+    driven = scene_of(tmp_path, text + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + force)
+    one = solved(driven)
+    assert isinstance(gas_of(driven), Prescribed)
+    record(tmp_path, over=True)
+    load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
+    if valve == "discharge":  # p - 1 bar is what opens
+        rows = (tmp_path / "p.csv").read_text(encoding="utf-8").splitlines()
+        turned = [f"{a},{-float(x):.17g}" for a, x in (row.split(",") for row in rows[1:])]
+        (tmp_path / "p.csv").write_text("\n".join([rows[0], *turned]) + "\n", encoding="utf-8")
+    other = solved(scene_of(tmp_path, load))
+    assert one.gap[:, 0].max() > 1.9e-3
+    assert one.force[:, 0].max() > 5.0
+    np.testing.assert_allclose(one.gap, other.gap, atol=1e-9 * one.gap.max())
+    np.testing.assert_allclose(one.force, other.force, atol=1e-7 * one.force.max())
+
+
+def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
+    record(tmp_path)
+    scene = scene_of(tmp_path, GAS + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + AREAS)
+    forward, back = striker_of(scene).loads
+    t = np.array([0.0, 1 / 300])  # 30 and 90 deg, 0.85 and 0.925 bar; 220 deg is above the plenum
+    np.testing.assert_allclose(forward.amplitude(t), [0.075e5 * 110e-6, 0.15e5 * 110e-6], rtol=1e-9)
+    np.testing.assert_array_equal(back.amplitude(t), [0.0, 0.0])
+    above = back.amplitude(np.array([1 / 60 / 50 * 220 - 1 / 600]))
+    assert forward.amplitude(np.array([0.011])) == 0.0
+    assert above < 0
+    assert back.by_opening is not None
+    assert back.by_opening(5e-4) == pytest.approx(100 / 120)
+    assert gas_notes(scene)[0].count("gas.flow") == 2
+    assert "gas.force" not in gas_notes(scene)[0]
+
+
+def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
+    """Two cycles: angles, impacts, masses, balances; the record adds up to the summary."""
+    text = GAS + CRANK + 'cycles = 2\nstart_pressure = "5 bar"\nother_valve_area = "60 mm^2"\n'
+    scene = scene_of(
+        tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
+    )
+    assert scene.run.duration == pytest.approx(0.04)
+    drive = gas_of(scene)
+    assert isinstance(drive, Compressor)
+    outcome = run_scene(scene, tmp_path / "out", pictures=False)
+    found = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert found["gas_cycles"] == pytest.approx(2.0)
+    lowest = 4e-6 * 5 ** (1 / 1.4)  # the volume at which the clearance's gas is down to 1 bar
+    crank = drive.crank
+    opens = next(a for a in np.arange(0, 90, 0.01) if crank.volume(a / 18000) > lowest)
+    first, second = found["gas_opening_deg"]
+    assert opens < first < opens + 8
+    assert second - first == pytest.approx(360, abs=5)
+    assert 180 < found["gas_closing_deg"][0] < 240
+    assert 1.99e-3 < found["gas_largest_lift_m"] < 2.1e-3
+    assert all(1 < speed < 5 for speed in found["gas_seating_velocity_m_per_s"])
+    assert all(number >= 1 for number in found["gas_seat_impacts"] + found["gas_stopper_impacts"])
+    assert found["gas_mass_residual"] < 1e-9
+    assert found["gas_energy_residual"] < 1e-9
+    net = np.subtract(found["gas_mass_forward_kg"], found["gas_mass_back_kg"])
+    assert net[1] == pytest.approx(found["gas_mass_other_valve_kg"][1], rel=0.03)  # the second cycle is nearly periodic
+    rows = np.loadtxt(tmp_path / "out" / "gas.csv", delimiter=",", skiprows=1)
+    assert np.sum(rows[1:, 4] * np.diff(rows[:, 0])) == pytest.approx(net.sum(), rel=2e-3)
+    warmth = rows[:, 2] * rows[:, 6] / rows[:, 7] / 287.05
+    assert warmth[0] == pytest.approx(293.15 * 5 ** (0.4 / 1.4), rel=1e-4)
+    assert (
+        230 < warmth.min() < 293 < 500 < warmth.max() < 600
+    )  # 293 K compressed 5.6 times: 480 K, mixed with what stays
+    swept = math.pi / 4 * 0.05**2 * 0.04
+    assert np.ptp(rows[:, 6]) == pytest.approx(swept, rel=1e-3)
+    assert any("effective areas not measured: gas.flow.forward" in message for message in outcome.messages)
+    assert tmp_path / "out" / "gas.csv" in outcome.files
+
+
+def test_steps_follow_the_crank(tmp_path: Path) -> None:
+    """At least twice a degree of the crank, whoever chooses the step."""
+    scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
+    most = 1 / 50 / 360 / 2 / 32
+    assert time_step(scene, impact.spring(stiffness=1e6)) == pytest.approx(most)
+    assert (plan_scene(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
+    stated = scene_of(tmp_path, GAS + CRANK, RUN + 'time_step = "2 us"\n')
+    with pytest.raises(RunError, match=r"gas\.rpm = 3000: use at most 8\.68e-07 s"):
+        check_step(stated)
+
+
+def table(key: str, rows: str) -> str:
+    return f'{GAS}{CRANK}[gas.{key}]\nforward = {{ area = [{rows}], source = "bench" }}\n'
+
+
+P = GAS + 'cylinder_pressure = "p.csv"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "csv", "words"),
+    [
+        (GAS, "", "gas.bore: required key is missing: diameter of the cylinder; or give cylinder_pressure"),
+        (GAS + CRANK.replace('"80 mm"', '"20 mm"'), "", "gas.rod: rod = 20 mm is no longer than half the stroke"),
+        (GAS + CRANK.replace("4 cm^3", "0 cm^3"), "", "gas.clearance: '0 cm^3' is not positive"),
+        (GAS.replace("3000", "-1") + CRANK, "", "gas.rpm: -1 is not positive"),
+        (GAS.replace("5 bar", "0.5 bar") + CRANK, "", "gas.discharge.pressure: 50000 Pa is not above"),
+        (GAS + CRANK + "cycles = 3\n", "", "gas.cycles: 3 turns take 0.06 s, run.duration is 0.02 s"),
+        (GAS + CRANK + 'fluid = "helum"\n', "", "gas.fluid: 'helum' is no gas known here; take air"),
+        (GAS + CRANK + "fluid = { k = 1.3 }\n", "", "gas.fluid.k: a gas needs a name, or k and molar_mass"),
+        (table("flow", '["0 mm", "-1 mm^2"]'), "", "gas.flow.forward.area: an area of -1 mm^2"),
+        (table("flow", '["1 mm", "1 mm^2"]'), "", "gas.flow.forward.area: the table begins at a lift of 1 mm"),
+        (
+            table("force", '["0 mm", "1 mm^2"], ["0 mm", "2 mm^2"]'),
+            "",
+            "gas.force.forward.area: the lifts must increase",
+        ),
+        (table("force", '["0 mm", "0 mm^2"], ["1 mm", "2 mm^2"]'), "", "gas.force: the force area at lift 0 is 0"),
+        (table("flow", '["0 mm", "1 mm^2"]').replace('"bench"', '" "'), "", "gas.flow.forward.source: is empty"),
+        (P + CRANK, "angle [deg],pressure [bar]\n0,1\n", "gas.bore: cylinder_pressure prescribes the pressure"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,\n", "line 3, column 2: '' is not a finite number"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n10,1\n", "line 4, column 1: time 10 does not exceed"),
+        (P, "angle [deg],pressure [bar]\n0,1\n20,1\n300,1\n330,1\n", "a gap of 280 deg after 20 deg"),
+        (P, "time [ms],pressure [bar]\n0,1\n30,-0.2\n", "-20000 Pa: pressures are absolute"),
+        (P, "time [ms],pressure [bar]\n0,1\n10,1\n", "gas.cylinder_pressure: the record covers 0..0.01 s"),
+        (GAS.replace("20 degC", "20 bar") + CRANK, "", "gas.suction.temperature: '20 bar' is no temperature"),
+    ],
+)
+def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(csv, encoding="utf-8")
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, text)
+    assert words in str(caught.value)
+    line = int(str(caught.value).split("scene.toml:")[1].split(":")[0])
+    assert line > (SEAT + REED).count("\n")
+
+
+def test_no_stress_of_a_reed_in_gas(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="leaves the stress of the reed unknown"):
+        scene_of(tmp_path, '[accuracy]\nmeasures = ["stress"]\n' + GAS + CRANK)
