@@ -216,6 +216,12 @@ def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
     assert "life_margin" not in keys
 
 
+def test_a_load_by_the_lift_leaves_no_stress_to_judge(tmp_path: Path) -> None:
+    load = '[[load]]\npressure = "1 bar"\narea = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]\n'
+    with pytest.raises(SceneError, match=r"life\.strength: gas, or a load by the lift, leaves the stress"):
+        scene_of(tmp_path, more=load)
+
+
 def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
     """Hertz's impact on a stiff support: p0 of the largest force; Crossland by half the largest shear stress.
 
