@@ -47,6 +47,12 @@ FILM: Final = (
     ("without it: peak, {width} mean", "without_film_filtered_peak_force_N", "N"),
     ("without it: impulse", "without_film_impulse_Ns", "N s"),
 )
+STRESS: Final = (
+    ("largest, von Mises", "peak_seat_stress_Pa", "Pa"),
+    ("  when", "peak_seat_stress_time_s", "s"),
+    ("largest tension", "peak_seat_principal_stress_Pa", "Pa"),
+    ("  over rho c0 v", "peak_seat_stress_over_rho_c0_v", ""),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
@@ -75,7 +81,12 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
-    for heading, rows in (("at the stopper", STOPPER), ("of the film", FILM), ("along the lip", LIP)):
+    for heading, rows in (
+        ("at the stopper", STOPPER),
+        ("of the film", FILM),
+        ("along the lip", LIP),
+        ("in the seat", STRESS),
+    ):
         if rows[0][1] in summary and (rows is not LIP or "ports" in summary):
             table.add_section()
             table.add_row(heading)

@@ -134,6 +134,13 @@ def histories(field: StressField, force: Array, dt: float) -> Array:
     return np.concatenate(found, axis=1).reshape(len(field.points), 6, -1)
 
 
+def at_time(field: StressField, force: Array, dt: float, steps: int) -> Array:
+    """(P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
+    pushes = _pushes(field, force)[:, : steps + 1]
+    last = [part[-1] for part in coordinates(pushes, dt, field.body, max(1, steps))][-1]
+    return np.asarray(field.fields @ last)
+
+
 def largest(field: StressField, force: Array, dt: float) -> LargestStress:
     """The largest stress at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
 

@@ -33,6 +33,7 @@ from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
+from seatfem.study.runs.seat_stress import seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -112,11 +113,16 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     remember(done)
     assert baseline is not None
+    with watch("seat stress"):
+        stress = seat_stress(done, watch, progress)
+    if stress is not None:
+        summary |= stress_keys(stress)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = lip_pictures(done, baseline.touches)
+            more = lip_pictures(done, baseline.touches) + stress_pictures(stress, scene.title or "Stress in the seat")
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}

@@ -18,6 +18,7 @@ from seatfem.study.scene.film import Film
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
+from seatfem.study.scene.stress import Stress
 
 if TYPE_CHECKING:
     Body = Structure
@@ -163,6 +164,7 @@ class Scene(Table):
     base: tuple[Base, ...] = Field((), description="what moves the bases of bodies, a table each: [[base]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
+    stress: Stress | None = Field(None, description="where stress in the seat is looked for; nowhere where absent")
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
@@ -313,6 +315,12 @@ class Scene(Table):
                 film.check(self.seat.struck_ring, self.seat.kind, self.contact.rings)
             except KeyProblem as problem:
                 raise KeyProblem(f"contact.{problem.key}", str(problem)) from None
+        return self
+
+    @model_validator(mode="after")
+    def _stress_of_finite_elements(self) -> Self:
+        if self.stress is not None and not self.seat.is_meshed:
+            raise KeyProblem("stress", f"a seat of kind {self.seat.kind!r} has no finite elements; remove the table")
         return self
 
     @model_validator(mode="after")
