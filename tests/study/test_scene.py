@@ -134,7 +134,8 @@ def test_a_scene_does_not_change(load: Load) -> None:
         (
             'title = "test"',
             '"" = "test"',
-            "scene.toml:1: unknown key; known here: title, seat, reed, contact, stopper, load, base, run, accuracy, stress",
+            "scene.toml:1: unknown key; known here: "
+            "title, seat, reed, contact, stopper, load, base, run, accuracy, stress",
         ),
         (
             "[run]\n",

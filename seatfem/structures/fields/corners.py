@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from seatfem.structures.elements.mindlin import PlateMesh, shapes_at
 from seatfem.structures.fields.sites import outer_facets
 from seatfem.structures.model import Array
 
@@ -68,3 +69,14 @@ def _edges(vertices: NDArray[np.int64], dim: int) -> tuple[NDArray[np.int64], ND
         return vertices.reshape(-1, 1), np.repeat(np.arange(count), 2)
     ring = np.stack([vertices, np.roll(vertices, -1, axis=1)], axis=-1)
     return np.sort(ring.reshape(-1, 2), axis=1), np.repeat(np.arange(count), size)
+
+
+def sharp_nodes(mesh: PlateMesh) -> Array:
+    """(k, 2) vertices of a plate's outline at which it turns inwards by more than `SHARPEST` [m]."""
+    vertices = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
+    tangents = np.einsum("qks,mkc->mqsc", shapes_at(vertices)[1], mesh.points[mesh.cells])
+    one, two = tangents[:, :, 0] * -vertices[:, :1], tangents[:, :, 1] * -vertices[:, 1:]
+    size = np.linalg.norm(one, axis=2) * np.linalg.norm(two, axis=2)
+    angles = np.arccos(np.clip(np.sum(one * two, axis=2) / size, -1.0, 1.0))
+    around = np.bincount(mesh.cells[:, :4].ravel(), angles.ravel(), len(mesh.points))
+    return mesh.points[(around > math.pi + SHARPEST) & (around < 2 * math.pi - 1e-3)]

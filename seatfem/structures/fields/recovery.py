@@ -57,7 +57,7 @@ class StressField:
         left_out = self.static - (self.modal / greens.omega**2) @ greens.shapes
         return np.concatenate([self.modal, left_out], axis=2)
 
-    def at(self, which: Array | slice) -> StressField:
+    def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressField:
         """Of some of its points."""
         return StressField(self.points[which], self.static[which], self.modal[which], self.body)
 
@@ -129,9 +129,10 @@ def recover(
 def histories(field: StressField, force: Array, dt: float) -> Array:
     """(P, 6, n + 1) stress at all its points [Pa] under forces (n + 1,) or (n + 1, ports) along the ports' outward
     normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force presses a seat: give ``-force``."""
-    flat = field.fields.reshape(-1, field.fields.shape[2])
+    count, fields = len(field.points), field.fields
+    flat = fields.reshape(6 * count, fields.shape[2])
     found = [flat @ part.T for part in coordinates(_pushes(field, force), dt, field.body, 1)]
-    return np.concatenate(found, axis=1).reshape(len(field.points), 6, -1)
+    return np.concatenate(found, axis=1).reshape(count, 6, sum(part.shape[1] for part in found))
 
 
 def at_time(field: StressField, force: Array, dt: float, steps: int) -> Array:

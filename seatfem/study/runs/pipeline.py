@@ -31,6 +31,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import begun_where_it_ended, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run
+from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_stress import seat_stress, stress_keys, stress_pictures
@@ -39,6 +40,7 @@ from seatfem.study.runs.summary import (
     greens_error_keys,
     plan_keys,
     reed_keys,
+    reed_stress_keys,
     regime_keys,
     stopper_keys,
     summarise,
@@ -115,8 +117,9 @@ def run_scene(
     assert baseline is not None
     with watch("seat stress"):
         stress = seat_stress(done, watch, progress)
+        of_reed = plate_reed_stress(done)
     if stress is not None:
-        summary |= stress_keys(stress)
+        summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
