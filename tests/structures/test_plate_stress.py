@@ -89,9 +89,7 @@ def test_points_off_the_plate_are_refused() -> None:
 
 
 def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
-    """Of tip velocity v, at a quarter of its period (Timoshenko's beam in bending). What follows the touch of a force that
-    hardly presses is the same stress later on.
-    """
+    """Of tip velocity v, at a quarter of its period; it goes on under a force that hardly presses."""
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(12, 1)
     tip = Patch(np.array([(LENGTH, WIDTH / 2)]), np.ones(1))

@@ -29,6 +29,8 @@ VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at mos
 MORE: Final = 20  # for each port more
 MOST: Final = 400
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
+LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
+CHANGE: Final = 10
 _BLOCK: Final = 256  # times held at once
 _POINTS: Final = 1024
 
@@ -158,7 +160,8 @@ def largest(field: StressField, force: Array, dt: float) -> LargestStress:
         for after in (0, 1):
             chosen = np.flatnonzero((times > touch) == bool(after))
             if len(chosen):
-                _look(part[chosen], dt * times[chosen].astype(np.float64), fields, share, found[after])
+                when, radians = dt * times[chosen].astype(np.float64), greens.omega * dt * stride
+                _look(part[chosen], when, radians, fields, share, found[after])
     before, since = (Largest(*each) for each in found)
     return LargestStress(before, since)
 
@@ -173,9 +176,19 @@ def _parts(field: StressField, force: Array, dt: float, stride: int) -> Iterator
         first += len(part)
 
 
-def _look(part: Array, times: Array, fields: NDArray[np.float32], share: Array, found: Array) -> None:
-    """Into ``found`` (4, P) what these times bring."""
+def _look(part: Array, times: Array, radians: Array, fields: NDArray[np.float32], share: Array, found: Array) -> None:
+    """Into ``found`` (4, P) what these times bring, ``radians`` (M,) of each mode apart.
+
+    Coordinates that add up to less than `LITTLE` of the largest stress so far are left out, and of what then varies
+    slowly fewer times are looked at.
+    """
+    part, times, kept = _thinned(part, times, radians, share.max(axis=0), LITTLE * max(found[0].max(), found[2].max()))
+    if not kept.size:
+        return
+    share = share[:, kept]
     near = np.flatnonzero(share @ np.abs(part).max(axis=0) > np.minimum(found[0] / math.sqrt(3), found[2]))
+    if len(kept) < fields.shape[2]:
+        fields = fields[:, :, kept]
     coordinates_now = np.ascontiguousarray(part.T, dtype=np.float32)
     for start in range(0, len(near), _POINTS):
         some = near[start : start + _POINTS]
@@ -183,6 +196,26 @@ def _look(part: Array, times: Array, fields: NDArray[np.float32], share: Array, 
         seen = found[:, some]
         _largest(stress, times, seen)
         found[:, some] = seen
+
+
+def _thinned(
+    part: Array, times: Array, radians: Array, share: Array, little: float
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Fewer times and coordinates, and which of these: what is left out is below ``little`` [Pa] everywhere.
+
+    Between the times that are looked at the followed forces change by `CHANGE` times ``little`` at most.
+    """
+    weight = share * np.abs(part).max(axis=0)
+    order = np.argsort(weight)
+    kept = np.sort(order[np.cumsum(weight[order]) >= little]).astype(np.int64)
+    modes = len(radians)
+    fastest = float(radians[kept[kept < modes]].max(initial=0.0))
+    jump = float(share[modes:] @ np.abs(np.diff(part[:, modes:], axis=0)).max(axis=0, initial=0.0))
+    apart = min(
+        1 / (TIMES_PER_RADIAN * fastest) if fastest else np.inf, CHANGE * little / jump if jump else np.inf, len(part)
+    )
+    step = max(1, int(apart))
+    return part[::step, kept], times[::step], kept
 
 
 def _principal_bound(fields: Array) -> Array:
