@@ -77,3 +77,17 @@ def test_what_has_no_elements_or_no_places_is_refused(tmp_path: Path) -> None:
         load_scene(scene(tmp_path, "", "\nkind = 'spring'\nstiffness = '1e8 N/m'\n"))
     with pytest.raises(SceneError, match="surface = false"):
         load_scene(scene(tmp_path, "surface = false"))
+
+
+def test_a_seat_in_arcs_is_refused_before_the_run(tmp_path: Path) -> None:
+    ring = """
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+greens = { bandwidth = "100 kHz" }
+"""
+    file = scene(tmp_path, "", ring)
+    file.write_text(file.read_text().replace("[contact]", "[contact]\nports = 8"))
+    with pytest.raises(ModelError, match=r"contact\.ports = 1"):
+        pipeline.run_scene(load_scene(file), tmp_path, pictures=False)

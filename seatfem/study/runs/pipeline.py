@@ -34,7 +34,7 @@ from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_stress import check_stress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -101,6 +101,7 @@ def run_scene(
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
         plan = begun_where_it_ended(plan_scene(scene, progress=progress, folder=folder))
+        check_stress(plan)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed

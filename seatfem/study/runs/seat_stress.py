@@ -36,6 +36,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import Level
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.rings import Division
+from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 
 FEWER: Final = 0.75  # of the vectors, for the error bar
@@ -122,7 +123,7 @@ def seat_stress(done: Round, watch: Stopwatch, progress: Progress = silent) -> S
     Its bar is `MESH_SAFETY` times the change by a coarser mesh over r - 1, plus the change by fewer vectors.
 
     Raises:
-        ModelError: a named point off the seat or at a singular edge; a seat in arcs of its lip.
+        ModelError: a named point off the seat or at a singular edge.
     """
     scene = done.plan.scene
     if scene.stress is None:
@@ -156,6 +157,18 @@ def seat_stress(done: Round, watch: Stopwatch, progress: Progress = silent) -> S
         at_time(field, force, dt, steps),
         _front(done),
     )
+
+
+def check_stress(plan: Plan) -> None:
+    """Raise `ModelError` where a plan strikes the seat in a way in which its stress is not known."""
+    body, method = plan.scene.seat, plan.method.seat
+    if plan.scene.stress is None or not isinstance(body, Elastic):
+        return
+    if method.in_arcs or body.elements_of(method) == "harmonics":
+        raise ModelError(
+            "stress: the seat is struck in arcs of its lip, whose stress is not known; set contact.ports = 1, or "
+            "remove [stress]"
+        )
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
@@ -199,11 +212,8 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
 
 def _meshes(done: Round, watch: Stopwatch, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
     body, method = done.plan.scene.seat, done.plan.method.seat
-    if method.in_arcs or not isinstance(body, Elastic) or (level := body.elements_of(method)) == "harmonics":
-        raise ModelError(
-            "stress: the seat is struck in arcs of its lip, whose stress is not known; set contact.ports = 1, or "
-            "remove [stress]"
-        )
+    assert isinstance(body, Elastic)
+    level = body.elements_of(method)
     with watch("stress meshes"):
         mesh, coarse = body.meshes(method, progress)
         rings = method.rings or 1
