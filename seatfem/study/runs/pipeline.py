@@ -34,7 +34,7 @@ from seatfem.study.runs.pictures import draw_modes, draw_run
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import check_stress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -116,10 +116,10 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     remember(done)
     assert baseline is not None
-    with watch("seat stress"):
-        stress = seat_stress(done, watch, progress)
-        of_reed = plate_reed_stress(done)
-    if stress is not None:
+    stress: SeatStress | None = None
+    if scene.stress is not None:
+        with watch("seat stress"):
+            stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from impact import measures
 from impact.greens.base import Array
 from impact.progress import Progress, silent
-from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.discretise import AnyMesh, matrices
@@ -117,7 +116,7 @@ class _Meshed:
         return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if flat else points
 
 
-def seat_stress(done: Round, watch: Stopwatch, progress: Progress = silent) -> SeatStress | None:
+def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     """The stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
     Its bar is `MESH_SAFETY` times the change by a coarser mesh over r - 1, plus the change by fewer vectors.
@@ -128,7 +127,7 @@ def seat_stress(done: Round, watch: Stopwatch, progress: Progress = silent) -> S
     scene = done.plan.scene
     if scene.stress is None:
         return None
-    fine, coarse = _meshes(done, watch, progress)
+    fine, coarse = _meshes(done, progress)
     dt, force = done.result.dt, -_by_port(done, len(fine.model.ports))
     named = np.array(scene.stress.points).reshape(-1, 3)
     field = fine.field(None)
@@ -210,17 +209,16 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
     return [("seat_stress.png", lambda path: draw(path)), ("seat_stress.vtu", lambda path: write(path))]
 
 
-def _meshes(done: Round, watch: Stopwatch, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
+def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
     body, method = done.plan.scene.seat, done.plan.method.seat
     assert isinstance(body, Elastic)
     level = body.elements_of(method)
-    with watch("stress meshes"):
-        mesh, coarse = body.meshes(method, progress)
-        rings = method.rings or 1
-        fine = _Meshed(done, level, mesh, matrices(body, mesh, level, rings=rings))
-        if coarse is None:
-            return fine, None
-        return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
+    mesh, coarse = body.meshes(method, progress)
+    rings = method.rings or 1
+    fine = _Meshed(done, level, mesh, matrices(body, mesh, level, rings=rings))
+    if coarse is None:
+        return fine, None
+    return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
 
 
 def _by_port(done: Round, ports: int) -> Array:
