@@ -89,7 +89,7 @@ def bending_stress(
     """
     pushes = _by_port(force, reed)
     fields = _fields(reed, beam, np.atleast_1d(np.asarray(x, dtype=float)), contact_at)
-    return np.concatenate([fields.T @ part.T for part in _coordinates(pushes, dt, reed, 1)], axis=1)
+    return np.concatenate([fields.T @ part.T for part in coordinates(pushes, dt, reed, 1)], axis=1)
 
 
 def peak_bending_stress(
@@ -115,9 +115,9 @@ def reed_stress(
     stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
     fields = _fields(reed, beam, places, contact_at)
     reach = np.abs(fields).max(axis=1)
-    touch = _first_touch(force)
+    touch = first_touch(force)
     peaks, first = [PeakStress(0.0, 0.0, 0.0), PeakStress(0.0, 0.0, 0.0)], 0
-    for part in _coordinates(pushes, dt, reed, stride):
+    for part in coordinates(pushes, dt, reed, stride):
         times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
         for after in (False, True):
             near = np.flatnonzero((bound > (1 - ROUND_OFF) * peaks[after].value) & ((times > touch) == after))
@@ -130,7 +130,7 @@ def reed_stress(
     return ReedStress(peaks[0], peaks[1] if np.any(force) else None)
 
 
-def _first_touch(force: Array) -> float:
+def first_touch(force: Array) -> float:
     """The recorded time, as its number, from which on contact bends the reed; beyond all where there is none.
 
     ``force[m]`` acts from time m - 1 on; a preload, ``force[0]``, since ever.
@@ -140,7 +140,7 @@ def _first_touch(force: Array) -> float:
 
 
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
-    """(M + p, X) stress per unit of each of `_coordinates`: of the modes, and r(x) of each followed force."""
+    """(M + p, X) stress per unit of each of `coordinates`: of the modes, and r(x) of each followed force."""
     greens = _modal(reed)
     curvature = beam.curvatures(len(greens.omega), x)
     places = contact_at if isinstance(contact_at, tuple) else (beam.length if contact_at is None else contact_at,)
@@ -165,7 +165,7 @@ def _by_port(force: Array, reed: Body) -> Array:
     return pushes
 
 
-def _coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
+def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[Array]:
     """(..., M + p) blocks of modal coordinates and p followed forces, at every ``stride``-th time from t = 0 on."""
     greens, ports = _modal(reed), len(pushes)
     rate = _following(greens)

@@ -62,6 +62,12 @@ GAS: Final = (
     ("seat impacts", "gas_seat_impacts", ""),
     ("stopper impacts", "gas_stopper_impacts", ""),
 )
+STRESS: Final = (
+    ("largest, von Mises", "peak_seat_stress_Pa", "Pa"),
+    ("  when", "peak_seat_stress_time_s", "s"),
+    ("largest tension", "peak_seat_principal_stress_Pa", "Pa"),
+    ("  over rho c0 v", "peak_seat_stress_over_rho_c0_v", ""),
+)
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
     ("contacts", "contact_count_raw", ""),
@@ -90,7 +96,13 @@ def result_table(summary: Mapping[str, object]) -> Table:
         if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
-    groups = (("at the stopper", STOPPER), ("of the film", FILM), ("along the lip", LIP), ("of fatigue", LIFE))
+    groups = (
+        ("at the stopper", STOPPER),
+        ("of the film", FILM),
+        ("along the lip", LIP),
+        ("in the seat", STRESS),
+        ("of fatigue", LIFE),
+    )
     for heading, rows in groups:
         there = [row for row in rows if row[1] in summary]
         if there and (rows is not LIP or "ports" in summary):

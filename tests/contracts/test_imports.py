@@ -265,6 +265,17 @@ def test_a_study_goes_from_the_scene_to_the_trade() -> None:
     assert above == []
 
 
+def test_the_fields_stand_above_the_reductions() -> None:
+    """Stress is for studies: no other room of the structures asks for it, and it asks for no kind of structure."""
+    below = ("elements", "reduction", "fields", "errors", "materials", "model")
+    arrows = []
+    for name, line, imported in _arrows("seatfem.structures"):
+        of_fields, room = name.startswith("seatfem/structures/fields/"), imported.partition(".")[0]
+        if (room not in below) if of_fields else (room == "fields"):
+            arrows.append(f"{name}:{line} imports {imported}")
+    assert arrows == []
+
+
 def _arrows(package: str) -> Iterator[tuple[str, int, str]]:
     """File, line and, after the name of the package, what it imports of the package."""
     for path in FILES:

@@ -135,7 +135,7 @@ def test_a_scene_does_not_change(load: Load) -> None:
             'title = "test"',
             '"" = "test"',
             "scene.toml:1: unknown key; known here: title, seat, reed, contact, stopper, load, base, gas, run, "
-            "accuracy, life",
+            "accuracy, life, stress",
         ),
         (
             "[run]\n",

@@ -169,11 +169,11 @@ def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
     if not len(ends):
         return []
     names = np.repeat(list(patches), np.diff(ends, prepend=0))
-    cells, inside = _located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
+    cells, inside = located(mesh, np.concatenate([patch.points for patch in patches.values()]), names)
     found = []
     for patch, here in zip(patches.values(), np.split(np.arange(ends[-1]), ends[:-1]), strict=True):
         vector = np.zeros(len(mesh.points))
-        shares = _shapes(inside[here])[0] * (patch.weights / patch.weights.sum())[:, None]
+        shares = shapes_at(inside[here])[0] * (patch.weights / patch.weights.sum())[:, None]
         np.add.at(vector, mesh.cells[cells[here]], shares)
         found.append(np.asarray(np.kron(vector, [1.0, 0.0, 0.0])))
     return found
@@ -249,7 +249,7 @@ def _unseen(mesh: PlateMesh) -> Array:
     At the 2 x 2 points the pattern is zero.
     """
     points, weights = _gauss(3)
-    shapes, slopes = _shapes(points)
+    shapes, slopes = shapes_at(points)
     tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
     s, t = points.T
     pattern = np.stack([s * (3 * t**2 - 1), t * (3 * s**2 - 1)], axis=1) / 2 * weights[:, None]
@@ -293,7 +293,7 @@ def _gauss(count: int) -> tuple[Array, Array]:
     return points, np.outer(weights, weights).ravel()
 
 
-def _shapes(points: Array) -> tuple[Array, Array]:
+def shapes_at(points: Array) -> tuple[Array, Array]:
     """Shape functions (q, 9) and their slopes (q, 9, 2) at (q, 2) reference points."""
     nodes = np.array(_NODES) + 1  # of the factors at -1, 0 and 1
     values = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2], axis=-1)
@@ -307,7 +307,7 @@ def _jacobians(
     mesh: PlateMesh, points: Array, weights: Array, cells: Sequence[int] | Integers | slice = slice(None)
 ) -> tuple[Array, Array, Array]:
     """Slopes (m, Q, 9, 2) along x and y, weights (m, Q) times the Jacobian, and the shape functions (Q, 9)."""
-    shapes, slopes = _shapes(points)
+    shapes, slopes = shapes_at(points)
     tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells[cells]])
     turned = np.einsum("qks,mqcs->mqkc", slopes, np.linalg.inv(tangents), optimize=True)
     return turned, np.linalg.det(tangents) * weights, shapes
@@ -315,7 +315,7 @@ def _jacobians(
 
 def _check_shape(mesh: PlateMesh) -> None:
     """Raise where a Jacobian is not positive at the nodes or the Gauss points."""
-    slopes = _shapes(np.concatenate([np.array(_NODES, dtype=float), _gauss(3)[0]]))[1]
+    slopes = shapes_at(np.concatenate([np.array(_NODES, dtype=float), _gauss(3)[0]]))[1]
     tangents = np.einsum("qks,mkc->mqsc", slopes, mesh.points[mesh.cells])
     det = np.linalg.det(tangents)
     bad = np.flatnonzero(det.min(axis=1) <= _FLAT * np.abs(det).max(axis=1))
@@ -326,7 +326,7 @@ def _check_shape(mesh: PlateMesh) -> None:
         )
 
 
-def _located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[Integers, Array]:
+def located(mesh: PlateMesh, points: Array, names: NDArray[np.str_]) -> tuple[Integers, Array]:
     """The element (q,) in which each point lies, and its reference coordinates there (q, 2), by Newton's method.
 
     Elements are tried in the order of their centres' distance. ``names``: (q,) whose points they are.
@@ -354,7 +354,7 @@ def _inside(corners: Array, targets: Array) -> Array:
     """(q, 2) reference coordinates of points (q, 2) in elements of nodes (q, 9, 2), or beyond."""
     inside = np.zeros_like(targets)
     for _ in range(_NEWTON):
-        shapes, slopes = _shapes(inside)
+        shapes, slopes = shapes_at(inside)
         off = np.einsum("qk,qkc->qc", shapes, corners) - targets
         tangents = np.einsum("qks,qkc->qcs", slopes, corners)
         step = np.linalg.solve(tangents + 1e-12 * np.abs(tangents).max() * np.eye(2), off[..., None])[..., 0]

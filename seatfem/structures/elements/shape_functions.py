@@ -65,9 +65,9 @@ class Discretization:
 
     @cached_property
     def nodes(self) -> Array:
-        """(3, n) coordinates of the displacement nodes [m]."""
+        """(d, n) coordinates of the displacement nodes [m]."""
         reference = np.asarray(self.element.doflocs, dtype=float)
-        points = np.empty((self.size, 3))
+        points = np.empty((self.size, self.places.shape[1]))
         for k, shape in enumerate(values(self.geometry, reference.T)):
             points[self.cells[:, k]] = np.einsum("v,mvc->mc", shape, self.places[self.corners])
         return points.T
@@ -124,14 +124,14 @@ def _has_straight_sides(geometry: Any, corners: Array) -> bool:
 
 
 def values(element: Any, points: Array) -> Array:
-    """(Q, L) shape functions of a scikit-fem element at (3, Q) reference points."""
+    """(Q, L) shape functions of a scikit-fem element at (d, Q) reference points."""
     count = points.shape[1]
     return np.stack([np.broadcast_to(element.lbasis(points, k)[0], count) for k in range(len(element.doflocs))], axis=1)
 
 
 def gradients(element: Any, points: Array) -> Array:
-    """(Q, L, 3) their gradients in reference coordinates."""
-    shape, count = (3, points.shape[1]), len(element.doflocs)
+    """(Q, L, d) their gradients in reference coordinates."""
+    shape, count = points.shape, len(element.doflocs)
     return np.stack([np.broadcast_to(element.lbasis(points, k)[1], shape).T for k in range(count)], axis=1)
 
 

@@ -33,6 +33,7 @@ from seatfem.structures.shapes.profile import Point
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
+    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
@@ -181,6 +182,12 @@ class Drawn(Elastic):
         from seatfem.structures.finite_elements import from_geometry  # plans load no finite elements
 
         return from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
+
+    def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
+        from seatfem.structures.discretise import draw_both  # as above
+
+        spec, level = self.mesh_spec(method), self.elements_of(method)
+        return draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         from seatfem.structures.natural_modes import in_space  # of `seatfem modes` only

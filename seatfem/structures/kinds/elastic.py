@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
+from impact.progress import Progress
 from seatfem.fields import KeyProblem, default
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.surrogate import Face, Surrogate, freed, of_patch, ringing
@@ -16,9 +17,10 @@ from seatfem.structures.kinds.materials import AnyMaterial
 from seatfem.structures.kinds.parts import AnySupport, Rayleigh
 from seatfem.structures.kinds.reduced import Reduced
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.method import AnyLevel
+from seatfem.structures.method import AnyLevel, Method
 
 if TYPE_CHECKING:
+    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.face_lip import RingFace
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
@@ -119,6 +121,10 @@ class Elastic(Reduced):
         if unknown := [name for name in self.materials if name not in regions]:
             raise ModelError(f"seat.materials.{unknown[0]}: the mesh has no such region; it has {', '.join(regions)}")
         return {name: self.materials.get(name, self.material).solid for name in regions}
+
+    def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
+        """The mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
+        raise NotImplementedError
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         patch = self.patch()

@@ -21,6 +21,7 @@ from seatfem.structures.method import Method
 from seatfem.structures.solved import Solved
 
 if TYPE_CHECKING:
+    from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
@@ -109,6 +110,9 @@ class MeshFile(Elastic):
         with watch("mesh"):
             mesh = self.read(progress)
         return from_mesh(self, mesh, method, duration, watch, progress)
+
+    def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
+        return self.read(progress), None
 
     def natural_modes(self, wanted: Wanted, watch: Stopwatch, progress: Progress) -> NaturalModes | None:
         from seatfem.structures.natural_modes import of_mesh

@@ -33,13 +33,16 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import begun_where_it_ended, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
+from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
+from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
     plan_keys,
     reed_keys,
+    reed_stress_keys,
     regime_keys,
     stopper_keys,
     summarise,
@@ -100,6 +103,7 @@ def run_scene(
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
         plan = begun_where_it_ended(plan_scene(scene, progress=progress, folder=folder))
+        check_stress(plan)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
@@ -117,11 +121,21 @@ def run_scene(
             gas_files = _write_gas(scene, done, folder)
     remember(done)
     assert baseline is not None
+    stress: SeatStress | None = None
+    if scene.stress is not None:
+        with watch("seat stress"):
+            stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
+        summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = [*lip_pictures(done, baseline.touches), *gas_pictures(scene, done.touches)]
+            more = [
+                *lip_pictures(done, baseline.touches),
+                *gas_pictures(scene, done.touches),
+                *stress_pictures(stress, scene.title or "Stress in the seat"),
+            ]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}

@@ -54,9 +54,7 @@ def summarise(touches: Touches, filter_width: float, stress: ReedStress | None =
         "restitution": None if thrown_back and math.isfinite(result.striker_mass) else _restitution(result),
         "impact_velocity_m_per_s": _known(measures.impact_velocity(result)),
         "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
-        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
-        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
-        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
+        **reed_stress_keys(stress),
         "energy_residual": result.energy.residual,
         "energy_by_work": ", ".join(result.energy.by_work),
         "contact_loss_J": float(result.energy.contact_loss[-1]),
@@ -143,6 +141,15 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
             ("zener_lambda", found.zener_lambda),
             ("predicted_peak_error", found.predicted_peak_error),
         )
+    }
+
+
+def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
+    """The largest stress in the reed, told apart by the first touch."""
+    return {
+        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
+        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
+        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
     }
 
 

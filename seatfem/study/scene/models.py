@@ -20,6 +20,7 @@ from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
+from seatfem.study.scene.stress import Stress
 
 if TYPE_CHECKING:
     Body = Structure
@@ -167,6 +168,7 @@ class Scene(Table):
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = default({}, "what the answer must reach")
     life: LifeTable | None = Field(None, description="how long the reed has to live; not asked where absent")
+    stress: Stress | None = Field(None, description="where stress in the seat is looked for; nowhere where absent")
 
     @property
     def needs_stress(self) -> bool:
@@ -365,6 +367,12 @@ class Scene(Table):
                 film.check(self.seat.struck_ring, self.seat.kind, self.contact.rings)
             except KeyProblem as problem:
                 raise KeyProblem(f"contact.{problem.key}", str(problem)) from None
+        return self
+
+    @model_validator(mode="after")
+    def _stress_of_finite_elements(self) -> Self:
+        if self.stress is not None and not self.seat.is_meshed:
+            raise KeyProblem("stress", f"a seat of kind {self.seat.kind!r} has no finite elements; remove the table")
         return self
 
     @model_validator(mode="after")

@@ -1,0 +1,82 @@
+"""Edges at which elasticity knows no stress: reentrant corners without a fillet, and where a clamped face ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from seatfem.structures.elements.mindlin import PlateMesh, shapes_at
+from seatfem.structures.fields.sites import outer_facets
+from seatfem.structures.model import Array
+
+SHARPEST: Final = math.radians(30)  # turn between two facets of a surface that counts as smooth
+
+
+def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
+    """(k, d) points of a mesh's singular edges [m]: their ends, and in space their middles.
+
+    Facets that meet at an edge turn inwards by more than `SHARPEST` there, or one of them is clamped and the other not.
+    """
+    mesh = getattr(mesh, "mesh", mesh)
+    held = np.zeros(mesh.facets.shape[1], dtype=bool)
+    for name in clamped:
+        held[np.asarray((mesh.boundaries or {})[name])] = True
+    facets, elements, which = outer_facets(mesh)
+    vertices = mesh.t[np.asarray(mesh.elem.refdom.facets)[which], elements[:, None]]
+    middles, normals = mesh.p.T[vertices].mean(axis=1), _normals(mesh, vertices, elements)
+    edges, sides = _edges(vertices, mesh.dim())
+    order = np.lexsort(edges.T)
+    edges, sides = edges[order], sides[order]
+    pair = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
+    edge, one, two = edges[pair], sides[pair], sides[pair + 1]
+    opening = np.einsum("ea,ea->e", normals[one], middles[two] - middles[one])
+    turn = np.einsum("ea,ea->e", normals[one], normals[two])
+    inwards = (opening > 0) & (turn < math.cos(SHARPEST))
+    ends = held[facets[one]] != held[facets[two]]
+    chosen = mesh.p.T[edge[inwards | ends]]
+    return np.concatenate([chosen.reshape(-1, mesh.dim()), chosen.mean(axis=1)])
+
+
+def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
+    """(P,) which of the points are closer than ``distance`` [m] to one of them."""
+    if not len(singular):
+        return np.zeros(len(points), dtype=bool)
+    return np.asarray(cKDTree(singular).query(points)[0] < distance * (1 - 1e-9))
+
+
+def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]) -> Array:
+    """(f, d) outward, of flat facets through the vertices."""
+    corners = mesh.p.T[vertices]
+    if mesh.dim() == 2:
+        along = corners[:, 1] - corners[:, 0]
+        across = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    else:
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+    inside = mesh.p.T[mesh.t[:, elements].T].mean(axis=1)
+    across *= np.sign(np.einsum("fa,fa->f", across, corners.mean(axis=1) - inside))[:, None]
+    return np.asarray(across / np.linalg.norm(across, axis=1)[:, None])
+
+
+def _edges(vertices: NDArray[np.int64], dim: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sorted vertices (e, d - 1) of each side of each facet, and the facet (e,) that it is of."""
+    count, size = vertices.shape
+    if dim == 2:
+        return vertices.reshape(-1, 1), np.repeat(np.arange(count), 2)
+    ring = np.stack([vertices, np.roll(vertices, -1, axis=1)], axis=-1)
+    return np.sort(ring.reshape(-1, 2), axis=1), np.repeat(np.arange(count), size)
+
+
+def sharp_nodes(mesh: PlateMesh) -> Array:
+    """(k, 2) vertices of a plate's outline at which it turns inwards by more than `SHARPEST` [m]."""
+    vertices = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
+    tangents = np.einsum("qks,mkc->mqsc", shapes_at(vertices)[1], mesh.points[mesh.cells])
+    one, two = tangents[:, :, 0] * -vertices[:, :1], tangents[:, :, 1] * -vertices[:, 1:]
+    size = np.linalg.norm(one, axis=2) * np.linalg.norm(two, axis=2)
+    angles = np.arccos(np.clip(np.sum(one * two, axis=2) / size, -1.0, 1.0))
+    around = np.bincount(mesh.cells[:, :4].ravel(), angles.ravel(), len(mesh.points))
+    return mesh.points[(around > math.pi + SHARPEST) & (around < 2 * math.pi - 1e-3)]

@@ -1,0 +1,115 @@
+"""From the unknowns of a solid, in three dimensions or a harmonic of a body of revolution, to its stress.
+
+Stress is evaluated where it is asked for, by the element's own shape functions, and averaged over the elements that
+meet there. Of elements of order p its error falls at least as h^p where the displacement is smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+from scipy import sparse
+
+from seatfem.structures.elements.assembly import PROJECT_ABOVE, solids_by_region
+from seatfem.structures.elements.revolved_elements import Section, nearly_incompressible
+from seatfem.structures.elements.shape_functions import Discretization, discretize, gradients, values
+from seatfem.structures.fields.sites import Array, Sites
+from seatfem.structures.materials import Solid
+from seatfem.structures.model import ModelError, SecondOrderModel
+
+COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
+"""Of stress; in a body of revolution rr, tt, zz, tz, rz, rt at the angle 0, the shear tz and rt at a quarter wave."""
+_TO_AXIS: Final = 1e-4  # of an element: where 1/r is taken in place of the axis
+_INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+def elements_of(mesh: Any, order: int | None = None) -> Discretization:
+    """The elements as `assemble` or, of a mesh in two dimensions, `assemble_axisymmetric` numbers them."""
+    mesh = getattr(mesh, "mesh", mesh)
+    if mesh.dim() == 3:
+        return discretize(mesh, order)
+    section = Section.of(mesh, order)
+    corners = np.ascontiguousarray(mesh.dofs.element_dofs.T, dtype=np.int32)
+    cells = np.ascontiguousarray(section.cells.T, dtype=np.int32)
+    places = np.ascontiguousarray(mesh.doflocs.T)
+    return Discretization(mesh, section.element, mesh.elem(), section.order, cells, corners, places, False)
+
+
+def solid_stress(
+    made: Discretization,
+    material: Solid | Mapping[str, Any],
+    model: SecondOrderModel,
+    sites: Sites,
+    *,
+    harmonic: int = 0,
+) -> sparse.csr_array:
+    """(6 P, n) C, so that C u is the stress of the unknowns u at P sites [Pa], `COMPONENTS` of each.
+
+    Args:
+        made: the elements (`elements_of`).
+        material: as the model was assembled with.
+        model: it, with its `DofMap`.
+        sites: where.
+        harmonic: of a body of revolution: C u are amplitudes, of cos(n th), in tz and rt of sin(n th).
+
+    Raises:
+        ModelError: elements or a model that do not belong together, a material that is nearly incompressible, whose
+            volume change the elements project: its stress is not that of the displacement.
+    """
+    dofs = model.dofs
+    if dofs is None or dofs.points.shape[1] != made.size:
+        raise ModelError("the model's unknowns are not those of these elements: use the mesh and order of its assembly")
+    solids, region = solids_by_region(made.mesh, material)
+    elasticity = np.array([solid.elasticity for solid in solids])
+    if (soft := nearly_incompressible(elasticity, PROJECT_ABOVE)).any():
+        name = solids[int(np.argmax(soft))].name
+        raise ModelError(f"material {name!r}: no stress is known of solids with poisson above {PROJECT_ABOVE}")
+    strain = (_strain if made.mesh.dim() == 3 else _around(harmonic))(made, sites)
+    flat = strain.reshape(len(strain), 6, -1)
+    stress = elasticity[region[sites.element]] @ flat * sites.share[:, None, None]
+    rows = 6 * sites.site[:, None, None] + np.arange(6)[:, None]
+    columns = (3 * made.cells[sites.element].astype(np.int64)[:, :, None] + np.arange(3)).reshape(len(flat), 1, -1)
+    rows, columns = np.broadcast_arrays(rows, columns)
+    shape = (6 * len(sites), 3 * made.size)
+    nodal = sparse.coo_array((stress.ravel(), (rows.ravel(), columns.ravel())), shape).tocsr()
+    return sparse.csr_array(nodal[:, dofs.free] if dofs.turned is None else nodal @ dofs.turned)
+
+
+def _slopes(made: Discretization, element: Any, inside: Array) -> Array:
+    """(E, L, d) gradients of the shape functions along the coordinates."""
+    jacobian = np.einsum("evc,eva->eac", gradients(made.geometry, inside), made.places[made.corners[element]])
+    return np.asarray(gradients(made.element, inside) @ np.linalg.inv(jacobian))
+
+
+def _strain(made: Discretization, sites: Sites) -> Array:
+    """(E, 6, L, 3) strains of unit nodal displacements, shear as angles."""
+    slopes = _slopes(made, sites.element, sites.inside)
+    out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
+    for row, (a, b) in enumerate(_INDICES):
+        out[:, row, :, a] = slopes[..., b]
+        out[:, row, :, b] = slopes[..., a]
+    return out
+
+
+def _around(harmonic: int) -> Callable[[Discretization, Sites], Array]:
+    """The same of unit amplitudes (U, V, W), as in `revolved_elements`."""
+
+    def strain(made: Discretization, sites: Sites) -> Array:
+        on_axis = sites.points[sites.site, 0] <= _TO_AXIS * _TO_AXIS * made.places[:, 0].max()
+        centre = np.asarray(made.element.refdom.p, dtype=float).mean(axis=1)[:, None]
+        inside = sites.inside + np.where(on_axis, _TO_AXIS, 0.0) * (centre - sites.inside)
+        slopes = _slopes(made, sites.element, inside)
+        radius = np.einsum("ev,ev->e", values(made.geometry, inside), made.places[made.corners[sites.element], 0])
+        by_r, by_z, over = slopes[..., 0], slopes[..., 1], values(made.element, inside) / radius[:, None]
+        out = np.zeros((len(slopes), 6, slopes.shape[1], 3))
+        out[:, 0, :, 0] = by_r
+        out[:, 1, :, 0], out[:, 1, :, 1] = over, harmonic * over
+        out[:, 2, :, 2] = by_z
+        out[:, 3, :, 1], out[:, 3, :, 2] = by_z, -harmonic * over
+        out[:, 4, :, 0], out[:, 4, :, 2] = by_z, by_r
+        out[:, 5, :, 0], out[:, 5, :, 1] = -harmonic * over, by_r - over
+        return out
+
+    return strain

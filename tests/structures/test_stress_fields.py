@@ -1,0 +1,205 @@
+"""Stress of solids and bodies of revolution against closed forms, a time integration and refinement."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import skfem
+from scipy.sparse.linalg import splu
+
+from impact.greens.base import Array
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
+from seatfem.structures.fields.sites import at_points, on_surface
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.materials import Material, Orthotropic
+from seatfem.structures.model import ModelError, SecondOrderModel
+
+STEEL = Material(200e9, 0.3, 7850.0, "steel")
+WOOD = Orthotropic(
+    name="wood", young=(11e9, 0.9e9, 0.5e9), poisson=(0.37, 0.42, 0.47), shear=(0.7e9, 0.6e9, 0.04e9), density=450.0
+)
+SQUARE = 2e-3 * 3e-3  # of the block's face
+
+
+def block(kind: Any) -> Any:
+    """2 x 3 x 4 mm; nothing leaves the planes x = 0, y = 0, z = 0; pushed at z = 4 mm."""
+    mesh = kind().refined(1).scaled((2e-3, 3e-3, 4e-3))
+    sides = {name: (lambda x, k=k: x[k] < 1e-9) for k, name in enumerate(("x0", "y0", "z0"))}
+    return mesh.with_boundaries({**sides, "contact": lambda x: x[2] > 4e-3 - 1e-9})
+
+
+@pytest.mark.parametrize("material", [STEEL, WOOD])
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("kind", [skfem.MeshTet, skfem.MeshHex])
+def test_uniform_tension_along_the_normal_is_exact(kind: Any, order: int, material: Any) -> None:
+    mesh = block(kind)
+    model = assemble(mesh, material, fixed=(), sliding=("x0", "y0", "z0"), order=order)
+    made = elements_of(mesh, order)
+    for sites in (on_surface(made), at_points(made, np.array([(1.1e-3, 1.3e-3, 2.7e-3)]))):
+        push = np.linalg.solve(model.K.toarray(), model.port_matrix)
+        stress = (solid_stress(made, material, model, sites) @ push).reshape(-1, 6)
+        np.testing.assert_allclose(stress, [[0, 0, 1 / SQUARE, 0, 0, 0]] * len(sites), atol=1e-9 / SQUARE)
+
+
+def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfem.MeshQuad2) -> Any:
+    """Between r = radii(z)[0] and radii(z)[1], curved elements; z = 0 "fixed", z = length "contact"."""
+    straight = skfem.MeshQuad.init_tensor(np.linspace(0, 1, columns + 1), np.linspace(0, length, rows + 1))
+    mesh = (straight if kind is skfem.MeshQuad2 else straight.to_meshtri()).with_boundaries(
+        {
+            "fixed": lambda x: x[1] < 1e-9,
+            "contact": lambda x: x[1] > length - 1e-9,
+            "inner": lambda x: x[0] < 1e-9,
+        }
+    )
+    curved = kind.from_mesh(mesh)
+    inner, outer = radii(curved.doflocs[1])
+    places = np.array([inner + curved.doflocs[0] * (outer - inner), curved.doflocs[1]])
+    return kind(places, curved.t, _boundaries=mesh.boundaries)
+
+
+@pytest.mark.parametrize("kind", [skfem.MeshQuad2, skfem.MeshTri2])
+def test_a_thick_walled_ring_under_pressure_has_the_stress_of_lame(kind: Any) -> None:
+    """In plane strain, at its surfaces; the error falls as h^2 at least."""
+    a, b, height = 2e-3, 4e-3, 1e-3
+    errors = []
+    for columns in (4, 8):
+        mesh = section(2, columns, height, lambda z: (a + 0 * z, b + 0 * z), kind)
+        model = assemble_axisymmetric(mesh, STEEL, fixed=(), sliding=("fixed", "contact"), ports={"contact": "inner"})
+        made = elements_of(mesh)
+        sites = on_surface(made)
+        push = np.linalg.solve(model.K.toarray(), model.port_matrix)[:, 0]
+        of_one_pascal = -2 * np.pi * a * height * push  # inwards
+        stress = (solid_stress(made, STEEL, model, sites) @ of_one_pascal).reshape(-1, 6)
+        ratio = (b / sites.points[:, 0]) ** 2
+        hoop, radial = ((1 + s * ratio) * a**2 / (b**2 - a**2) for s in (1, -1))
+        exact = np.stack([radial, hoop, STEEL.poisson * (radial + hoop), *np.zeros((3, len(ratio)))], axis=1)
+        errors.append(np.abs(stress - exact).max() / np.abs(exact).max())
+    assert errors[1] < 0.015
+    assert np.log2(errors[0] / errors[1]) > 1.7
+
+
+LENGTH, RADIUS, SPEED = 0.1, 1e-3, float(np.sqrt(200e9 / 7850.0))
+AREA = np.pi * RADIUS**2
+
+
+def half_sine(t: Array) -> Array:
+    return np.where((t > 0) & (t < 0.5 * LENGTH / SPEED), np.sin(np.pi * t * SPEED / (0.5 * LENGTH)), 0.0)
+
+
+def rod(vectors: int, dt: float) -> StressField:
+    """Without Poisson's ratio a cylinder is the rod of the textbook; its own end at z = LENGTH is struck."""
+    thin = Material(200e9, 0.0, 7850.0, "rod")
+    mesh = section(200, 1, LENGTH, lambda z: (0 * z, RADIUS + 0 * z))
+    model = assemble_axisymmetric(mesh, thin)
+    made = elements_of(mesh)
+    points = np.array([(RADIUS / 2, LENGTH * (1 - x)) for x in (0.001, 0.1, 0.5)])
+    functional = solid_stress(made, thin, model, at_points(made, points))
+    return recover(model, functional, points, bandwidth=100e3, dt=dt, vectors=vectors)
+
+
+def test_a_rod_under_a_pulse_has_the_stress_of_its_waves_with_exact_delays() -> None:
+    dt = LENGTH / SPEED / 800
+    time = dt * np.arange(2001)
+    force = half_sine(time - dt / 2)
+    errors = []
+    for vectors in (20, 80):
+        stress = histories(rod(vectors, dt), -force, dt)[:, 2] * AREA
+        exact = np.zeros_like(stress)
+        for k, x in enumerate((0.001 * LENGTH, 0.1 * LENGTH, 0.5 * LENGTH)):
+            for m, sign in enumerate((1, -1)):
+                later = time - 2 * m * LENGTH / SPEED
+                exact[k] -= sign * (half_sine(later - x / SPEED) + half_sine(later - (2 * LENGTH - x) / SPEED))
+        errors.append(np.linalg.norm(stress - exact, axis=1) / np.linalg.norm(exact, axis=1))
+    assert errors[1].max() < 0.01
+    assert errors[1].max() < errors[0].max() / 3
+
+
+def filleted(z: Array) -> tuple[Array, Array]:
+    """A seat: bore of 1 mm, 4 mm outside, a lip of 1 mm width and a fillet of 1 mm between them."""
+    foot, fillet = 2e-3, 1e-3
+    lift = np.clip(z - foot, 0.0, fillet)
+    wide = 3e-3 - np.sqrt(np.maximum(fillet**2 - (fillet - lift) ** 2, 0.0)) * 2
+    return np.full_like(z, 1e-3), 1e-3 + np.where(z < foot, 3e-3, wide)
+
+
+def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
+    """(n, steps + 1) by the rule of constant average acceleration."""
+    M, K, b = model.M, model.K, model.port_matrix[:, 0]
+    solver = splu((M * (4 / dt**2) + K).tocsc())
+    u = v = np.zeros(model.size)
+    a, found = np.zeros(model.size), np.zeros((len(force), model.size))
+    for m in range(1, len(force)):
+        new = solver.solve(b * force[m] + M @ (4 / dt**2 * u + 4 / dt * v + a))
+        a, v, u = 4 / dt**2 * (new - u) - 4 / dt * v - a, 2 / dt * (new - u) - v, new
+        found[m] = u
+    return found.T
+
+
+def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
+    width, duration = 1 / 0.3e6, 12e-6
+    dt = width / 100
+    mesh = section(24, 8, 4e-3, filleted)
+    model = assemble_axisymmetric(mesh, STEEL)
+    made = elements_of(mesh)
+    points = np.array([(1.999e-3, 3e-3), (1.5e-3, 3.99e-3), (1e-3, 2e-3)])
+    functional = solid_stress(made, STEEL, model, at_points(made, points))
+    steps = round(duration / dt)
+
+    def pulse(t: Array) -> Array:
+        return np.where((t > 0) & (t < 2 * width), np.sin(np.pi * t / (2 * width)) ** 2, 0.0)
+
+    field = recover(model, functional, points, bandwidth=0.3e6, dt=dt)
+    force = pulse(dt * (np.arange(steps + 1) - 0.5))
+    found = histories(field, force, dt)
+    half = dt / 2
+    exact = (functional @ newmark(model, pulse(half * np.arange(2 * steps + 1)), half)).reshape(3, 6, -1)[:, :, ::2]
+    scale = np.abs(exact).max(axis=(1, 2))
+    assert (np.abs(found - exact).max(axis=(1, 2)) < 0.01 * scale).all()
+    peak = largest(field, force, dt).after_contact
+    at_once = np.moveaxis(found, 1, 2)
+    np.testing.assert_allclose(peak.von_mises, von_mises(at_once).max(axis=1), rtol=5e-3)
+    np.testing.assert_allclose(peak.principal, principal(at_once)[..., 2].max(axis=1), rtol=5e-3)
+    assert (peak.von_mises_time > 0).all()
+
+
+def test_what_is_refused() -> None:
+    mesh = section(2, 2, 1e-3, lambda z: (1e-3 + 0 * z, 2e-3 + 0 * z))
+    made, model = elements_of(mesh), assemble_axisymmetric(mesh, STEEL)
+    with pytest.raises(ModelError, match="off the body"):
+        at_points(made, np.array([(2.5e-3, 0.5e-3)]))
+    rubber = Material(1e7, 0.499, 1000.0, "rubber")
+    with pytest.raises(ModelError, match="rubber"):
+        solid_stress(made, rubber, model, on_surface(made))
+    free = assemble_axisymmetric(mesh, STEEL, fixed=())
+    functional = solid_stress(made, STEEL, free, on_surface(made))
+    with pytest.raises(ModelError, match="nothing holds"):
+        recover(free, functional, on_surface(made).points, bandwidth=1e5, dt=1e-7)
+
+
+@pytest.mark.parametrize("kind", [skfem.MeshHex, skfem.MeshTet])
+def test_singular_edges_are_found(kind: Any) -> None:
+    """An L: its reentrant edge at x = y = 1 and the rim of its clamped face x = 2, nothing else."""
+    mesh = kind.init_tensor(*[np.linspace(0, 2, 3)] * 2, np.linspace(0, 1, 2))
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.restrict(np.flatnonzero(~((centres[0] < 1) & (centres[1] < 1))))
+    mesh = mesh.with_boundaries({"fixed": lambda x: x[0] > 2 - 1e-9})
+    found = singular_points(mesh, ("fixed",))
+    reentrant = np.isclose(found[:, :2], 1).all(axis=1)
+    rim = np.isclose(found[:, 0], 2) & (np.isin(found[:, 1], (0, 2)) | np.isin(found[:, 2], (0, 1)))
+    assert (reentrant | rim).all()
+    assert reentrant.any()
+    assert rim.any()
+    points = np.array([(1.0, 1.0, 0.5), (1.2, 1.0, 0.5), (1.4, 1.0, 0.0)])
+    np.testing.assert_array_equal(near(points, found, 0.3), [True, True, False])
+
+
+def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:
+    mesh = skfem.MeshQuad.init_tensor(*[np.linspace(0, 2, 3)] * 2)
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    mesh = mesh.restrict(np.flatnonzero(~(centres > 1).all(axis=0)))
+    mesh = mesh.with_boundaries({"fixed": lambda x: x[1] < 1e-9})
+    corners = {tuple(point) for point in singular_points(mesh, ("fixed",))}
+    assert corners == {(1.0, 1.0), (2.0, 0.0)}

@@ -1,0 +1,93 @@
+"""[stress] of a scene: a bar pressed slowly, places, pictures, refusals."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatfem.structures.model import ModelError
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.problems import SceneError
+
+BAR = """
+kind = "bar"
+length = "10 mm"
+width = "2 mm"
+height = "3 mm"
+damping_ratio = 0.05
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+model = "3d"
+mesh = { size = "2 mm", contact_size = "2 mm" }
+greens = { bandwidth = "100 kHz" }
+"""
+AREA, MASS, SPEED, STIFFNESS = 2e-3 * 3e-3, 1e-3, 0.5, 1e5
+MIDDLE = '["0 mm", "0 mm", "5 mm"]'
+
+
+def scene(folder: Path, stress: str, seat: str = BAR) -> Path:
+    """A mass on a soft spring: the bar follows it as if at rest."""
+    file = folder / "scene.toml"
+    file.write_text(
+        f"[seat]{seat}[reed]\nkind = 'rigid_mass'\nmass = '{MASS} kg'\nvelocity = '-{SPEED} m/s'\n"
+        f"[contact]\nlaw = {{ kind = 'spring', stiffness = '{STIFFNESS} N/m' }}\n"
+        f"[run]\nduration = '330 us'\ntime_step = '200 ns'\n[accuracy]\ntarget = '20 %'\n[stress]\n{stress}\n"
+    )
+    return file
+
+
+def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: list[SeatStress] = []
+
+    def keys(stress: SeatStress | None) -> dict[str, object]:
+        assert stress is not None
+        kept.append(stress)
+        return stress_keys(stress)
+
+    monkeypatch.setattr(pipeline, "stress_keys", keys)
+    pipeline.run_scene(load_scene(scene(tmp_path, f"points = [{MIDDLE}]\ndistance = '3 mm'")), tmp_path, pictures=False)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    of_middle = kept[0].named[0]
+    along = np.abs(of_middle[:3]).max(axis=1)
+    pressed = SPEED * np.sqrt(STIFFNESS * MASS) / AREA  # of a mass on a spring; the bar's own gives way by 1e-3 of it
+    assert along.max() == pytest.approx(pressed, rel=0.02)
+    assert of_middle[int(along.argmax())].min() == pytest.approx(-pressed, rel=0.02)
+    assert np.sort(along)[1] < 0.02 * pressed
+    assert summary["peak_seat_stress_Pa"] == pytest.approx(pressed, rel=0.2)
+    assert 0 <= summary["error_bar_peak_seat_stress_Pa"] < 0.5 * pressed
+    assert summary["peak_seat_stress_time_s"] == pytest.approx(np.pi / 2 * np.sqrt(MASS / STIFFNESS), rel=0.1)
+    scale = np.sqrt(200e9 * 7850) * SPEED
+    assert summary["peak_seat_stress_over_rho_c0_v"] == pytest.approx(summary["peak_seat_stress_Pa"] / scale, rel=1e-6)
+    assert len(summary["peak_seat_stress_at_m"]) == 3
+    for name, draw in stress_pictures(kept[0], "stress"):
+        draw(path=tmp_path / name)
+    assert (tmp_path / "seat_stress.png").stat().st_size > 10_000
+
+
+def test_places_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    for point, message in (('["50 mm", "1 mm", "1.5 mm"]', "off the body"), ('["1 mm", "0 mm", "0.1 mm"]', "distance")):
+        with pytest.raises(ModelError, match=message):
+            pipeline.run_scene(load_scene(scene(tmp_path, f"points = [{point}]")), tmp_path, pictures=False)
+
+
+def test_what_has_no_elements_or_no_places_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="no finite elements"):
+        load_scene(scene(tmp_path, "", "\nkind = 'spring'\nstiffness = '1e8 N/m'\n"))
+    with pytest.raises(SceneError, match="surface = false"):
+        load_scene(scene(tmp_path, "surface = false"))
+
+
+def test_a_seat_in_arcs_is_refused_before_the_run(tmp_path: Path) -> None:
+    ring = """
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+greens = { bandwidth = "100 kHz" }
+"""
+    file = scene(tmp_path, "", ring)
+    file.write_text(file.read_text().replace("[contact]", "[contact]\nports = 8"))
+    with pytest.raises(ModelError, match=r"contact\.ports = 1"):
+        pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
