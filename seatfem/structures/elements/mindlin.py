@@ -181,8 +181,8 @@ def _averages(mesh: PlateMesh, patches: Mapping[str, Patch]) -> list[Array]:
 
 def deflections(mesh: PlateMesh, nodal: Array, points: Array) -> Array:
     """(q,) at points (q, 2) [m], of (n,) at the nodes. Raises as `average`."""
-    cells, inside = _located(mesh, points, np.full(len(points), "a point"))
-    return np.asarray(np.sum(_shapes(inside)[0] * nodal[mesh.cells[cells]], axis=1))
+    cells, inside = located(mesh, points, np.full(len(points), "a point"))
+    return np.asarray(np.sum(shapes_at(inside)[0] * nodal[mesh.cells[cells]], axis=1))
 
 
 def everywhere(mesh: PlateMesh) -> Array:
