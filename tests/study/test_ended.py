@@ -1,6 +1,7 @@
 """A scene that was refined until it met its target begins there when it is run again, and only then."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.store import VARIABLE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.ended import WORDS, begun_where_it_ended, remember
+from seatfem.study.runs.ended import NOTE, ended_plan, remember
 from seatfem.study.runs.rounds import Round, rounds
 from seatfem.study.scene import load_scene
 
@@ -53,63 +54,72 @@ def last_of(plan: Plan, folder: Path) -> Round:
     return done
 
 
-def test_the_next_run_begins_with_the_last_ones_numbers_and_meets_at_once(store, tmp_path):
+def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(store, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
+    assert ended_plan(plan.scene) is None
     done = last_of(plan, tmp_path)
     assert done.met
     assert done.number > 1
     remember(done)
-    again = begun_where_it_ended(plan)
+    again = ended_plan(plan.scene)
+    assert again is not None
     assert again.method == done.plan.method
-    assert again.choice("run.time_step").reason == WORDS
+    for name in ("choices", "cost", "error", "shares", "alternatives", "without"):
+        assert getattr(again, name) == getattr(done.plan, name)
+    assert again.notes == (*done.plan.notes, NOTE)
     second = last_of(again, tmp_path)
     assert (second.met, second.number) == (True, 1)
     assert second.left.values == done.left.values  # the same numbers, without the rounds before
+    remember(second)
+    assert ended_plan(plan.scene) == again  # told once
 
 
-def test_other_questions_begin_as_planned(store, tmp_path):
+def test_other_questions_are_planned(store, tmp_path):
     remember(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
     for other in (
         SCENE.replace('"2 %"', '"3 %"'),
         SCENE.replace('"1 mm"', '"1.1 mm"'),
         SCENE.replace("duration", 'time_step = "50 ns"\nduration'),
     ):
-        plan = plan_of(tmp_path, other)
-        assert begun_where_it_ended(plan) is plan
-    named = plan_of(tmp_path, 'title = "another name"\n' + SCENE)
-    assert begun_where_it_ended(too_coarse(named)).method != too_coarse(named).method  # a title asks for nothing
+        assert ended_plan(plan_of(tmp_path, other).scene) is None
+    assert ended_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
 
 
 def test_what_met_in_one_round_or_missed_is_not_kept(store, tmp_path):
     done = last_of(plan_of(tmp_path), tmp_path)
     assert done.number == 1
     remember(done)
-    missed = last_of(
-        plan_of(tmp_path, SCENE.replace('"2 %"', '"0.1 %"').replace("[run]", '[run]\ntime_step = "2 us"')), tmp_path
-    )
+    strict = SCENE.replace('"2 %"', '"0.1 %"').replace("[run]", '[run]\ntime_step = "2 us"')
+    missed = last_of(plan_of(tmp_path, strict), tmp_path)
     assert not missed.met
     remember(replace(missed, number=2))
     assert not (store / "ended").exists()
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "no JSON",
-        "[]",
-        "{}",
-        '{"level": "closed form", "values": 3}',
-        '{"level": "rod", "values": {"run.time_step": 1e-7}}',
-        '{"level": "closed form", "values": {"run.time_step": -1e-7, "reed.n_modes": 10.5}}',
-        '{"level": "closed form", "values": {"run.time_step": NaN, "reed.n_modes": "40"}}',
-        "x" * 20_000,
-    ],
-)
-def test_a_file_that_is_not_sound_changes_nothing(store, tmp_path, text):
-    done = last_of(too_coarse(plan_of(tmp_path)), tmp_path)
-    remember(done)
-    (path,) = (store / "ended").iterdir()
-    assert json.loads(path.read_text())["level"] == "closed form"
-    path.write_text(text)
+HARM = {
+    "no JSON": lambda kept: "no JSON",
+    "a list": lambda kept: "[]",
+    "empty": lambda kept: "{}",
+    "level": lambda kept: {**kept, "values": {**kept["values"], "seat.model": "magic"}},
+    "reduction": lambda kept: {**kept, "values": {**kept["values"], "seat.greens.method": "magic"}},
+    "negative": lambda kept: {**kept, "values": {**kept["values"], "run.time_step": -1e-7}},
+    "infinite": lambda kept: {**kept, "values": {**kept["values"], "run.time_step": math.inf}},
+    "text": lambda kept: {**kept, "values": {**kept["values"], "reed.n_modes": "40"}},
+    "a key less": lambda kept: {key: value for key, value in kept.items() if key != "shares"},
+    "a value less": lambda kept: {**kept, "values": {"run.time_step": 1e-7}},
+    "measures": lambda kept: {**kept, "error": {}},
+    "choices": lambda kept: {**kept, "choices": [{"key": 1}]},
+    "large": lambda kept: {**kept, "more": "x" * 200_000},
+}
+
+
+@pytest.mark.parametrize("harm", HARM)
+def test_a_file_that_is_not_sound_changes_nothing(store, tmp_path, harm):
     plan = too_coarse(plan_of(tmp_path))
-    assert begun_where_it_ended(plan) is plan
+    remember(last_of(plan, tmp_path))
+    (path,) = (store / "ended").iterdir()
+    kept = json.loads(path.read_text())
+    assert ended_plan(plan.scene) is not None
+    harmed = HARM[harm](kept)
+    path.write_text(harmed if isinstance(harmed, str) else json.dumps(harmed))
+    assert ended_plan(plan.scene) is None

@@ -1,70 +1,80 @@
-"""Where the last run of a scene ended: the next one of the same scene begins with that method, and needs no rounds."""
+"""Where the last run of a scene ended: the next one of the same scene begins with that plan, and needs no other.
+
+A plan is data: the values of its keys, and what it tells. It is kept where a run met its target by refining.
+"""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict
 from pathlib import Path
-from typing import Final
+from typing import Final, get_args
 
 from impact.files.atomic import write_whole
 from impact.files.input_files import read_text
 from seatfem.machine.code import cache_folder, code_version
+from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import content_key
-from seatfem.study.method import FIELDS, PORTS
-from seatfem.study.planning.costs import predict_cost
-from seatfem.study.planning.plan import Plan
-from seatfem.study.planning.reasons import described
+from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RunMethod, stated_method
+from seatfem.study.planning.plan import Alternative, Choice, Cost, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 
-MOST: Final = 10_000  # bytes of the file
-WORDS: Final = "as the last run of this scene ended, where it met its target"
+MOST: Final = 100_000  # bytes of the file
+NOTE: Final = "planned as the last run of this scene ended, where it met its target"
+UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
 
-def begun_where_it_ended(plan: Plan) -> Plan:
-    """``plan`` with the open numbers of the last run that met its target by refining; itself where there was none, or
-    where its seat is modelled otherwise."""
+def ended_plan(scene: Scene) -> Plan | None:
+    """The plan of the last run of this very scene that met its target; ``None``: there was none, or it is not sound."""
     try:
-        found = json.loads(read_text(_file(plan.scene), MOST, ValueError))
-        level, values = found["level"], {key: found["values"][key] for key in FIELDS if key in found["values"]}
-    except (OSError, ValueError, TypeError, LookupError):  # none, or none that is sound: the plan stands as it is
-        return plan
-    numbers = {key: value for key, value in values.items() if plan.is_open(key) and _replaces(plan, key, value)}
-    if level != plan.level or not numbers:
-        return plan
-    method = plan.method.along(plan.scene, int(numbers[PORTS])) if PORTS in numbers else plan.method
-    method = method.replaced({key: value for key, value in numbers.items() if key != PORTS})
-    choices = tuple(
-        replace(choice, value=described(choice.key, numbers[choice.key]), reason=WORDS)
-        if choice.key in numbers
-        else choice
-        for choice in plan.choices
-    )
-    return replace(plan, method=method, choices=choices, cost=predict_cost(plan.scene, method), kept=False)
+        found = json.loads(read_text(_file(scene), MOST, ValueError))
+        method = _method(scene, found["values"])
+        cost = Cost(**found["cost"])
+        alternatives = tuple(Alternative(**{**each, "cost": Cost(**each["cost"])}) for each in found["alternatives"])
+        choices = tuple(Choice(**choice) for choice in found["choices"])
+        error, shares = dict(found["error"]), dict(found["shares"])
+        if not all(set(scene.accuracy.measures) <= set(part) for part in (error, *shares.values())):
+            return None
+        notes, without = map(str, found["notes"]), tuple(found["without"])
+    except UNSOUND:
+        return None
+    return Plan(scene, method, choices, cost, error, alternatives, shares, False, (*notes, NOTE), without)
 
 
 def remember(done: Round) -> None:
-    """Keep the numbers of a round that met the target and was not the first, where the store can be written to."""
+    """Keep the plan of a round that met the target and was not the first, where the store can be written to."""
     plan = done.plan
     if not done.met or done.number == 1:
         return
-    values = {key: plan.method.value(key) for key in FIELDS if plan.is_open(key)}
-    numbers = {key: value for key, value in values.items() if isinstance(value, int | float)}
-    with suppress(OSError):
+    values = {key: plan.method.value(key) for key in FIELDS}
+    told = {key: asdict(plan)[key] for key in ("cost", "error", "alternatives", "shares", "choices", "without")}
+    notes = [note for note in plan.notes if note != NOTE]
+    with suppress(OSError, TypeError):
         path = _file(plan.scene)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json.dumps({"level": plan.level, "values": numbers}).encode())
+        write_whole(path, json.dumps({"values": values, **told, "notes": notes}).encode())
 
 
-def _replaces(plan: Plan, key: str, value: object) -> bool:
-    """Whether it is a positive number where the plan has one of its kind."""
-    there = plan.method.value(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isinstance(there, int | float):
-        return False
-    return math.isfinite(value) and value > 0 and isinstance(value, int) == isinstance(there, int) and value != there
+def _method(scene: Scene, values: Mapping[str, object]) -> RunMethod:
+    """With these values of `FIELDS`; raises `ValueError` of what no plan has."""
+    stated = stated_method(scene)
+    if values[MODEL] not in get_args(AnyLevel) or values[REDUCTION] != stated.value(REDUCTION):
+        raise ValueError("another level or reduction")
+    numbers = {key: values[key] for key in FIELDS if key not in (MODEL, REDUCTION)}
+    for value in numbers.values():
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float) or not _sound(value)):
+            raise ValueError("no positive number")
+    ports = numbers.pop(PORTS)
+    along = stated.along(scene, ports) if isinstance(ports, int) else stated
+    return along.replaced({MODEL: values[MODEL], **numbers})
+
+
+def _sound(value: float) -> bool:
+    return math.isfinite(value) and value > 0
 
 
 def _file(scene: Scene) -> Path:

@@ -30,7 +30,7 @@ from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.ended import begun_where_it_ended, remember
+from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_reed_stress
@@ -102,7 +102,7 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
-        plan = begun_where_it_ended(plan_scene(scene, progress=progress, folder=folder))
+        plan = ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
