@@ -65,8 +65,8 @@ GAS: Final = (
 STRESS: Final = (
     ("largest, von Mises", "peak_seat_stress_Pa", "Pa"),
     ("  when", "peak_seat_stress_time_s", "s"),
-    ("largest tension", "peak_seat_principal_stress_Pa", "Pa"),
     ("  over rho c0 v", "peak_seat_stress_over_rho_c0_v", ""),
+    ("largest tension", "peak_seat_principal_stress_Pa", "Pa"),
 )
 BY_STEP: Final = (
     ("peak", "peak_force_N", "N"),
