@@ -58,3 +58,16 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
         if not np.isfinite(values[k]).all():
             raise ColumnsError(f"{path}:{line}: {told}: the numbers must be finite")
     return {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
+
+
+def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
+    """Raise `ColumnsError` where the points x, y of a table lie on one line."""
+    if np.linalg.matrix_rank(np.column_stack([table["x"], table["y"], np.ones_like(table["x"])])) < 3:
+        raise ColumnsError(f"{path}: its points lie on one line; three that do not are needed")
+
+
+def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
+    """(n,) of a column at points (n, 2), linear between the points x, y of a table; nan where these surround none."""
+    from scipy.interpolate import LinearNDInterpolator  # of scattered points only
+
+    return np.asarray(LinearNDInterpolator(np.column_stack([table["x"], table["y"]]), table[name])(points))

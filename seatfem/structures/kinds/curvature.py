@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from impact.greens.base import Array
 from seatfem.fields import ExistingFile, KeyProblem, Position, Table
-from seatfem.structures.formats.columns import ColumnsError, read_columns
+from seatfem.structures.formats.columns import ColumnsError, between, check_scattered, read_columns
 
 HEIGHTS: Final = [["0 mm", "0 um"], ["15 mm", "20 um"], ["30 mm", "60 um"]]
 COLUMNS: Final = {"x": "length", "y": "length", "height": "length"}
@@ -59,11 +59,8 @@ class Curvature(Table):
         found = read_columns(self.file, COLUMNS, ("x", "height"))
         if "y" not in found and (len(found["x"]) < 2 or np.any(np.diff(found["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
-        if (
-            "y" in found
-            and np.linalg.matrix_rank(np.column_stack([found["x"], found["y"], np.ones_like(found["x"])])) < 3
-        ):
-            raise ColumnsError(f"{self.file}: its points lie on one line; three that do not are needed")
+        if "y" in found:
+            check_scattered(self.file, found)
         return found
 
     def given(self, points: Array) -> Array:
@@ -74,13 +71,11 @@ class Curvature(Table):
             table = self._table()
             at, height = table["x"], table["height"]
             if "y" in table:
-                from scipy.interpolate import LinearNDInterpolator  # of scattered heights only
-
-                found = LinearNDInterpolator(np.column_stack([at, table["y"]]), height)(points)
+                found = between(table, "height", points)
                 if np.isnan(found).any():
                     x, y = 1e3 * points[np.isnan(found)][0]
                     raise KeyProblem("file", f"its points do not surround ({x:.4g}, {y:.4g}) mm, where the lip lies")
-                return np.asarray(found)
+                return found
         if (x := points[:, 0]).min() < at[0] or x.max() > at[-1]:
             key = "file" if self.heights is None else "heights"
             raise KeyProblem(

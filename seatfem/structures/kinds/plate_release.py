@@ -12,7 +12,7 @@ from impact.bodies.body import ModalState
 from impact.greens.base import Array
 from seatfem.fields import Approach, ExistingFile, KeyProblem, Position, Table
 from seatfem.structures.errors import ModelError
-from seatfem.structures.formats.columns import ColumnsError, read_columns
+from seatfem.structures.formats.columns import ColumnsError, between, check_scattered, read_columns
 
 if TYPE_CHECKING:
     from seatfem.structures.sheets import PlateModes
@@ -75,19 +75,13 @@ class PlateRelease(Table):
         found = read_columns(self.field, FIELD, ("x", "y"))
         if len(found) < 3:
             raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
-        if np.linalg.matrix_rank(np.stack([found["x"], found["y"], 0 * found["x"] + 1])) < 3:
-            raise ColumnsError(f"{self.field}: its points lie on one line; three that do not are needed")
+        check_scattered(self.field, found)
         return found
 
     def _at(self, name: str, points: Array) -> Array:
         """(n,) of a column at points (n, 2), nan where none surround them; zero of a column that is not there."""
-        from scipy.interpolate import LinearNDInterpolator  # of fields only
-
         table = self._table()
-        if name not in table:
-            return np.zeros(len(points))
-        places = np.column_stack([table["x"], table["y"]])
-        return np.asarray(LinearNDInterpolator(places, table[name])(points))
+        return between(table, name, points) if name in table else np.zeros(len(points))
 
     def start_at(self, centre: tuple[float, float]) -> float:
         """Deflection of the contact's centre at the start [m]."""
