@@ -51,6 +51,7 @@ for verb in (
     scene_verbs.trade,
     scene_verbs.greens,
     scene_verbs.modes,
+    other_verbs.init,
     other_verbs.faces,
     other_verbs.verify,
     other_verbs.doctor,
