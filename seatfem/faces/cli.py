@@ -47,6 +47,7 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
+    scene_verbs.report,
     scene_verbs.plan,
     scene_verbs.trade,
     scene_verbs.greens,
