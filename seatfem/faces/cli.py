@@ -48,6 +48,7 @@ for verb in (
     scene_verbs.demo,
     scene_verbs.run,
     scene_verbs.report,
+    scene_verbs.export,
     scene_verbs.plan,
     scene_verbs.trade,
     scene_verbs.greens,

@@ -1,4 +1,4 @@
-"""Verbs that take a scene, or its results: demo, run, report, plan, trade, greens, modes."""
+"""Verbs that take a scene, or its results: demo, run, report, export, plan, trade, greens, modes."""
 
 from __future__ import annotations
 
@@ -69,6 +69,27 @@ def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -
     path = output or folder / "report.html"
     write_report(folder, path)
     lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE
+
+
+def export(
+    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+) -> int:
+    """Write a run in the formats of other programs.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    to:
+        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
+    output:
+        Folder for the files [default: that of the run].
+    """
+    from seatfem.faces.exchange import export as write
+
+    for path in write(folder, to, output or folder):
+        lines(quiet=common.quiet).print(f"wrote {path}")
     return DONE
 
 

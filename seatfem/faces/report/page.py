@@ -132,9 +132,7 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         words = "Displacement of the struck patch after a unit impulse on it: what stands for the seat."
         found["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
     if shares := _shares(summary):
-        words = (
-            "What each part of the model may change; the error bar is made of these, with safety factors."
-        )
+        words = "What each part of the model may change; the error bar is made of these, with safety factors."
         found["Error budget"] = (words, draw.budget_figure(shares))
     return found
 
