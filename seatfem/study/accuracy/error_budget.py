@@ -30,7 +30,7 @@ from seatfem.study.impacts.contact import measures_of, problem_of, solved_strike
 from seatfem.study.impacts.measures import LIP, SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import DOUBT_OF_ONE_PORT, FEW, FEWER, HALF, MANY, OF_MODES, SHEAR_SHARE, SHORT
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 
@@ -195,7 +195,7 @@ def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProb
 
 
 def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
-    """`DOUBT_OF_ONE_PORT` times what as many arcs as a scene has by default change, against one port on the same
+    """`ONE_PORT_BAR` times what as many arcs as a scene has by default change, against one port on the same
     half-space, and as it was run: one change may be small by accident."""
     lip, surrogate = lip_of(scene), scene.seat.surrogate(scene.run.duration, scene.reed.face)
     whole = as_a_whole(seat.greens).modal or surrogate.greens.modal
@@ -205,7 +205,7 @@ def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: Contact
     one = divided_less(many, Division(1, lip.rings))
     as_before = problem_of(scene, problem.striker, impact.Body(one), stopper)
     varied = problem_of(scene, _along(scene, method, lip.arcs), impact.Body(many), stopper)
-    return ((Variation(varied, DOUBT_OF_ONE_PORT, as_before), Variation(varied, DOUBT_OF_ONE_PORT)),)
+    return ((Variation(varied, ONE_PORT_BAR, as_before), Variation(varied, ONE_PORT_BAR)),)
 
 
 def _along(scene: Scene, method: RunMethod, arcs: int) -> impact.Body:

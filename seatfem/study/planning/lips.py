@@ -18,7 +18,7 @@ from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.simpler import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, as_stated, is_given, stated_method
-from seatfem.study.safety import AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE
+from seatfem.study.safety import AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, STIFFER
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 from seatfem.study.scene.measures import all_measures
@@ -100,9 +100,9 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
 def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     """What one port in place of the arcs, and a beam in place of the plate, change, relative, by the model's name.
 
-    At two steps, of which the larger change counts: one may be small by accident. One port may be chosen
-    (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is what a plate
-    costs.
+    The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
+    be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
+    what a plate costs.
     """
     scene, division = bench.scene, Division.of(bench.seat)
     if division.arcs == 1 or bench.striker is None:
@@ -111,12 +111,12 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     dt, start = scene.run.filter_width / COARSE, bench.window.start
     longest = min(scene.run.duration - start, MOST_STEPS * dt)  # a beam stays longer than the plate does
     bench = replace(bench, window=replace(bench.window, duration=longest))
-    whole, found = as_a_whole(bench.seat), dict[str, Changes]()
-    benches = {name: replace(bench, seat=whole, other=body) for name, body in bodies}
-    for step in (2 * dt, dt):
-        here = bench.measures(dt=step)
+    benches, found = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
+    for step, yields in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
+        seat = bench.seat if yields == 1.0 else bench.seat.scaled(yields)
+        here, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
         for name, other in benches.items():
-            there = other.measures(dt=step)
+            there = other.measures(dt=step, seat=whole)
             change = relative_changes({m: here[m] for m in here if m in there}, there)
             found[name] = larger(change, found.get(name, change))
     return found
