@@ -59,6 +59,11 @@ class Structure(Striking):
     has_rings: ClassVar[bool] = False
     """Whether its struck patch may be divided into rings."""
 
+    @property
+    def is_swept(self) -> bool:
+        """Whether hexahedra can be swept through it, of a body that is meshed."""
+        return False
+
     # What it is
 
     def files(self) -> tuple[Path, ...]:
