@@ -65,7 +65,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
     with (
         suppress(GreensFunctionError),
         in_role("reed", scene.reed),
-    ):  # modes of many widths may miss its statics by 1e-9
+    ):  # many widths may miss their statics by 1e-9
         beam = scene.reed.as_a_beam(greens)
     if beam is not None:
         yield BEAM, beam
