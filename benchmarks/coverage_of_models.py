@@ -4,7 +4,7 @@
 
 draws flappers on lips, flat or tilted by 0.02 to 0.5 degrees, and judges the first round of each, as it was planned,
 against arcs and waves stated and finer (`coverage_of_lips.reference`); scenes that were planned with arcs and waves at
-once are left out. It appends a line per scene to results/coverage_of_models.jsonl, leaving out those that are there,
+once are left out, and from the twelfth on those with arcs. It appends a line per scene to results/coverage_of_models.jsonl, leaving out those that are there,
 then writes results/coverage_of_models.csv, a row per scene and measure. What one port and a beam would change by the
 pre-runs of every scene goes to results/models_in_place.csv, with the processor time of all its rounds, their number and
 their end, as planned and, where one port was chosen, in arcs.
@@ -36,7 +36,7 @@ from seatfem.study.planning.seen import Seen
 from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.scene import load_scene
 
-SEED, SCENES = 502, 80
+SEED, SCENES, ALL = 503, 80, 12
 FILE = Path(__file__).parent / "results" / "coverage_of_models.jsonl"
 IN_PLACE = FILE.with_name("models_in_place.csv")
 MEASURES = ("impulse", "filtered_peak")
@@ -53,7 +53,7 @@ class Several(Exception):
 
 
 def draw_scene(index: int, seed: int = SEED) -> str:
-    """Scene number ``index`` as TOML: one in five tilted, about any axis."""
+    """Scene number ``index`` as TOML: one in eight tilted, about any axis."""
     rng = np.random.default_rng([seed, index])
     bore, width = rng.uniform(3.0, 6.0), rng.uniform(0.6, 1.6)
     paddle = 2 * (bore + width + rng.uniform(0.8, 3.0))
@@ -71,11 +71,11 @@ def draw_scene(index: int, seed: int = SEED) -> str:
         f'release = {{ mode = 1, velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}\n'
     )
     contact = f'[contact]\ngap = "{rng.uniform(0.5, 5):.4f} um"\n'
-    if rng.random() < 0.2:
+    if rng.random() < 0.125:
         contact += f'tilt = "{10 ** rng.uniform(-1.7, -0.3):.4f} deg"\ntilt_axis = "{rng.uniform(0, 360):.3f} deg"\n'
-    run = f'[run]\nduration = "{rng.uniform(0.1, 0.2):.4f} ms"\nfilter_width = "{rng.uniform(2, 12):.4f} us"\n'
+    run = f'[run]\nduration = "{rng.uniform(0.1, 0.2):.4f} ms"\nfilter_width = "{rng.uniform(3, 15):.4f} us"\n'
     asked = MEASURES[: rng.integers(1, 3)]
-    target = f"target = {10 ** rng.uniform(-1.3, -0.6):.5f}\n"
+    target = f"target = {10 ** rng.uniform(-1.1, -0.6):.5f}\n"
     return f"{seat}{reed}{contact}{run}[accuracy]\n{target}measures = {json.dumps(asked)}\n"
 
 
@@ -89,9 +89,9 @@ def judge(index: int, seed: int) -> Verdict:
         scene = load_scene(path)
         plan = plan_scene(scene)
         ports, level = plan.method.ports or 1, plan.level
-        spent = [*_spent(plan), *(_spent(plan_scene(scene, without=(ONE_PORT,))) if ports == 1 else ())]
+        spent = [*_spent(plan), *_spent(plan_scene(scene, without=(ONE_PORT,)))] if ports == 1 else []
         _note(plan, index, seed, spent)
-        if ports > 1 and level != "spring":
+        if ports > 1 and (level != "spring" or index >= ALL):
             raise Several(f"{ports} ports, {level}")
         *_, done = rounds(plan, Path(folder), Stopwatch(), silent, limits=Limits(rounds=1))
         exact = reference(done)

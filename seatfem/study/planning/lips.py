@@ -129,9 +129,9 @@ def several_needed(scene: Scene) -> str:
         return f"{along[0]} is told along the lip alone"
     if uneven := contact.uneven or ("curvature" if scene.reed.is_curved else ""):
         return f"one port cannot tell of {uneven}"
-    if not scene.reed.meets_lips or scene.stress is not None or scene.life is not None:
-        return "stress is asked for where the lip presses" if scene.reed.meets_lips else "the striker is no plate"
-    return ""
+    if scene.stress is not None or scene.life is not None:
+        return "stress is asked for where the lip presses"
+    return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "the reed meets no lip as a whole"
 
 
 def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
