@@ -4,10 +4,11 @@
 
 draws flappers on lips, flat or tilted by 0.02 to 0.5 degrees, and judges the first round of each, as it was planned,
 against arcs and waves stated and finer (`coverage_of_lips.reference`); scenes that were planned with arcs and waves at
-once are left out, and from the twelfth on those with arcs. It appends a line per scene to results/coverage_of_models.jsonl, leaving out those that are there,
-then writes results/coverage_of_models.csv, a row per scene and measure. What one port and a beam would change by the
-pre-runs of every scene goes to results/models_in_place.csv, with the processor time of all its rounds, their number and
-their end, as planned and, where one port was chosen, in arcs.
+once are left out, and from the twelfth on those with arcs. It appends a line per scene to
+results/coverage_of_models.jsonl, leaving out those that are there, then writes results/coverage_of_models.csv, a row
+per scene and measure. What one port and a beam would change by the pre-runs of every scene goes to
+results/models_in_place.csv, with the processor time of all rounds, their number and their end, as planned and in arcs,
+where one port was chosen.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def test_stated_ports_are_obeyed(folder: Path) -> None:
 
 
 def test_the_bar_is_what_arcs_change(folder: Path) -> None:
-    """Computed here from the bodies: the seat's answer as a whole and a half-space under 32 arcs, against one port on either."""
+    """Computed here from the bodies: the seat's answer as a whole over a half-space under 32 arcs, against one port."""
     done = first_round(folder)
     scene, method = done.plan.scene, done.plan.method
     whole, patch = done.seat.greens.modal, scene.seat.surrogate(scene.run.duration, scene.reed.face).patch
