@@ -51,8 +51,8 @@ stated (the JSON table says which) and runs in a process of its own, on one thre
   or pictures. The start of the program is a column of its own. What takes less than a few seconds is measured twice and
   the second counts, so that compiled code is not loaded in it. Peak memory is that of the point's process.
 - **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The rings
-  of the patch are one, or as the file states; where the planner takes more, as on the meshed seat, so many are a rung of
-  their own, and the reference has twice as many. The
+  of the patch are one, or as the file states; where the planner takes more, as on the meshed seat, so many are a rung
+  of their own, and the reference has twice as many. The
   reference is computed once more, one notch coarser in every choice; their difference over {RATIO} - 1 (order 1) is
   the reference's own uncertainty: the shaded floor. Errors below it are drawn at its edge and count as the floor.
 - **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones
