@@ -29,6 +29,7 @@ from seatfem.structures.method import COARSENING
 from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.method import REED_BAND, as_stated
+from seatfem.study.planning.lips import FEWEST
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.scene import load_scene
@@ -110,7 +111,7 @@ def judge(index: int, seed: int) -> Verdict:
 def reference(done: Round) -> Values:
     """The measures with more ports and modes, a finer mesh, a wider band and a shorter step."""
     method, scene = done.plan.method, done.plan.scene
-    ports = min(MOST_PORTS, MORE_PORTS * (method.ports or 1))
+    ports = min(MOST_PORTS, MORE_PORTS * max(FEWEST, method.ports or 1))
     spec = scene.seat.mesh_spec(method.seat)
     band = method.seat.bandwidth
     assert band is not None

@@ -419,8 +419,19 @@ def _stop(signum: int, frame: object) -> None:
     raise _TooLong
 
 
-def cover(path: Path, seed: int, indices: range, judge: Callable[[int, int], Verdict], longest: int) -> None:
-    """Judge the scenes of a seed that are not in the file, each within so many seconds; table and shares."""
+def cover(
+    path: Path,
+    seed: int,
+    indices: range,
+    judge: Callable[[int, int], Verdict],
+    longest: int,
+    refused: type[Exception] = ConvergenceError,
+) -> None:
+    """Judge the scenes of a seed that are not in the file, each within so many seconds; table and shares.
+
+    ``refused``: what a scene that is not to be judged ends with; by default, stated band, tolerance and duration that
+    no Krylov space holds.
+    """
     signal.signal(signal.SIGALRM, _stop)
     done = {(v.seed, v.index) for v in read(path)}
     for index in indices:
@@ -428,7 +439,7 @@ def cover(path: Path, seed: int, indices: range, judge: Callable[[int, int], Ver
             signal.alarm(longest)
             try:
                 verdict = judge(index, seed)
-            except ConvergenceError as refusal:  # stated band, tolerance and duration that no Krylov space holds
+            except refused as refusal:
                 print(f"{index:3d} refused: {refusal}", flush=True)  # noqa: T201
                 continue
             except _TooLong:

@@ -1,12 +1,14 @@
 """Speed for accuracy of several scenes: docs/trade.md with its pictures, and the tables in benchmarks/results.
 
-Run: python benchmarks/trade_charts.py [folder of the journals; default: trade-charts]
-A run that was stopped goes on where it was.
+Run: python benchmarks/trade_charts.py [folder of the journals; default: trade-charts] [scenes]
+A run that was stopped goes on where it was. With names of scenes, only these are measured anew; the others stay.
 """
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -48,9 +50,9 @@ stated (the JSON table says which) and runs in a process of its own, on one thre
 - **Time** is processor time from the scene to its measures: mesher, assembly, reduction, contact; no error bars, files
   or pictures. The start of the program is a column of its own. What takes less than a few seconds is measured twice and
   the second counts, so that compiled code is not loaded in it. Peak memory is that of the point's process.
-- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice but the
-  rings of the patch: ladder and reference have the number that the file states, or one. Where the planner takes more,
-  as on the meshed seat, what they mend counts as its error. The
+- **Error** is the relative difference from a reference that is finer than the whole ladder in every choice. The rings
+  of the patch are one, or as the file states; where the planner takes more, as on the meshed seat, so many are a rung
+  of their own, and the reference has twice as many. The
   reference is computed once more, one notch coarser in every choice; their difference over {RATIO} - 1 (order 1) is
   the reference's own uncertainty: the shaded floor. Errors below it are drawn at its edge and count as the floor.
 - **Stopped** points (time limit; {LONGER:g} times as long for the reference and the planner's choice) and failed ones
@@ -124,10 +126,19 @@ def write_document(found: list[Charted]) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def main(folder: Path) -> None:
+def put_in_place(charted: Charted) -> None:
+    """One scene of the document anew."""
+    mark, name = f'\n<a id="{charted.name}"></a>', re.escape(charted.name)
+    text = re.sub(rf"(?m)^\| \[.*\]\(#{name}\).*\n", lambda _: line(charted), DOCUMENT.read_text(encoding="utf-8"))
+    text = re.sub(rf"(?s){mark}.*?(?=\n<a id=|\Z)", lambda _: section(charted), text)
+    with whole_file(DOCUMENT) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def main(folder: Path, names: Sequence[str]) -> None:
     """Measure, draw, write; the document grows scene by scene."""
     found: list[Charted] = []
-    for name in SCENES:
+    for name in names or SCENES:
         trade = measure_trade(ROOT / "examples" / f"{name}.toml", folder / f"{name}.jsonl", time_limit=LIMIT)
         tables = [RESULTS / f"trade_{name}.{ending}" for ending in ("csv", "json")]
         write_trade(trade, *tables)
@@ -135,8 +146,11 @@ def main(folder: Path) -> None:
             table.write_text(table.read_text(encoding="utf-8").replace(f"{ROOT}/", ""), encoding="utf-8")
         draw_trade(trade, DOCUMENT.parent / "images" / f"trade_{name}.png")
         found.append(Charted(name, trade))
-        write_document(found)
+        if names:
+            put_in_place(found[-1])
+        else:
+            write_document(found)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("trade-charts"))
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("trade-charts"), sys.argv[2:])

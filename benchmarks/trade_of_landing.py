@@ -26,7 +26,9 @@ HEAD: Final = """# Speed for accuracy of a tilted landing
 Written by `python benchmarks/trade_of_landing.py`. Measured on {machine}.
 [Speed for accuracy](trade.md) says what the ladder, the errors and the star are; here it is a third of the ladder
 (`--quick`), with {limit:g} processor seconds for a point. The file states 96 arcs of the lip and the step; the planner
-chooses both. Of the seat's other levels none is struck along a lip: they are in the table with the reason.
+chooses both. One port (the mean of the lip, over the mean of the gap) and a beam (of the plate's widths, at the
+paddle's centre) stand in place of arcs and plate, on the centre's seat: they tell no force per length, so that they are
+on the fronts of the other two measures at most. Of the seat's other levels none is struck along a lip, nor is a column.
 
 | scene | points | target | planner's error | planner's time | excess over the front | over the cheapest at target | \
 over the front with guesses |

@@ -89,6 +89,11 @@ class RunMethod:
         return found
 
 
+def chooses_one_port(scene: Scene, method: RunMethod) -> bool:
+    """Whether ``method`` has one port in place of a lip's arcs and the file of the ``scene`` does not say so."""
+    return method.ports == 1 and not is_given(scene, PORTS)
+
+
 def stated_method(scene: Scene) -> RunMethod:
     """What the file states, and the defaults of what it leaves open: for a run without a plan.
 

@@ -16,11 +16,14 @@ STEP_UP: Final = 2.5  # ratio of the targets of the alternatives to the target
 FINEST: Final = 0.05  # part of the tightest target looked at that the finest rungs of a ladder must reach
 MODES_SHARE: Final = 0.5  # the same of the modes of a plate that strikes
 ARCS_SHARE: Final = 0.5  # part of the target that the arcs of a lip may use up
+LIP_SHARE: Final = 0.25  # the same of one port in their place: with 0.5, arcs after it cost more than arcs at once
 LEVEL_SHARE: Final = 4  # without a plan: the part of the target that a level may use up by itself
 
 # What a plan predicts of the bars that its run will state, over what it sees beforehand.
 DOUBT: Final = 2.0  # the surrogate's waves, over which the seat's may be stronger
 DOUBT_OF_ARCS: Final = 3.0  # the same of a lip in arcs: with 2, four of 100 measures were outside their bars
+DOUBT_OF_ONE_PORT: Final = 3.0  # of one port in place of arcs: with 1.5, runs found three of seven choices too coarse
+ONE_PORT_BAR: Final = 1.5  # the bar that a run states for one port, over what arcs on a half-space change
 MESH_BAR: Final = 2.0  # the bar that a run states for its mesh, over the error that the mesh has
 MESH_BAR_OF_ARCS: Final = 3.0  # the same of the arcs of a lip, which see less of the body and more of its surface
 PATCH_BAR: Final = 2.0  # what a run states for its patch, over what the static compliance has of it

@@ -10,7 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from impact import measures
 from seatfem.faces.cli import run_command
+from seatfem.study.impacts.contact import seat_of, striker_of
+from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_models
+from seatfem.study.method import stated_method
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.trade import runner, trade
 from seatfem.study.trade.ladder import BY_HAND, RATIO, centre_of, ladder, reference_point
@@ -18,6 +22,7 @@ from seatfem.study.trade.point import ALL_OPEN, Outcome, Point, carry_out, scene
 from seatfem.study.trade.runner import run_point, run_points
 from seatfem.study.trade.table import summary_of
 from seatfem.study.trade.trade import PLANNED, Trade, cost_excess, pareto_front
+from tests.flapper_scene import FLAPPER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
@@ -29,6 +34,27 @@ seat = { kind = "rod", young = "200 GPa", density = "7850 kg/m^3", length = "50 
 reed = { kind = "rigid_mass", mass = "20 g", velocity = "-1 m/s" }
 run = { duration = "0.1 ms", filter_width = "2 us" }
 accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_duration"] }
+"""
+
+TILTED = f"""
+[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+model = "spring"
+material = "steel"
+mesh = {{ size = "2.5 mm", contact_size = "0.5 mm" }}
+[reed]
+{FLAPPER}greens = {{ bandwidth = "40 kHz" }}
+release = {{ velocity = "-2 m/s" }}
+[contact]
+tilt = "0.3 deg"
+ports = 8
+[run]
+duration = "0.1 ms"
+time_step = "0.1 us"
+[accuracy]
+measures = ["impulse", "line_force"]
 """
 
 
@@ -105,6 +131,43 @@ def test_lanczos_runs_where_the_mass_is_diagonal():
     assert "hexahedra, reduction lanczos" in names
     names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_annular_seat.toml")) if p.varied == "reduction"}
     assert names == {"reduction krylov", "reduction modes", "reduction second_order"}
+
+
+@pytest.mark.parametrize("name", ["tilted_landing", "slot_landing"])
+def test_along_a_lip_there_is_what_serves_there(name: str):
+    scene = load_scene(EXAMPLES / f"{name}.toml")
+    points = {p.name: p for p in ladder(scene, quick=True)}
+    assert {"beam", "one port", "16 ports", "64 ports", "spring, statics, centre"} <= set(points)
+    assert {p.family for p in points.values()} == {"spring", centre_of(scene).family}
+    assert not {p.varied for p in ladder(scene)} & {"by hand", "tolerance", "reduction"}
+
+
+def test_hexahedra_are_for_what_can_be_swept():
+    names = {p.name for p in ladder(load_scene(EXAMPLES / "flapper_on_valve_body.toml"))}
+    assert not [name for name in names if "hexahedra" in name]
+
+
+def test_the_reference_has_more_rings_than_the_plan():
+    scene = load_scene(EXAMPLES / "mass_on_meshed_seat.toml")
+    found = [reference_point(scene, 2.0, coarser=coarser, rings=4).settings["contact.rings"] for coarser in (0, 1)]
+    assert found == [8, 4]
+    assert "4 rings" in {p.name for p in ladder(scene, rings=4)}
+    assert "contact.rings" not in reference_point(scene, 2.0).settings
+
+
+def test_one_port_and_a_beam_are_those_of_a_run(tmp_path: Path):
+    """A point with the plate's or the beam's one contact says what the run tells beside its arcs."""
+    path = tmp_path / "scene.toml"
+    path.write_text(TILTED, encoding="utf-8")
+    scene = load_scene(path)
+    method = stated_method(scene)
+    seat, dt = seat_of(scene, method=method.seat, mesh_error=False), scene.run.time_step
+    found = simpler_models(scene, striker_of(scene, method=method.reed), seat.greens, dt)
+    for name in (ONE_PORT, BEAM):
+        outcome = carry_out(path, Point(name, "spring", name, in_place=name))
+        assert outcome.state == "done", outcome.reason
+        assert outcome.values["impulse"] == pytest.approx(measures.impulse(found[name].seat), rel=5e-3)
+        assert "line_force" not in outcome.values
 
 
 def test_closed_forms_have_time_steps_and_nothing_to_mesh():
@@ -300,6 +363,15 @@ def test_errors_below_the_floor_do_not_count():
     assert found.excess_at_target("2") == pytest.approx(4 / 3)
     assert math.isnan(found.excess_at_target("1"))
     assert math.isnan(found.error("never", "impulse"))
+
+
+def test_a_point_that_does_not_tell_a_measure_is_on_the_fronts_of_others_alone():
+    found = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
+    del found.outcomes["0"].values["filtered_peak"]  # type: ignore[attr-defined]
+    assert math.isnan(found.trusted_error("0"))
+    assert "0" in found.front("impulse")
+    assert "0" not in found.front()
+    assert "0" not in found.front("filtered_peak")
 
 
 def test_a_lucky_guess_is_no_rival_but_is_told():

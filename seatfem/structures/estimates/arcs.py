@@ -10,6 +10,7 @@ import numpy as np
 from impact.exact.half_space import square_compliance
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.rings import ring_shares
 
@@ -41,6 +42,14 @@ def arc_compliance(lip: AnyLip, young: float, poisson: float) -> Array:
             found[arc] = np.roll(found[0], arc, axis=1)
     full = found.reshape(lip.arcs * lip.rings, -1)
     return np.asarray((full + full.T) / 2)
+
+
+def on_its_patch(whole: ModalGreens, lip: AnyLip, patch: Patch) -> ModalGreens:
+    """`in_arcs` of the material under a struck ``patch``."""
+    squared = (patch.c_p / patch.c_s) ** 2
+    poisson = (squared - 2) / (2 * (squared - 1))
+    young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
+    return in_arcs(whole, lip, young, poisson, patch.impedance)
 
 
 def in_arcs(whole: ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> ModalGreens:

@@ -50,6 +50,11 @@ class Drawn(Elastic):
 
     is_drawn: ClassVar[bool] = True
 
+    @property
+    def is_swept(self) -> bool:
+        geometry = self.geometry()
+        return geometry.plan is not None or geometry.profile is not None
+
     mesh: Mesh = default({}, "how fine the finite elements are")
     model: Literal["auto", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"] = Field(
         "auto", description="how much of the body is modelled; auto: the cheapest that serves; spring: its statics only"

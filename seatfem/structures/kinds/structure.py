@@ -116,6 +116,11 @@ class Structure(Striking):
     # How it is modelled
 
     @property
+    def is_swept(self) -> bool:
+        """Whether hexahedra can be swept through it, of a body that is meshed."""
+        return False
+
+    @property
     def given_mesh(self) -> str:
         """Name of the file whose mesh is taken as it is; "" where a mesh can be made finer, or there is none."""
         return ""

@@ -13,15 +13,26 @@ from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, narrower, with_body
 from impact.runs.variations import of_g as of_body
-from seatfem.structures.rings import OF_TWICE, Division, divided_less, left_by, parts_behind, rings_of, with_fewer_rings
+from seatfem.structures.estimates.arcs import on_its_patch
+from seatfem.structures.rings import (
+    OF_TWICE,
+    Division,
+    as_a_whole,
+    divided_less,
+    left_by,
+    parts_behind,
+    rings_of,
+    with_fewer_rings,
+)
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, solved_striker, stopper_of, striker_of
-from seatfem.study.impacts.measures import SOURCES, STRIKER, measured
+from seatfem.study.impacts.measures import LIP, SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
-from seatfem.study.method import RunMethod
-from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES, SHEAR_SHARE, SHORT
+from seatfem.study.method import RunMethod, chooses_one_port
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES, ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
+from seatfem.study.scene.lips import lip_of
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -52,6 +63,8 @@ def error_budget(
       `seatfem.structures.rings.left_by`. A rod or spring has no patch, and of a function from a file it is not known.
     - striker: mesh, reduction and level of one that was computed (``reed``), as those of the seat; what is not known of
       them is named beside the bars.
+    - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
+      half-space, which tells the arcs from each other.
     A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted. A stopper
     stays as it is in all runs, and no bar knows its errors.
     """
@@ -63,6 +76,8 @@ def error_budget(
         "model": _of_model(scene, method, seat, problem),
         "patch": _of_patch(scene, method, seat, problem),
     }
+    if chooses_one_port(scene, method):
+        found[LIP] = _of_one_port(scene, method, seat, problem)
     of_reed = {} if reed is None else _of_reed(scene, reed, problem)
     if reed is not None:
         found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
@@ -73,7 +88,7 @@ def error_budget(
 
     values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
-    names = (*SOURCES, *([] if reed is None else [STRIKER]))
+    names = (*SOURCES, *(name for name in (STRIKER, LIP) if name in found))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
 
 
@@ -172,15 +187,31 @@ def _of_arcs(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProb
         return None
     if other == division:
         other, weight = Division(division.arcs // 2, division.rings), OF_TWICE - 1
-    striker = problem.striker
-    if scene.reed.meets_lips:
-        how = method.along(scene, other.arcs).reed
-        solved = solved_striker(scene, method=how, mesh_error=False)
-        striker = striker_of(scene, greens=None if solved is None else solved.greens)
+    striker = _along(scene, method, other.arcs) if scene.reed.meets_lips else problem.striker
     stopper, same = stopper_in(problem), impact.Body(divided_less(finer, division))
     as_before = problem_of(scene, problem.striker, same, stopper)
     varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
     return ((Variation(varied, weight, as_before),),)
+
+
+def _of_one_port(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
+    """`ONE_PORT_BAR` times what as many arcs as a scene has by default change, against one port on the same
+    half-space, and as it was run: one change may be small by accident."""
+    lip, surrogate = lip_of(scene), scene.seat.surrogate(scene.run.duration, scene.reed.face)
+    whole = as_a_whole(seat.greens).modal or surrogate.greens.modal
+    if lip is None or whole is None or surrogate.patch is None:
+        return None
+    many, stopper = on_its_patch(whole, lip, surrogate.patch), stopper_in(problem)
+    one = divided_less(many, Division(1, lip.rings))
+    as_before = problem_of(scene, problem.striker, impact.Body(one), stopper)
+    varied = problem_of(scene, _along(scene, method, lip.arcs), impact.Body(many), stopper)
+    return ((Variation(varied, ONE_PORT_BAR, as_before), Variation(varied, ONE_PORT_BAR)),)
+
+
+def _along(scene: Scene, method: RunMethod, arcs: int) -> impact.Body:
+    """The plate with the lip in so many arcs."""
+    solved = solved_striker(scene, method=method.along(scene, arcs).reed, mesh_error=False)
+    return striker_of(scene, greens=None if solved is None else solved.greens)
 
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:

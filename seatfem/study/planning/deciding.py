@@ -80,7 +80,7 @@ class Choices:
     """
 
     seen: Seen
-    without: tuple[AnyLevel, ...] = ()
+    without: tuple[str, ...] = ()
 
     @cached_property
     def seats(self) -> tuple[SeatOption, ...]:

@@ -8,19 +8,20 @@ from typing import Final
 
 from impact.bodies.body import Body
 from impact.progress import Progress
-from impact.runs.budget import larger, safety, times
-from seatfem.structures.estimates.arcs import in_arcs
+from impact.runs.budget import larger, safety, times, total
+from seatfem.structures.estimates.arcs import on_its_patch
 from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.rings import MOST_PORTS, OF_TWICE, Division, arcs_joined, as_a_whole, divided_less, parts_behind
 from seatfem.study.accuracy.prerun import MOST as MOST_STEPS
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.impacts.contact import striker_of
-from seatfem.study.impacts.simpler import simpler_bodies
+from seatfem.study.impacts.simpler import ONE_PORT, simpler_bodies
 from seatfem.study.method import PORTS, as_stated, is_given, stated_method
-from seatfem.study.safety import ARCS_SHARE
+from seatfem.study.safety import AIM, ARCS_SHARE, DOUBT_OF_ONE_PORT, LIP_SHARE, STIFFER
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
+from seatfem.study.scene.measures import all_measures
 
 FEWEST: Final = 16  # arcs: fewer tell nothing of how they converge
 MOST: Final = 64  # that are chosen without being asked for
@@ -49,7 +50,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     assert usual is not None
     stated = is_given(scene, PORTS)
     most = usual if stated else min(MOST, MOST_PORTS // scene.contact.rings)
-    finest = _with(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
+    finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, there = stand_in_of(finest, progress), Division.of(seat)
     bench = Bench(finest, seat, first_look(finest, seat, striker, stopper), striker, stopper)
@@ -77,7 +78,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         if any(safety(name) * left[name] > aim for name in scene.accuracy.measures):
             break
         chosen //= 2
-    here = _with(scene, chosen)
+    here = with_ports(scene, chosen)
     return Arcs(here, surrogate_in_arcs(here, surrogate), left_by(chosen))
 
 
@@ -92,15 +93,16 @@ def in_more_arcs(scene: Scene, surrogate: Surrogate, arcs: Arcs, beside: Changes
     twice = 2 * (stated_method(scene).ports or 1)
     if not (full and few) or twice * scene.contact.rings > MOST_PORTS:
         return replace(arcs, scene=scene)
-    more = _with(scene, twice)
+    more = with_ports(scene, twice)
     return Arcs(more, surrogate_in_arcs(more, surrogate), times(0.5, arcs.left))
 
 
 def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     """What one port in place of the arcs, and a beam in place of the plate, change, relative, by the model's name.
 
-    They are told, and not chosen: one port saves what 16 arcs cost, less than a second, and no bar holds its error; to
-    know a beam's, the plate must be computed.
+    The largest change counts at two steps, and on a seat that yields less: one may be small by accident. One port may
+    be chosen (`one_port_in_place`). A beam is told alone: to know its error the plate must be computed, and that is
+    what a plate costs.
     """
     scene, division = bench.scene, Division.of(bench.seat)
     if division.arcs == 1 or bench.striker is None:
@@ -109,9 +111,45 @@ def of_simpler(bench: Bench) -> Mapping[str, Changes]:
     dt, start = scene.run.filter_width / COARSE, bench.window.start
     longest = min(scene.run.duration - start, MOST_STEPS * dt)  # a beam stays longer than the plate does
     bench = replace(bench, window=replace(bench.window, duration=longest))
-    here, whole = bench.measures(dt=dt), as_a_whole(bench.seat)
-    found = {name: replace(bench, seat=whole, other=body).measures(dt=dt) for name, body in bodies}
-    return {name: relative_changes({m: here[m] for m in here if m in there}, there) for name, there in found.items()}
+    benches, found = {name: replace(bench, other=body) for name, body in bodies}, dict[str, Changes]()
+    for step, yields in ((2 * dt, 1.0), (dt, 1.0), (dt, STIFFER)):
+        seat = bench.seat if yields == 1.0 else bench.seat.scaled(yields)
+        here, whole = bench.measures(dt=step, seat=seat), as_a_whole(seat)
+        for name, other in benches.items():
+            there = other.measures(dt=step, seat=whole)
+            change = relative_changes({m: here[m] for m in here if m in there}, there)
+            found[name] = larger(change, found.get(name, change))
+    return found
+
+
+def several_needed(scene: Scene) -> str:
+    """Why the lip needs several ports whatever one would change; "" where nothing is against one."""
+    names, contact = all_measures(), scene.contact
+    if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
+        return f"{along[0]} is told along the lip alone"
+    if uneven := contact.uneven or ("curvature" if scene.reed.is_curved else ""):
+        return f"one port cannot tell of {uneven}"
+    if scene.stress is not None or scene.life is not None:
+        return "stress is asked for where the lip presses"
+    return "" if scene.reed.meets_lips and lip_of(scene, 1) is not None else "the reed meets no lip as a whole"
+
+
+def one_port_in_place(scene: Scene, arcs: Arcs, simpler: Mapping[str, Changes], beside: Changes) -> Changes | None:
+    """What one port in place of the ``arcs`` leaves, where it may be taken; ``None`` where it may not.
+
+    That is `DOUBT_OF_ONE_PORT` times what it changes, and what the arcs leave that it is compared with: at most
+    `LIP_SHARE` of the target, and with what stands ``beside`` it the part of the target that plans aim at.
+    """
+    if is_given(scene, PORTS) or ONE_PORT not in simpler or several_needed(scene):
+        return None
+    change = times(DOUBT_OF_ONE_PORT, simpler[ONE_PORT])
+    left = total(change, {name: arcs.left[name] for name in change})
+    target = scene.accuracy.target
+    for name in scene.accuracy.measures:
+        bar = safety(name) * left[name]
+        if bar > LIP_SHARE * target or bar + safety(name) * beside.get(name, 0.0) > AIM * target:
+            return None
+    return left
 
 
 def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
@@ -120,12 +158,9 @@ def surrogate_in_arcs(scene: Scene, surrogate: Surrogate) -> Surrogate:
     assert lip is not None
     assert whole is not None
     assert patch is not None
-    squared = (patch.c_p / patch.c_s) ** 2
-    poisson = (squared - 2) / (2 * (squared - 1))
-    young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
-    greens = in_arcs(whole, lip, young, poisson, patch.impedance)
-    return Surrogate(greens, False, f"{surrogate.words}, in {lip.arcs} arcs", patch)
+    return Surrogate(on_its_patch(whole, lip, patch), False, f"{surrogate.words}, in {lip.arcs} arcs", patch)
 
 
-def _with(scene: Scene, arcs: int) -> Scene:
+def with_ports(scene: Scene, arcs: int) -> Scene:
+    """With its lip in so many, stated."""
     return as_stated(scene, stated_method(scene).along(scene, arcs))

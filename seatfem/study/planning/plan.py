@@ -72,7 +72,7 @@ class Plan:
         shares: by source, then measure, the predicted relative error that it leaves.
         kept: whether the seat's Green's function is there already.
         notes: what is worth telling, such as a target out of reach.
-        without: levels that were found too coarse before.
+        without: levels of the seat, or `ONE_PORT`, that were found too coarse before.
     """
 
     scene: Scene
@@ -84,7 +84,7 @@ class Plan:
     shares: Mapping[Source, Mapping[str, float]] = field(default_factory=dict)
     kept: bool = False
     notes: tuple[str, ...] = ()
-    without: tuple[AnyLevel, ...] = ()
+    without: tuple[str, ...] = ()
 
     @property
     def level(self) -> AnyLevel:

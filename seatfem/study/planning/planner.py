@@ -12,11 +12,11 @@ from impact.runs.budget import safety
 from seatfem.machine.rates import Machine
 from seatfem.structures import cache
 from seatfem.structures.estimates.mesh_size import ERRORS
-from seatfem.structures.method import AnyLevel
 from seatfem.structures.store import Store
 from seatfem.study.impacts.contact import check_length, check_step
+from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.impacts.validity import stopper_notes, validity_advice
-from seatfem.study.method import BAND, TOLERANCE, RunMethod, is_given
+from seatfem.study.method import BAND, PORTS, TOLERANCE, RunMethod, is_given
 from seatfem.study.planning.costs import predict_cost
 from seatfem.study.planning.deciding import Choices, Decision
 from seatfem.study.planning.plan import Alternative, Plan
@@ -38,7 +38,7 @@ def plan_scene(
     *,
     folder: Path | None = None,
     store: Store | None = None,
-    without: tuple[AnyLevel, ...] = (),
+    without: tuple[str, ...] = (),
 ) -> Plan:
     """Every open key of ``scene`` chosen, with reason and number; predicted cost and error.
 
@@ -47,7 +47,7 @@ def plan_scene(
         machine: rates of this computer; default: those known.
         folder: of the run, whose seat may serve again.
         store: of seats; default: the user's.
-        without: levels that are not to be chosen, because a run has found them too coarse.
+        without: levels of the seat, or `ONE_PORT`, that are not to be chosen: a run has found them too coarse.
 
     Raises:
         RunError: a given time step that cannot resolve the measures; more steps than can be stored.
@@ -59,7 +59,7 @@ def plan_scene(
     machine, target = machine or Machine.known(), scene.accuracy.target
     surrogate = scene.seat.surrogate(scene.run.duration, scene.reed.face)
     progress("planning", 0.1)
-    choices = Choices(Seen.of(scene, surrogate, machine, progress), without)
+    choices = Choices(Seen.of(scene, surrogate, machine, progress, without), without)
     wanted = decision = choices.cheapest(target)
     method, at_hand = _at_hand(wanted, folder, Store.default() if store is None else store)
     if not at_hand:
@@ -166,6 +166,8 @@ def _notes(plan: Plan, wanted: Decision, decision: Decision) -> tuple[str, ...]:
             "the run measures it"
         )
     for model, changes in seen.simpler.items():
+        if model == ONE_PORT and not is_given(plan.scene, PORTS):  # chosen, or not
+            continue
         left = {name: safety(name) * changes[name] for name in plan.scene.accuracy.measures if name in changes}
         if len(left) == len(plan.scene.accuracy.measures) and max(left.values()) <= target:
             name = max(left, key=lambda measure: left[measure])

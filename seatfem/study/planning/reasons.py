@@ -36,8 +36,9 @@ from seatfem.study.method import (
 )
 from seatfem.study.planning.costs import closed_form, finite_elements, striker_poles
 from seatfem.study.planning.deciding import Decision
+from seatfem.study.planning.lips import several_needed
 from seatfem.study.planning.plan import Choice
-from seatfem.study.safety import FEW, FEWER, MANY
+from seatfem.study.safety import FEW, FEWER, LIP_SHARE, MANY
 from seatfem.study.scene import Scene
 
 WORDS: Final = {ONE_PORT: "one port", BEAM: "a beam"}
@@ -51,9 +52,8 @@ def choices_of(decision: Decision, method: RunMethod, at_hand: str) -> tuple[Cho
     for key, reason in _REASONS.items():
         if not has_key(scene, key) or (value := method.value(key)) is None:
             continue
-        if (key in _OF_THE_MESH and not of_the_mesh) or (
-            key in (RINGS, PORTS, REED_BAND) and key not in decision.changes
-        ):
+        unfelt = key in _WHERE_FELT and not any(each in decision.changes for each in _WHERE_FELT[key])
+        if (key in _OF_THE_MESH and not of_the_mesh) or unfelt:
             continue
         found.append(Choice(key, described(key, value), reason(decision, method), is_given(scene, key)))
     if at_hand:
@@ -129,7 +129,11 @@ def _most(changes: Changes) -> str:
 
 
 def _level(decision: Decision, method: RunMethod) -> str:
-    return decision.seat.why
+    """Of a lip that has been looked at in arcs, also what the other of statics and waves would change."""
+    seen = decision.seen
+    looked_at = seen.simpler and seen.drawn and decision.level != "spring" and not is_given(seen.scene, MODEL)
+    changes = {name: seen.sensitivity.spring[name] for name in seen.scene.accuracy.measures} if looked_at else {}
+    return decision.seat.why + (f"; statics in place of waves, {_most(changes)}" if changes else "")
 
 
 def _band(decision: Decision, method: RunMethod) -> str:
@@ -195,7 +199,13 @@ def _rings(decision: Decision, method: RunMethod) -> str:
 
 
 def _ports(decision: Decision, method: RunMethod) -> str:
-    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}{_simpler(decision, ONE_PORT)}"
+    if decision.seen.one_port is not None:
+        change = {name: decision.seen.simpler[ONE_PORT][name] for name in decision.seen.scene.accuracy.measures}
+        within = f"within {LIP_SHARE:.0%} of the target, margins included"
+        return f"in place of arcs of the lip, it changes {_most(change)}: {within}"
+    why = several_needed(decision.seen.scene)
+    against = f" ({why})" if why and not is_given(decision.seen.scene, PORTS) else ""
+    return f"twice as many arcs of the lip change {_most(_of(decision, PORTS))}{_simpler(decision, ONE_PORT)}{against}"
 
 
 def _reed_band(decision: Decision, method: RunMethod) -> str:
@@ -273,7 +283,8 @@ _REASONS: Final[Mapping[str, Reason]] = {
     PORTS: _ports,
     REED_BAND: _reed_band,
 }
-_WHERE_FELT: Final = (RINGS, PORTS, REED_BAND)
+_WHERE_FELT: Final = {RINGS: (RINGS,), PORTS: (PORTS, ONE_PORT), REED_BAND: (REED_BAND,)}
+"""Keys that are told where these are among what a decision leaves."""
 _OF_THE_MESH: Final = (BAND, TOLERANCE, REDUCTION, SIZE, CONTACT_SIZE, ORDER)
 _UNITS: Final[Mapping[str, Callable[[Any], str]]] = {
     BAND: _frequency,

@@ -9,6 +9,8 @@ from typing import Final
 
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.study.impacts.measures import LIP
+from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
     BAND,
     CONTACT_SIZE,
@@ -21,6 +23,7 @@ from seatfem.study.method import (
     SIZE,
     STEP,
     TOLERANCE,
+    chooses_one_port,
 )
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
@@ -47,16 +50,19 @@ AGAIN: Final = (*OF_THE_SEAT, "contact", "reed stress", "error budget")
 def refine(plan: Plan, source: str, factor: float = 2.0, machine: Machine | None = None) -> Plan | None:
     """``plan`` with what is behind ``source`` made finer, so that its share shrinks by about ``factor``.
 
-    A level of modelling that leaves something out gives way to the next; else keys are made finer.
+    A level of modelling that leaves something out gives way to the next, and one port to arcs; else keys are made
+    finer.
 
     Args:
         plan: whose run missed the target.
-        source: of the error that dominates: mesh, reduction, time_step or model.
+        source: of the error that dominates: mesh, reduction, time_step, model, patch, striker or lip.
         factor: by which its share is too large; taken between `LEAST_FINER` and `MOST_FINER`.
 
     Returns:
         ``None`` where the file states what is behind the source, or nothing is.
     """
+    if source in (LIP, "patch") and chooses_one_port(plan.scene, plan.method):
+        return plan_scene(plan.scene, machine, without=(*plan.without, ONE_PORT))
     if source == "model" and plan.level in ("spring", "rod") and not plan.is_given(MODEL):
         return plan_scene(plan.scene, machine, without=(*plan.without, plan.level))
     return _finer_keys(plan, source, factor, machine)

@@ -19,6 +19,7 @@ from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
 from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.accuracy.error_budget import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
+from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given
 from seatfem.study.planning.costs import coarser_elements, finite_elements
 from seatfem.study.planning.seen import RING_NUMBERS, Seen
@@ -59,6 +60,8 @@ def seat_options(seen: Seen, without: tuple[str, ...] = ()) -> tuple[SeatOption,
     if seen.arcs is not None:
         return tuple(replace(option, changes={**option.changes, PORTS: seen.arcs.left}) for option in waves)
     left = _left_by_rings(seen) if seen.patch is not None else {}
+    if seen.one_port is not None:
+        waves = (replace(option, changes={**option.changes, ONE_PORT: seen.one_port}) for option in waves)
     return tuple(divided for option in waves for divided in _divided(option, left))
 
 
@@ -76,7 +79,8 @@ def _left_by_modes(seen: Seen) -> Mapping[str, Changes]:
 
 def _left_by_rings(seen: Seen) -> Mapping[int, Changes]:
     """What the patch leaves in every number of rings that may be taken: one where nothing is felt of it."""
-    given = (seen.stated.seat.rings or 1,) if is_given(seen.scene, RINGS) else RING_NUMBERS
+    stated = is_given(seen.scene, RINGS) or seen.one_port is not None  # arcs, which it stands for, have no more
+    given = (seen.stated.seat.rings or 1,) if stated else RING_NUMBERS
     chosen = given if seen.sensitivity.worst(seen.of_rings(1)) > 0 else given[:1]
     return {rings: seen.of_rings(rings) for rings in chosen}
 

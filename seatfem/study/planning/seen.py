@@ -20,6 +20,7 @@ from seatfem.structures.rings import share_left
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.measures import Source
+from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import (
     BAND,
     MODEL,
@@ -35,16 +36,16 @@ from seatfem.study.method import (
     is_given,
     stated_method,
 )
-from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler
+from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
 from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
     MODEL: "model", BAND: "reduction", TOLERANCE: "reduction", SIZE: "mesh", MODES: "model", STEP: "time_step",
-    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model", REED_BAND: "striker",
+    RINGS: "patch", PORTS: "patch", SEAT_MODES: "model", REED_BAND: "striker", ONE_PORT: "lip",
 }  # fmt: skip
-"""The source of error that a key is behind."""
+"""The source of error that a key is behind, or a model."""
 BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
 """Band edges that are chosen from [Hz]: five a decade, so that different contact scenes share a seat."""
 TOLERANCES: Final = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001)
@@ -63,6 +64,7 @@ class Seen:
         sensitivity: its pre-runs.
         machine: that will compute it.
         arcs: of the seat's lip; ``None``: it is struck as a whole.
+        one_port: what that leaves, where it was chosen in place of arcs; ``None``: it was not.
         band: of a plate that strikes; ``None`` of other strikers.
         simpler: by the name of a simpler model of the striker, what it would change.
     """
@@ -75,10 +77,17 @@ class Seen:
     arcs: Arcs | None = None
     band: PlateBand | None = None
     simpler: Mapping[str, Changes] = field(default_factory=dict)
+    one_port: Changes | None = None
 
     @staticmethod
-    def of(scene: Scene, surrogate: Surrogate, machine: Machine, progress: Progress = silent) -> Seen:
-        """With pre-runs down to what the tightest target looked at asks for."""
+    def of(
+        scene: Scene,
+        surrogate: Surrogate,
+        machine: Machine,
+        progress: Progress = silent,
+        without: tuple[str, ...] = (),
+    ) -> Seen:
+        """With pre-runs down to what the tightest target looked at asks for; ``without``: `ONE_PORT`, or levels."""
         finest = FINEST * scene.accuracy.target / STEP_UP / SAFETY
         stopper = None
         if scene.stopper is not None:  # a look costs nothing: the run computes it
@@ -92,10 +101,16 @@ class Seen:
             if arcs is not None and not is_given(scene, PORTS):
                 arcs = in_more_arcs(asked, whole, arcs, band.left)
                 asked, surrogate = arcs.scene, arcs.surrogate
-        seat, striker = surrogate.greens, stand_in_of(asked, progress)
-        bench = Bench(asked, seat, first_look(asked, seat, striker, stopper), striker, stopper)
+        bench = _bench(asked, surrogate, stopper, progress)
+        simpler, one_port = of_simpler(bench), None
+        if arcs is not None and band is not None and ONE_PORT not in without:
+            one_port = one_port_in_place(scene, arcs, simpler, band.left)
+        if one_port is not None:
+            arcs, asked, surrogate = None, with_ports(asked, 1), whole
+            bench = _bench(asked, surrogate, stopper, progress)
         sensitivity = Sensitivity(bench, scene.accuracy.measures, finest, exact=surrogate.exact)
-        return Seen(scene, stated_method(asked), surrogate, sensitivity, machine, arcs, band, of_simpler(bench))
+        method = stated_method(asked)
+        return Seen(scene, method, surrogate, sensitivity, machine, arcs, band, simpler, one_port)
 
     @property
     def patch(self) -> Patch | None:
@@ -178,6 +193,12 @@ class Seen:
         if self.patch is not None:
             evened = PATCH_BAR * self.patch.evened / float(self.surrogate.greens.static_compliance()[0, 0])
         return self.per_g(evened * share_left(rings))
+
+
+def _bench(scene: Scene, surrogate: Surrogate, stopper: Body | None, progress: Progress) -> Bench:
+    """Where the pre-runs of a scene run."""
+    seat, striker = surrogate.greens, stand_in_of(scene, progress)
+    return Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
 
 
 def fitted(dt: float, duration: float) -> float:

@@ -27,7 +27,7 @@ from seatfem.study.impacts.contact import (
     striker_of,
     time_step,
 )
-from seatfem.study.impacts.measures import STRIKER, Source
+from seatfem.study.impacts.measures import LIP, STRIKER, Source
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.next_round import Limits, changed, next_plan, paces, price
@@ -41,7 +41,7 @@ SEAT_FILE: Final = "seat.h5"
 FAILURES: Final = (ArithmeticError, MemoryError, OSError, RuntimeError, ValueError)
 """What a finer round may end with and cost no more than itself: all errors of the packages, of the factorizations and
 of the disk. What else there is, is a bug."""
-BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model")
+BY_PRE_RUNS: Final[tuple[Source, ...]] = ("time_step", "model", LIP)
 
 
 def rounds(
@@ -187,7 +187,7 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
 
 
 def _at_least_planned(plan: Plan, left: Budget) -> Budget:
-    """No less of step and model than the plan's pre-runs say, which also know finer steps, more modes, and waves.
+    """No less of step, model and lip than the plan's pre-runs say, which also know finer steps, more modes, and waves.
 
     A change between two steps may be small by accident, and a spring in place of the seat cannot tell of waves.
     """

@@ -36,6 +36,11 @@ MARKERS: Final = {
     "reed modes": ("P", "reed modes"),
     "time step": ("X", "time step"),
     "history": ("p", "history engine"),
+    "rings": ("H", "rings of the patch"),
+    "ports": ("$N$", "arcs of the lip"),
+    "one port": ("$1$", "one port"),
+    "beam": ("$b$", "beam"),
+    "reed band": ("$r$", "band of the plate"),
 }
 PER_ROW: Final = 3
 _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))

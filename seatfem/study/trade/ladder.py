@@ -3,8 +3,9 @@
 Not the full product of all choices, but
 - the diagonal: mesh and band refined together by `RATIO`, for every level of modelling that applies;
 - around one centre, each choice varied alone: mesh, order, band, tolerance, reduction, reed modes, step, history;
-- of a plate on a lip, the arcs of the lip and the band of the plate;
-- the column under the contact as a spring and as a rod: what is used where there are no finite elements.
+- of a plate on a lip, the arcs of the lip and the band of the plate, one port in place of the arcs, a beam in place of
+  the plate;
+- the column under the contact as a spring and as a rod: what is used where there are no finite elements, and no lip.
 """
 
 from __future__ import annotations
@@ -18,6 +19,9 @@ from impact.march.engines import Engine
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import PER_WAVELENGTH, AnyLevel, Method
 from seatfem.structures.reduction.registry import reducers
+from seatfem.structures.rings import MOST_RINGS, Division
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.simpler import BEAM, ONE_PORT, simpler_bodies
 from seatfem.study.method import BAND, REED_BAND, is_given, stated_method
 from seatfem.study.scene import Scene
 from seatfem.study.trade.point import Point, Settings, written
@@ -34,8 +38,9 @@ SOLID: Final = ("sector", "3d")  # levels with three-dimensional meshes
 ENGINES: Final[tuple[Engine, ...]] = ("poles", "fft", "direct")
 ENGINE_STEPS: Final = 100_000  # at most, where engines are compared: the direct sum takes their square
 REFERENCE_MODES: Final = 128
-PORTS: Final = (1, 16, 64)  # of a lip, beside the centre's
+PORTS: Final = (16, 64)  # of a lip, beside the centre's
 REFERENCE_PORTS: Final = 128
+OF_A_BEAM: Final = 20e3  # Hz: of the plate in whose place a beam stands, which starts as it does
 
 
 @dataclass(frozen=True)
@@ -107,17 +112,24 @@ def _sizes(seat: Structure, stated: Method, level: AnyLevel, bandwidth: float) -
     return size, min(contact, size)
 
 
-def ladder(scene: Scene, *, quick: bool = False) -> tuple[Point, ...]:
-    """Every rung that applies to the scene, each family from coarse to fine; ``quick``: about a third of them."""
+def ladder(scene: Scene, *, quick: bool = False, rings: int = 1) -> tuple[Point, ...]:
+    """Every rung that applies to the scene, each family from coarse to fine.
+
+    ``quick``: about a third of them; ``rings``: of the patch, where a plan takes several.
+    """
     centre = centre_of(scene)
     depth = 2 if quick else DEPTH
-    points = [*_by_hand(scene), *_diagonals(scene, centre, depth), *_around(scene, centre)]
+    by_hand = _by_hand(scene) if centre.ports is None else ()
+    points = [*by_hand, *_diagonals(scene, centre, depth), *_around(scene, centre, rings)]
     if not quick:
         return tuple(points)
     return tuple(p for p in points if p.varied in (BY_HAND, "diagonal") or p.name in _QUICK)
 
 
-_QUICK: Final = ("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter")
+_QUICK: Final = (
+    *("order 1", "reed modes 10", "2 steps per filter", "32 steps per filter"),
+    *("one port", "beam", *(f"{ports} ports" for ports in PORTS)),
+)
 
 
 def _by_hand(scene: Scene) -> Iterator[Point]:
@@ -150,7 +162,7 @@ def _diagonals(scene: Scene, centre: Centre, depth: int) -> Iterator[Point]:
     for found in scene.seat.levels():
         if found.applies and found.error > 0:  # a closed form: nothing to refine
             yield Point(found.level, found.level, "diagonal", {**centre.settings(), "seat.model": found.level})
-        elif found.applies and found.level != centre.level:
+        elif found.applies and found.level != centre.level and centre.ports is None:  # no other is struck along a lip
             yield from _chain(replace(centre, level=found.level), -depth, -1)
     yield from _chain(centre, -depth, 0)
 
@@ -179,7 +191,7 @@ def _name(family: str, fineness: int) -> str:
     return f"{family}, size / {RATIO**fineness:.2f}" if fineness else f"{family}, centre"
 
 
-def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
+def _around(scene: Scene, centre: Centre, rings: int) -> Iterator[Point]:
     """Each choice varied alone; the rest is the centre's."""
     family, base = centre.family, centre.settings()
 
@@ -194,12 +206,21 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
         for k in (-1, 1):
             value = centre.bandwidth * RATIO**k
             yield vary(f"band x {RATIO**k:.2f}", "band", "seat.greens.bandwidth", value)
+    if centre.bandwidth is not None and (centre.ports or 1) == 1:  # arcs take modes alone
         for tolerance in TOLERANCES:
             yield vary(f"tolerance {tolerance:g}", "tolerance", "seat.greens.tolerance", tolerance)
         yield from (replace(p, settings={**base, **p.settings}) for p in _reductions(scene, centre))
+    if rings > 1:
+        yield vary(f"{rings} rings", "rings", "contact.rings", rings)
     if centre.ports is not None and centre.reed_band is not None:
-        for ports in PORTS[bool(scene.contact.along_a_lip) :]:  # one cannot be tilted
-            yield vary(f"{ports} port{'s'[: ports > 1]}", "ports", "contact.ports", ports)
+        for ports in PORTS:
+            if ports != centre.ports:
+                yield vary(f"{ports} ports", "ports", "contact.ports", ports)
+        if centre.ports > 1:
+            yield Point("one port", family, "one port", base, in_place=ONE_PORT)
+        narrow = {**base, REED_BAND: written(REED_BAND, min(OF_A_BEAM, centre.reed_band))}
+        if _has_a_beam(scene):
+            yield Point("beam", family, "beam", narrow, in_place=BEAM)
         for k in (-1, 1):
             value = centre.reed_band * RATIO**k
             yield vary(f"reed band x {RATIO**k:.2f}", "reed band", REED_BAND, value)
@@ -207,6 +228,13 @@ def _around(scene: Scene, centre: Centre) -> Iterator[Point]:
         for number in REED_MODES:
             yield vary(f"reed modes {number}", "reed modes", "reed.n_modes", number)
     yield from _in_time(scene, base, family)
+
+
+def _has_a_beam(scene: Scene) -> bool:
+    """Whether a beam is known that could stand in place of the scene's plate."""
+    method = stated_method(scene).replaced({REED_BAND: OF_A_BEAM}).along(scene, 1)
+    striker = striker_of(scene, method=method.reed)
+    return BEAM in dict(simpler_bodies(scene, striker, Division()))
 
 
 def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
@@ -219,7 +247,7 @@ def _reductions(scene: Scene, centre: Centre) -> Iterator[Point]:
         point = Point(f"reduction {name}", centre.family, "reduction", {"seat.greens.method": name})
         if not each.diagonal_mass and (each.modal_damping or as_matrix):
             yield point
-        if centre.is_solid and (each.diagonal_mass or name == usual):
+        if centre.is_solid and seat.is_swept and (each.diagonal_mass or name == usual):
             yield replace(point, name=f"hexahedra, {point.name}", settings={**hexes, **point.settings})
 
 
@@ -237,10 +265,10 @@ def _in_time(scene: Scene, base: Settings, family: str) -> Iterator[Point]:
             yield Point(f"history {engine}", family, "history", {**base, "run.time_step": step}, engine)
 
 
-def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> Point:
+def reference_point(scene: Scene, fineness: float, *, coarser: bool = False, rings: int = 1) -> Point:
     """Finer than the whole ladder in every choice; ``coarser``: the same, one notch back in every choice.
 
-    ``fineness``: of the mesh, above the centre's.
+    ``fineness``: of the mesh, above the centre's; ``rings``: of the patch, where a plan takes several.
     """
     centre, back = centre_of(scene), 1 if coarser else 0
     settings = dict(centre.settings(fineness - back, band=False))
@@ -253,6 +281,8 @@ def reference_point(scene: Scene, fineness: float, *, coarser: bool = False) -> 
     if centre.ports is not None and centre.reed_band is not None:
         settings["contact.ports"] = round(REFERENCE_PORTS / 2**back)
         settings[REED_BAND] = written(REED_BAND, min(centre.reed_band * RATIO ** (2 - back), scene.reed.widest_band))
+    if rings > 1:
+        settings["contact.rings"] = min(MOST_RINGS, 2 * rings) if not coarser else rings
     settings["run.time_step"] = None
     steps = round(4 * max(STEPS_PER_FILTER) / RATIO**back)
     name = "reference, one notch back" if coarser else "reference"

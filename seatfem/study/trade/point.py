@@ -22,17 +22,20 @@ from seatfem.jobs.limits import limit_process
 from seatfem.jobs.worker import answer_lines
 from seatfem.machine.memory import peak_memory
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import (
     check_length,
     check_step,
     run_contacts,
     seat_of,
+    solved_striker,
     stopper_of,
     stress_of,
     striker_of,
     time_step,
 )
 from seatfem.study.impacts.measures import measured
+from seatfem.study.impacts.simpler import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.problems import explain
@@ -102,6 +105,7 @@ class Point:
         varied: what of the centre is changed: "diagonal" (mesh and band together), "mesh", "order", "band", ...
         settings: what the scene is made to say.
         engine: of the history.
+        in_place: of the contact along a lip, a simpler model by its name: `ONE_PORT`, `BEAM`.
         after: name of a coarser point without whose end this one is not tried.
         least_steps: in the width of the filter, where the scene leaves the step open.
         predicted: seconds, where they are; what is predicted to take far too long is not tried.
@@ -112,6 +116,7 @@ class Point:
     varied: str
     settings: Settings = field(default_factory=dict)
     engine: Engine = "auto"
+    in_place: str = ""
     after: str = ""
     least_steps: int = 1
     predicted: float = 0.0
@@ -160,8 +165,13 @@ def carry_out(path: Path, point: Point, start: float = math.nan) -> Outcome:
 def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float], dict[str, object]]:
     wall, processor, watch = time.perf_counter(), _processor_time(), Stopwatch()
     method = stated_method(scene)
+    if point.in_place:
+        method = method.along(scene, 1)
     seat = seat_of(scene, method=method.seat, watch=watch, mesh_error=False)
-    striker = striker_of(scene, method.reed.n_modes)
+    solved = solved_striker(scene, method=method.reed, mesh_error=False)
+    striker = striker_of(scene, method.reed.n_modes, None if solved is None else solved.greens)
+    if point.in_place:
+        striker = dict(simpler_bodies(scene, striker, Division()))[point.in_place]
     longest = scene.run.filter_width / point.least_steps
     stopper = stopper_of(scene)
     greens = (striker.greens, seat.greens) if stopper is None else (striker.greens, seat.greens, stopper.greens)

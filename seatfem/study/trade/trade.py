@@ -69,9 +69,9 @@ class Trade:
         return outcome.processor if outcome.state == "done" else math.nan
 
     def error(self, name: str, measure: str) -> float:
-        """|value - reference|/|reference| of a point; not a number where it did not end."""
+        """|value - reference|/|reference| of a point; not a number where it did not end, or does not tell."""
         outcome, exact = self.outcomes[name], self.outcomes[self.reference].values[measure]
-        if outcome.state != "done":
+        if outcome.state != "done" or measure not in outcome.values:
             return math.nan
         return _relative(outcome.values[measure] - exact, exact)
 
@@ -81,7 +81,8 @@ class Trade:
         The worst is the largest error of all measures, each of which counts as at least its floor.
         """
         if measure is None:
-            return max(self.trusted_error(name, each) for each in self.measures)
+            errors = [self.trusted_error(name, each) for each in self.measures]
+            return math.nan if any(map(math.isnan, errors)) else max(errors)
         error = self.error(name, measure)
         return error if math.isnan(error) else max(error, self.floor[measure])
 
@@ -132,14 +133,15 @@ def measure_trade(
     begun = time.perf_counter()
     planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun
-    rungs, runs = ladder(scene, quick=quick), _Runs(path, scene, journal, time_limit)
+    rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
+    rungs, runs = ladder(scene, quick=quick, rings=rings), _Runs(path, scene, journal, time_limit)
     if not journal.exists():  # compiled code is on the disk before anything is measured: each family once, for nothing
         for point in {p.family: p for p in reversed(rungs) if p.varied == "diagonal"}.values():
             run_point(path, point, LONGER * time_limit)
     runs.carry_out(rungs, progress=progress)
     runs.carry_out(planned, LONGER)
     finer = _finer(runs, 1 if quick else FINEST)
-    exact, back = _reference(runs, len(finer), lambda _, done: progress("reference", done))
+    exact, back = _reference(runs, len(finer), rings, lambda _, done: progress("reference", done))
     values, others = runs.found[exact].values, runs.found[back].values
     floor = {name: _relative(values[name] - others[name], values[name]) / (RATIO - 1) for name in values}
     points, accuracy = (*rungs, *finer, *planned), scene.accuracy
@@ -195,7 +197,7 @@ def _finer(runs: _Runs, most: int) -> list[Point]:
     return added
 
 
-def _reference(runs: _Runs, top: int, progress: Progress) -> tuple[str, str]:
+def _reference(runs: _Runs, top: int, rings: int, progress: Progress) -> tuple[str, str]:
     """The finest that can be afforded: its name, and that of the same one notch back.
 
     All candidates are finer than the rung ``top``, the ladder's last; the first is predicted to take half the time
@@ -204,7 +206,7 @@ def _reference(runs: _Runs, top: int, progress: Progress) -> tuple[str, str]:
     notches = [n for n in (3, 2) if runs.seconds(top, n) <= LONGER * runs.limit / 2]
     tried = []
     for fineness in [top + n for n in (*notches, 1.0, 0.5)] if centre_of(runs.scene).size else [float(FINEST)]:
-        pair = [reference_point(runs.scene, fineness, coarser=coarser) for coarser in (False, True)]
+        pair = [reference_point(runs.scene, fineness, coarser=coarser, rings=rings) for coarser in (False, True)]
         runs.carry_out(pair, LONGER, progress)
         failed = [point.name for point in pair if runs.found[point.name].state != "done"]
         if not failed:
