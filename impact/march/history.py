@@ -21,7 +21,7 @@ from impact.march.loop import FLOOR
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
 FEWEST = 8  # contacts from which on poles that are seen alike are looked for
-ALIKE = 64 * np.finfo(float).eps  # of a shape, what two may differ by
+ALIKE, NEARLY = 64 * np.finfo(float).eps, 1e-9  # what two shapes may differ by; of what tells them apart, at first
 
 
 @dataclass(frozen=True)
@@ -84,13 +84,14 @@ class Poles:
         group, size, firsts = np.zeros(count, dtype=np.int64), np.ones(count), list[int]()
         for k in np.argsort(ratio, kind="stable"):
             shape = self.psi[:, k]
-            if firsts:
+            if firsts and abs(ratio[k] - ratio[firsts[-1]]) <= NEARLY * abs(ratio[k]):
                 first = self.psi[:, firsts[-1]]
                 size[k] = (first @ shape) / (first @ first)
-            if not firsts or np.abs(shape - size[k] * first).max() > ALIKE * np.abs(shape).max():
-                firsts.append(k)
-                size[k] = 1.0
-            group[k] = len(firsts) - 1
+                if np.abs(shape - size[k] * first).max() <= ALIKE * np.abs(shape).max():
+                    group[k] = len(firsts) - 1
+                    continue
+            firsts.append(k)
+            group[k], size[k] = len(firsts) - 1, 1.0
         if 2 * len(firsts) > count:
             return none
         return group, size, np.ascontiguousarray(self.psi[:, firsts])
