@@ -12,7 +12,7 @@ from impact import ContactProblem
 from impact.exact.damped_rods import BareFixedRod, DampedFixedRod
 from impact.greens.base import StepKernel
 from impact.greens.stated import step_weights
-from impact.march.motion import port_displacement
+from impact.march.motion import mean_displacement
 
 STEPS = (12_000, 48_000, 200_000)
 POLES = (250, 500, 1000, 2000)
@@ -66,7 +66,7 @@ def _bare(problem: ContactProblem, dt: float, n: int) -> None:
     prepared = impact.prepare(problem, dt, n * dt)
     stepper = impact.ContactStepper(prepared)
     stepper.advance(n)
-    port_displacement(prepared.bodies[1], -stepper.force[:, 0])
+    mean_displacement(prepared.bodies[1], -stepper.force.T, np.ones(1))
 
 
 def _full(problem: ContactProblem, dt: float, n: int) -> None:

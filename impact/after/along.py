@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impact.after.spectrum import averaged, largest_average
+from impact.after.spectrum import averaged, largest_averages
 from impact.greens.base import Array
 
 
@@ -111,8 +111,8 @@ def line_force_peak(force: Array, dt: float, width: float, length: float | Array
     """
     lengths = lengths_of(length, force.shape[1])
     means = over_arcs(force, share, lengths)
-    each = [largest_average(column, dt, width) for column in means.T]
-    return float(max(each)), float(_middles(lengths, share)[int(np.argmax(each))])
+    each = largest_averages(means, dt, width)
+    return float(each.max()), float(_middles(lengths, share)[int(np.argmax(each))])
 
 
 def line_impulse(force: Array, dt: float, length: float | Array, share: float) -> tuple[Array, Array]:

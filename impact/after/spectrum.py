@@ -36,11 +36,22 @@ def largest_average(force: Array, dt: float, width: float) -> float:
 
     As the span moves, its average changes linearly between places where it begins or ends with a step: these count.
     """
-    time = dt * np.arange(len(force) + 1)
-    integral = np.concatenate([[0.0], np.cumsum(force) * dt])
-    begins = np.interp(time + width, time, integral) - integral
-    ends = integral - np.interp(time - width, time, integral)
-    return float(max(begins.max(), ends.max()) / width)
+    return float(largest_averages(force[:, None], dt, width)[0])
+
+
+def largest_averages(force: Array, dt: float, width: float) -> Array:
+    """(N,) `largest_average` of each column of ``force`` (n, N)."""
+    last, span = len(force), width / dt
+    whole = min(int(span), last)
+    share = span - whole if whole < last else 0.0
+    integral = np.concatenate([np.zeros((1, force.shape[1])), np.cumsum(force, axis=0) * dt])
+    held = np.concatenate(
+        [np.repeat(integral[:1], whole + 1, axis=0), integral, np.repeat(integral[-1:], whole + 1, axis=0)]
+    )
+    here = slice(whole + 1, whole + 2 + last)
+    begins = (1 - share) * held[2 * whole + 1 :][: last + 1] + share * held[2 * whole + 2 :][: last + 1] - held[here]
+    ends = held[here] - (1 - share) * held[1 : last + 2] - share * held[: last + 1]
+    return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
 
 
 def transform(force: Array, dt: float, size: int) -> tuple[Array, Array]:

@@ -20,6 +20,8 @@ from impact.greens.modal import ModalGreens
 from impact.march.loop import FLOOR
 
 BLOCK = 1024  # steps summed directly; 512 to 2048 are equally fast
+FEWEST = 8  # contacts from which on poles that are seen alike are looked for
+ALIKE, NEARLY = 64 * np.finfo(float).eps, 1e-9  # what two shapes may differ by; of what tells them apart, at first
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,33 @@ class Poles:
         rows = self.steps.copy()
         rows[3:] *= self.psi[0] ** 2
         return rows
+
+    def along(self) -> tuple[NDArray[np.int64], Array, Array]:
+        """Poles that the contacts see alike, as those of one wave around a lip: psi_ck = size_k directions_cg, g of k.
+
+        (K,) g, (K,) sizes and (p, G) directions, equal to psi but for round-off; empty ones where that saves nothing.
+        """
+        contacts, count = self.psi.shape
+        none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((contacts, 0))
+        if contacts < FEWEST:
+            return none
+        places = np.arange(contacts) ** 2.0  # two functionals without symmetry: poles seen alike have the same ratio
+        with np.errstate(all="ignore"):
+            ratio = (np.cos(1.7 * places) @ self.psi) / (np.cos(1.0 + places) @ self.psi)
+        group, size, firsts = np.zeros(count, dtype=np.int64), np.ones(count), list[int]()
+        for k in np.argsort(ratio, kind="stable"):
+            shape = self.psi[:, k]
+            if firsts and abs(ratio[k] - ratio[firsts[-1]]) <= NEARLY * abs(ratio[k]):
+                first = self.psi[:, firsts[-1]]
+                size[k] = (first @ shape) / (first @ first)
+                if np.abs(shape - size[k] * first).max() <= ALIKE * np.abs(shape).max():
+                    group[k] = len(firsts) - 1
+                    continue
+            firsts.append(k)
+            group[k], size[k] = len(firsts) - 1, 1.0
+        if 2 * len(firsts) > count:
+            return none
+        return group, size, np.ascontiguousarray(self.psi[:, firsts])
 
     def weights(self, own: Array, n: int) -> Array:
         """(p, p, n) step weights: W_0 = ``own`` (p, p), W_m = sum_k psi_ck psi_dk [1 0] A_k^(m-1) c_k.

@@ -350,15 +350,18 @@ def _members(active):  # type: ignore[no-untyped-def]  # pragma: no cover - comp
 
 @njit(cache=True)
 def _gaps(w, pen, force, gap, limit):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """gap = w force - pen, and what round-off may make of it."""
+    """gap = w force - pen, and what round-off may make of it; w is symmetric."""
     for c in range(pen.size):
-        value, size = -pen[c], abs(pen[c])
-        for d in range(pen.size):
-            if force[d] != 0.0:
-                term = w[c, d] * force[d]
-                value += term
-                size += abs(term)
-        gap[c], limit[c] = value, 1e-13 * size
+        gap[c], limit[c] = -pen[c], abs(pen[c])
+    for d in range(pen.size):
+        if force[d] != 0.0:
+            column, f = w[d], force[d]
+            for c in range(pen.size):
+                term = column[c] * f
+                gap[c] += term
+                limit[c] += abs(term)
+    for c in range(pen.size):
+        limit[c] *= 1e-13
 
 
 @njit(cache=True)
@@ -598,23 +601,37 @@ def _advance(rows, q, p, force):  # type: ignore[no-untyped-def]  # pragma: no c
 
 
 @njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _advance_many(rows, psi, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """The same for several contacts: ``opening`` (p,) gains the poles' part."""
+def _advance_many(rows, psi, along, q, p, drive, force, opening):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """The same for several contacts: ``opening`` (p,) gains the poles' part; ``along`` as of `Poles.along`."""
     a11, a21, a22, c1, c2 = rows
-    drive[:] = 0.0
+    group, size, directions = along
+    if group.size == 0:
+        directions = psi
+    total = drive[: directions.shape[1]]
+    total[:] = 0.0
     for c in range(force.size):
         if force[c] != 0.0:
-            seen, f = psi[c], force[c]
-            for k in range(q.size):
-                drive[k] += seen[k] * f
-    for k in range(q.size):
-        qk, pk, f = q[k], p[k], drive[k]
-        q[k] = a11[k] * qk + (pk + c1[k] * f)
-        p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * f + FLOOR))
-    for c in range(force.size):
-        seen, u = psi[c], 0.0
+            seen, f = directions[c], force[c]
+            for k in range(total.size):
+                total[k] += seen[k] * f
+    if group.size == 0:
         for k in range(q.size):
-            u += seen[k] * q[k]
+            qk, pk, f = q[k], p[k], drive[k]
+            q[k] = a11[k] * qk + (pk + c1[k] * f)
+            p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * f + FLOOR))
+        total = q
+    else:
+        for k in range(q.size):
+            qk, pk, f = q[k], p[k], size[k] * total[group[k]]
+            q[k] = a11[k] * qk + (pk + c1[k] * f)
+            p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * f + FLOOR))
+        total[:] = 0.0
+        for k in range(q.size):
+            total[group[k]] += size[k] * q[k]
+    for c in range(force.size):
+        seen, u = directions[c], 0.0
+        for k in range(total.size):
+            u += seen[k] * total[k]
         opening[c] += u
 
 
@@ -764,7 +781,7 @@ def march_many(  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """The same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block),
     w0 (p, p), films (p, 3), the first number 0 of a contact without one. Returns how many steps' forces were not found
     to 1e-14."""
-    rows, psi = poles
+    rows, psi, along = poles
     unsolved = 0
     q, v = state
     codes, rules, numbers = laws
@@ -804,7 +821,7 @@ def march_many(  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
         for c in range(contacts):
             last[c] = force[c, n - 1] - rest[c] if n > 0 else 0.0
             opening[c] = free[n, c] - carried[c]
-        _advance_many(rows, psi, q, v, drive, last, opening)
+        _advance_many(rows, psi, along, q, v, drive, last, opening)
         for c in range(contacts):
             if recent.size > 0:
                 opening[c] += memory[c, n]
@@ -816,9 +833,15 @@ def march_many(  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
             _active_set(shifted, pen, warm, low, held)
         elif not _sweep(codes, rules, numbers, user, films, pen, before, w0, dt, warm):
             unsolved += 1
+        closed = gap[n + 1]
+        for c in range(contacts):
+            closed[c] = opening[c]
+        for d in range(contacts):
+            if warm[d] != 0.0:
+                for c in range(contacts):
+                    closed[c] += w0[d, c] * warm[d]
         for c in range(contacts):
             force[c, n] = warm[c]
-            gap[n + 1, c] = opening[c] + _dot(w0[c], warm, contacts)
             if films is not None and films[c, 0] > 0.0:
                 pressed, pulled = _alone(codes, rules, numbers, user, films, pen, before, w0, dt, warm, c, 0.0)
                 pulls[c, n] = pulled if pressed > 0.0 else warm[c]

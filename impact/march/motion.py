@@ -6,7 +6,7 @@ solver's error.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -105,24 +105,47 @@ class Discrete:
         return out
 
 
-def port_displacement(discrete: Discrete, force: Array) -> Array:
-    """(n + 1,) displacement [m] of the port of a held body at rest under ``force`` (n,), constant over each step.
+def mean_displacement(discrete: Discrete, force: Array, shares: Array) -> Array:
+    """(n + 1,) mean displacement [m] of the ports of a held body at rest, each with its share, under ``force`` (P, n).
 
-    Equal to ``discrete.motion(force[None]).displacement[0]``, which serves every other body; without the energies, by
-    the recursion of the march itself, it is several times cheaper.
+    Equal to ``shares @ discrete.motion(force).displacement``, which serves every other body; without the energies, and
+    by those modes alone that the mean shows, it is several times cheaper.
     """
-    kernel, body = discrete.kernel, discrete.body
-    free = kernel.modal is not None and not np.all(kernel.modal.omega)
-    if free or discrete.moves_by_itself or len(body.greens.ports) > 1:
-        return np.asarray(discrete.motion(force[None]).displacement[0])
-    out = np.zeros(len(force) + 1)
+    kernel = discrete.kernel
+    if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
+        return np.asarray(shares @ discrete.motion(force).displacement)
+    out = np.zeros(force.shape[1] + 1)
     if kernel.modal is not None:
-        poles = history.Poles.of([(kernel.modal, np.ones((1, 1)))], discrete.dt, 1)
-        rows, state = history.streams(poles.folded())
-        out[1:] += displaced(rows, state, float(kernel.modal.step_matrix(discrete.dt)[0, 0]), force)
+        out[1:] += _mean_of_modes(_shown(kernel.modal, shares), discrete.dt, force, shares)
     if kernel.weights is not None:
-        out[1:] += history.convolve(kernel.weights[0, 0], force)
+        for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), force, strict=True):
+            out[1:] += history.convolve(weights, push)
     return out
+
+
+def _shown(modal: ModalGreens, shares: Array) -> ModalGreens:
+    """The modes and relaxations whose mean over the ports is more than round-off, as those around a lip are not."""
+
+    def kept(shapes: Array) -> Array:
+        return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
+
+    rest, here = modal.residual, kept(modal.shapes)
+    there = kept(rest.shapes)
+    residual = replace(rest, shapes=rest.shapes[there], rates=rest.rates[there])
+    return replace(modal, omega=modal.omega[here], zeta=modal.zeta[here], shapes=modal.shapes[here], residual=residual)
+
+
+def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
+    """(n,) after each step; one port by the recursion of the march itself."""
+    if len(shares) == 1:
+        rows, state = history.streams(history.Poles.of([(modal, np.ones((1, 1)))], dt, 1).folded())
+        return np.asarray(shares[0] * displaced(rows, state, float(modal.step_matrix(dt)[0, 0]), force[0]))
+    none, rest = np.zeros(len(modal.omega)), modal.residual
+    replay = Replay(modal, dt, ModalState(none, none), np.zeros(len(rest.rates)), np.zeros(len(shares)), [])
+    seen, spring = np.concatenate([modal.shapes, rest.shapes]) @ shares, shares @ rest.compliance
+    loads = np.zeros((0, force.shape[1]))
+    parts = [replay.coordinates(force[:, part], loads[:, part], 1) @ seen for part in blocks(force.shape[1])]
+    return np.asarray(np.concatenate(parts) + spring @ force)
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:

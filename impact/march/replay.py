@@ -19,6 +19,7 @@ from impact.greens.modal import ModalGreens
 from impact.march.loop import FLOOR
 
 BLOCK = 4096  # steps
+NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processor; steps worth a product of matrices
 
 
 @dataclass(frozen=True)
@@ -62,9 +63,11 @@ class Replay:
         span = -rest.rates * dt
         gains = (dt * oscillator.expm1_over(span), dt * oscillator.expm1_over(2 * span))
         self._relaxing = np.array([np.exp(span), *gains, rest.rates])
-        self._amplitudes = np.ascontiguousarray(rest.shapes)
+        self._amplitudes = np.ascontiguousarray(rest.shapes.T)
         self._y, self._last = relaxed.astype(float), held.astype(float)
         self._seen = shapes[self._ports :] @ start.displacement  # by the loads
+        self._tile = max(LEAST, NEAR // (self._q.size + self._y.size + 1))
+        self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
 
     def advance(self, force: Array, loads: Array) -> Block:
         """On through m steps under port forces (P, m) and load amplitudes (L, m)."""
@@ -76,13 +79,18 @@ class Replay:
             translate(self._dt, body, seen @ channels, places, rates)
             u += seen[:, None] * places
             stored += 0.5 * rates**2
-        none = np.zeros((0, 0))
         if self._q.size:
-            _oscillate(self._steps, self._form, self._shapes, self._q, self._p, channels, u, stored, lost, none, 1)
+            for part in blocks(m, self._tile):
+                q = _pushed(channels[:, part], self._shapes, self._rooms[0])
+                _oscillate(self._steps, self._form, self._q, self._p, q, stored[part], lost[part])
+                u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
         if self._y.size and (np.any(self._y) or np.any(force)):
-            _relax(self._relaxing, self._amplitudes, self._y, channels[:ports], u, stored, lost, none, 1)
+            for part in blocks(m, self._tile):
+                y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
+                _relax(self._relaxing, self._y, y, stored[part], lost[part])
+                u[:ports, part] += self._amplitudes @ y.T
         if np.any(self._compliance):
             jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps half of F^2 c
             u[:ports] += self._compliance @ force
@@ -96,12 +104,16 @@ class Replay:
 
         Translations are left out: they bend nothing.
         """
-        channels, rows, none = np.concatenate([force, loads]), force.shape[1] // stride, np.zeros(0)
-        q, y = np.empty((rows, self._q.size)), np.empty((rows, self._y.size))
-        skipped = (np.zeros((0, 0)), none, none)  # displacements and energies
-        _oscillate(self._steps, np.zeros((6, 0)), self._shapes, self._q, self._p, channels, *skipped, q, stride)
-        _relax(self._relaxing, self._amplitudes, self._y, channels[: self._ports], *skipped, y, stride)
-        return np.concatenate([q, y], axis=1)
+        channels, swinging, none = np.concatenate([force, loads]), self._q.size, np.zeros(0)
+        found = np.empty((force.shape[1] // stride, swinging + self._y.size))
+        for part in blocks(force.shape[1], self._tile):
+            q = _pushed(channels[:, part], self._shapes, self._rooms[0])
+            y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
+            _oscillate(self._steps, np.zeros((6, 0)), self._q, self._p, q, none, none)
+            _relax(self._relaxing, self._y, y, none, none)
+            first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
+            found[rows, :swinging], found[rows, swinging:] = q[first::stride], y[first::stride]
+        return found
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
@@ -109,24 +121,24 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
-@njit(cache=True, fastmath={"reassoc", "contract", "nsz"})
-def _oscillate(steps, form, shapes, q, p, force, u, stored, lost, seen, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Oscillators under known channel forces, all at once: the loops over modes are vector code. shapes (C, M).
+def _pushed(force: Array, shapes: Array, room: Array) -> Array:
+    """(m, M) modal forces of (C, m) forces on shapes (C, M), in ``room``; a channel without force costs nothing."""
+    there = np.any(force, axis=1)
+    if not np.all(there):
+        force, shapes = force[there], shapes[there]
+    return np.dot(force.T, shapes, out=room[: force.shape[1]])
 
-    Energies for a ``form`` of its size, displacements for ``u`` (C, m), coordinates for ``seen`` of its size.
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _oscillate(steps, form, q, p, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Oscillators under known modal forces ``pushed`` (m, M), which become their coordinates after each step.
+
+    All modes at once: the loops over them are vector code. Energies for a ``form`` of its size.
     """
     a11, a12, a21, a22, b1, b2, w2 = steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]
     d11, d12, d13, d22, d23, d33 = form[0], form[1], form[2], form[3], form[4], form[5]
-    channels, n = force.shape
-    g = np.empty(q.size)
-    for m in range(n):
-        f, shape = force[0, m], shapes[0]
-        for k in range(q.size):
-            g[k] = shape[k] * f
-        for c in range(1, channels):
-            f, shape = force[c, m], shapes[c]
-            for k in range(q.size):
-                g[k] += shape[k] * f
+    for m in range(pushed.shape[0]):
+        g = pushed[m]
         if d11.size:
             gone, kept = 0.0, 0.0
             for k in range(q.size):
@@ -134,7 +146,7 @@ def _oscillate(steps, form, shapes, q, p, force, u, stored, lost, seen, stride):
                 gone += x * (d11[k] * x + d12[k] * v + d13[k] * y) + v * (d22[k] * v + d23[k] * y) + d33[k] * y * y
                 r = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
                 s = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
-                q[k] = r
+                q[k] = g[k] = r
                 p[k] = s
                 kept += s * s + w2[k] * r * r
             lost[m] += gone
@@ -142,45 +154,27 @@ def _oscillate(steps, form, shapes, q, p, force, u, stored, lost, seen, stride):
         else:
             for k in range(q.size):
                 x, v, y = q[k], p[k], g[k]
-                q[k] = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
+                q[k] = g[k] = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
                 p[k] = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
-        for c in range(u.shape[0]):
-            shape, total = shapes[c], 0.0
-            for k in range(q.size):
-                total += shape[k] * q[k]
-            u[c, m] += total
-        if seen.size and (m + 1) % stride == 0:
-            seen[(m + 1) // stride - 1] = q
 
 
-@njit(cache=True)
-def _relax(relaxing, amplitudes, y, force, u, stored, lost, seen, stride):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2; amplitudes (R, P).
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _relax(relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Kelvin-Voigt elements f = y' + rate y: each stores rate y^2/2 and loses the integral of y'^2.
 
-    Displacements and energies for ``u`` (P, m), coordinates for ``seen`` of its size.
+    ``pushed`` (m, R): their forces, which become their coordinates after each step; energies for ``lost`` of its size.
     """
-    decay, gain, square, rates = relaxing
-    ports, n = force.shape
-    pushed, moved = np.empty(ports), np.empty(ports)
-    for m in range(n):
-        for c in range(ports):
-            pushed[c] = force[c, m]
-            moved[c] = 0.0
+    decay, gain, square, rates = relaxing[0], relaxing[1], relaxing[2], relaxing[3]
+    for m in range(pushed.shape[0]):
+        f, gone, kept = pushed[m], 0.0, 0.0
         for r in range(y.size):
-            f = 0.0
-            for c in range(ports):
-                f += amplitudes[r, c] * pushed[c]
             before = y[r]
-            y[r] = decay[r] * before + gain[r] * f + FLOOR
-            if u.size:
-                lost[m] += (f - rates[r] * before) ** 2 * square[r]
-                stored[m] += 0.5 * rates[r] * y[r] ** 2
-                for c in range(ports):
-                    moved[c] += amplitudes[r, c] * y[r]
-        for c in range(u.shape[0]):
-            u[c, m] += moved[c]
-        if seen.size and (m + 1) % stride == 0:
-            seen[(m + 1) // stride - 1] = y
+            gone += (f[r] - rates[r] * before) ** 2 * square[r]
+            y[r] = f[r] = decay[r] * before + gain[r] * f[r] + FLOOR
+            kept += rates[r] * y[r] ** 2
+        if lost.size:
+            lost[m] += gone
+            stored[m] += 0.5 * kept
 
 
 def resting(place: float, rate: float) -> Array:

@@ -207,6 +207,7 @@ class ContactStepper:
             self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
         self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
+        self._along = poles.along()
         self._strides = Strides.none()
         if flying and prepared.weights.size == 0 and not self.live.follows:
             self._strides = Strides.of(poles.folded() if p == 1 else poles.steps, _carried(prepared), n)
@@ -347,7 +348,7 @@ class ContactStepper:
             )  # fmt: skip
         else:
             self.unsolved += march.march_many(
-                start, stop, (self._rows, s.poles.psi), self._state, self._free, memory, recent,
+                start, stop, (self._rows, s.poles.psi, self._along), self._state, self._free, memory, recent,
                 block, s.own, self._laws, self._films, self._user, s.dt, s.rest, strides, force, self.gap, self.film.T,
             )  # fmt: skip
         for contact in s.problem.contacts:

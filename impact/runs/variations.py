@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -46,6 +47,7 @@ def budget_of(
     *,
     filter_width: float | None = None,
     finer: Values | None = None,
+    threads: int = 1,
 ) -> Budget:
     """What the time step and the ``sources`` leave in ``values``, the measures of ``problem`` at the step ``dt`` [s].
 
@@ -58,21 +60,21 @@ def budget_of(
         sources: variations by source; none for one that cannot err, ``None`` for one of which nothing is known.
         filter_width: of the filtered peak [s]; ``None``: no measure has one.
         finer: what shorter steps are known to change.
+        threads: runs at once; the compiled march holds no interpreter lock, and each run is what it is alone.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
-    base, found = run(problem, step), dict[int, Values]()
-
-    def varied(other: ContactProblem) -> Values:
-        if id(other) not in found:
-            found[id(other)] = run(other, step)
-        return found[id(other)]
+    variations = [one for terms in sources.values() for term in terms or () for one in term]
+    asked = {(id(problem), each): (problem, each) for each in (step, *_beside(dt, filter_width))}
+    asked |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
+    found = _all_of(run, asked, threads)
+    base = found[id(problem), step]
 
     def change(variation: Variation) -> Values:
-        known = base if variation.against is None else varied(variation.against)
-        return times(variation.weight, changes(known, varied(variation.problem)))
+        known = base if variation.against is None else found[id(variation.against), step]
+        return times(variation.weight, changes(known, found[id(variation.problem), step]))
 
     def between(other: float) -> Values:
-        return changes(values, base if other == step else run(problem, other))
+        return changes(values, found[id(problem), other])
 
     of_step = left_by_step(dt, filter_width, between)
     of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
@@ -92,6 +94,15 @@ def budget_of(
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 
+def _all_of(
+    run: Run, asked: Mapping[tuple[int, float], tuple[ContactProblem, float]], threads: int
+) -> dict[tuple[int, float], Values]:
+    if threads == 1:
+        return {key: run(*one) for key, one in asked.items()}
+    with ThreadPoolExecutor(threads) as pool:
+        return dict(zip(asked, pool.map(lambda one: run(*one), asked.values()), strict=True))
+
+
 def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
     """What a step of ``dt`` leaves; ``between``: the changes from it to another step [s].
 
@@ -99,11 +110,15 @@ def left_by_step(dt: float, filter_width: float | None, between: Callable[[float
     times as long three times as much. The larger counts: either may be small by accident. Where these hardly resolve
     the filter, half the step, which changes half of what is left, takes the place of the latter.
     """
-    if filter_width is None or FINE * dt <= filter_width:
-        other = times(1 / 3, between(4 * dt))
-    else:
-        other = times(2.0, between(dt / 2))
-    return larger(between(2 * dt), other) if _may_double(dt, filter_width) else other
+    first, *doubled = _beside(dt, filter_width)
+    found = times(1 / 3 if first > dt else 2.0, between(first))
+    return larger(between(doubled[0]), found) if doubled else found
+
+
+def _beside(dt: float, filter_width: float | None) -> tuple[float, ...]:
+    """The steps that one of ``dt`` is compared with: four times it or half of it, and twice if that may be."""
+    first = 4 * dt if filter_width is None or FINE * dt <= filter_width else dt / 2
+    return (first, 2 * dt) if _may_double(dt, filter_width) else (first,)
 
 
 def _may_double(dt: float, filter_width: float | None) -> bool:

@@ -13,7 +13,15 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
-from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate, average, deflections, everywhere, plate_ports
+from seatfem.structures.elements.mindlin import (
+    PlateMesh,
+    assemble_plate,
+    average,
+    deflections,
+    everywhere,
+    plate_dofs,
+    plate_ports,
+)
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.sheet import CLAMPED, mesh_sheet
@@ -93,34 +101,38 @@ class PlateModes:
 
     Attributes:
         sheet, mesh: of the plate.
-        model: without ports.
         modes: all up to `CUTOFF` times the band.
+        assembled: the model, where it is at hand.
     """
 
     sheet: Sheet
     mesh: PlateMesh
-    model: SecondOrderModel
     modes: Modes
+    assembled: SecondOrderModel | None = None
+
+    @cached_property
+    def model(self) -> SecondOrderModel:
+        """Without ports."""
+        return _model(self.sheet, self.mesh) if self.assembled is None else self.assembled
+
+    @cached_property
+    def dofs(self) -> DofMap:
+        """The model's unknowns."""
+        return plate_dofs(self.mesh, clamped=_clamped(self.sheet))
 
     def at(self, patch: Patch, name: str) -> Array:
         """(m,) of the modes, their mean over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
-        dofs = self.model.dofs
-        assert isinstance(dofs, DofMap)
-        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[dofs.free])
+        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, name)[self.dofs.free])
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
         """(q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
-        dofs = self.model.dofs
-        assert isinstance(dofs, DofMap)
         full = np.zeros((len(self.mesh.points), 3))
-        full.ravel()[dofs.free] = self.modes.shapes @ amplitudes
+        full.ravel()[self.dofs.free] = self.modes.shapes @ amplitudes
         return deflections(self.mesh, full[:, 0], points)
 
     def projected(self, nodal: Array) -> tuple[Array, float]:
         """(m,) modal amplitudes q = Phi'M w of deflections (n,) at the nodes, and 1 - q'q/(w'M w), what they leave."""
-        dofs = self.model.dofs
-        assert isinstance(dofs, DofMap)
-        field = (nodal[:, None] * (1.0, 0.0, 0.0)).ravel()[dofs.free]
+        field = (nodal[:, None] * (1.0, 0.0, 0.0)).ravel()[self.dofs.free]
         image = self.model.M @ field
         amplitudes, square = np.asarray(self.modes.shapes.T @ image), float(field @ image)
         return amplitudes, 1 - float(amplitudes @ amplitudes) / square if square else 0.0
@@ -140,9 +152,7 @@ class PlateModes:
     @property
     def mean(self) -> Array:
         """(m,) of the modes, their mean over the whole plate [1/sqrt(kg)]."""
-        dofs = self.model.dofs
-        assert isinstance(dofs, DofMap)
-        return np.asarray(self.modes.shapes.T @ everywhere(self.mesh)[dofs.free])
+        return np.asarray(self.modes.shapes.T @ everywhere(self.mesh)[self.dofs.free])
 
     @property
     def mass(self) -> float:
@@ -152,10 +162,8 @@ class PlateModes:
     def with_ports(self, lips: Sequence[AnyLip]) -> SecondOrderModel:
         """The model with a port for each part of the lips. Raises `ModelError` of one that reaches off the plate."""
         patches = patches_of(self.sheet, lips)
-        dofs, material = self.model.dofs, self.sheet.material
-        assert isinstance(dofs, DofMap)
         try:
-            ports = plate_ports(self.mesh, patches, material, dofs.free)
+            ports = plate_ports(self.mesh, patches, self.sheet.material, self.dofs.free)
         except ModelError as error:
             raise error if len(lips) == 1 else _off_the_plate(self.sheet, lips[-1], error) from error
         return replace(self.model, ports=ports, known=self.model.damping)
@@ -251,13 +259,16 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
     Raises as `solved_sheet`.
     """
 
+    fresh: list[SecondOrderModel] = []
+
     def compute() -> tuple[PlateMesh, Modes]:
         mesh = _mesh(asked, coarser)
         model = _model(asked, mesh)
+        fresh.append(model)
         return mesh, with_parity(solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth), model, mesh.points)
 
     mesh, modes = kept(asked, coarser, compute)
-    return PlateModes(asked, mesh, _model(asked, mesh), modes)
+    return PlateModes(asked, mesh, modes, *fresh)
 
 
 def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:
@@ -271,5 +282,8 @@ def _mesh(asked: Sheet, coarser: float = 1.0) -> PlateMesh:
 
 
 def _model(asked: Sheet, mesh: PlateMesh, ports: Mapping[str, Patch] = MappingProxyType({})) -> SecondOrderModel:
-    clamped = CLAMPED if asked.shape.is_clamped else ()
-    return assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=clamped, ports=ports)
+    return assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=_clamped(asked), ports=ports)
+
+
+def _clamped(asked: Sheet) -> str | tuple[str, ...]:
+    return CLAMPED if asked.shape.is_clamped else ()

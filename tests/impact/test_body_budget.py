@@ -1,6 +1,7 @@
 """The error budget of any two bodies: the true error of impacts with a known answer lies inside it."""
 
 import math
+import threading
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,6 +12,7 @@ from impact import Body, Contact, ContactError, ContactProblem, ErrorEstimate, M
 from impact.after.measures import MeasureError
 from impact.march.laws import Law
 from impact.runs.budget import Budget
+from impact.runs.variations import Variation, budget_of, with_body
 
 TRANSIT = 1e-5  # l/c of the rod; its impedance is 1 N s/m, its stiffness 1/TRANSIT
 EXACT = impact.fixed_rod(young=1 / TRANSIT, density=TRANSIT, area=1.0, length=1.0)
@@ -170,3 +172,26 @@ def test_what_a_budget_refuses() -> None:
         impact.Coarser(modes_of_rod(2), ratio=1.0)
     with pytest.raises(MeasureError, match="below two steps"):
         impact.error_budget(problem, dt=1e-7, duration=1e-5, filter_width=1e-7)
+
+
+def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
+    """Bit for bit, and all at once: four runs that wait for each other end."""
+    problem = blow(modes_of_rod(12), 1.0, impact.LinearSpring(20 / TRANSIT))
+    seat = problem.target
+    others = [with_body(problem, seat, impact.Body(modes_of_rod(n))) for n in (9, 6)]
+    sources = {"modes": ((Variation(others[0]), Variation(others[1], 0.5, others[0])),)}
+    dt, width, duration = TRANSIT / 40, TRANSIT, 8 * TRANSIT
+    gate = threading.Barrier(4, timeout=20)
+
+    def run(one: ContactProblem, step: float) -> Mapping[str, float]:
+        return told(one, step, duration, width)
+
+    def together(one: ContactProblem, step: float) -> Mapping[str, float]:
+        gate.wait()
+        return run(one, step)
+
+    values = run(problem, dt)
+    alone = budget_of(run, problem, values, dt, sources, filter_width=width)
+    at_once = budget_of(together, problem, values, dt, sources, filter_width=width, threads=4)
+    assert at_once.parts == alone.parts
+    assert alone.parts["modes"]["filtered_peak"] > 0

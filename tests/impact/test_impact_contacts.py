@@ -137,7 +137,7 @@ def test_several_contacts_of_which_there_is_one_are_one_contact() -> None:
     )  # fmt: skip
     gaps = np.zeros((n + 1, 1))
     march_many(
-        0, n, (poles.steps, poles.psi), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
+        0, n, (poles.steps, poles.psi, poles.along()), (np.zeros(k), np.zeros(k)), free, nothing, weights, 1, own,
         (np.array([law.code]), np.zeros(1, dtype=np.int64), np.array([law.parameters])), None,
         no_user_law(), 1e-3, np.zeros(1), strides, force[1:], gaps, np.zeros((0, n)),
     )  # fmt: skip

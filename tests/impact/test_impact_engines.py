@@ -43,7 +43,7 @@ def by_poles(poles: Poles, own: np.ndarray, force: np.ndarray) -> np.ndarray:
     )
     for n in range(force.shape[1]):
         now = np.zeros(len(own))
-        _advance_many(poles.steps, poles.psi, q, p, drive, last, now)
+        _advance_many(poles.steps, poles.psi, poles.along(), q, p, drive, last, now)
         last = force[:, n].copy()
         out[:, n] = now + own @ last
     return out

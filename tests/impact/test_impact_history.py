@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -105,3 +106,40 @@ def test_compiled_functions_call_only_their_own_file() -> None:
                 found += 1
                 assert other.py_func.__module__ == function.py_func.__module__
     assert found >= 3  # the march calls the advance and the law, the law its root
+
+
+def around_a_lip(ports: int) -> ModalGreens:
+    """A held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
+    rng, places = np.random.default_rng(2), 2 * np.pi * np.arange(ports) / ports
+    waves = [np.cos(m * places) for m in range(3)] + [np.sin(m * places) for m in (1, 2)]
+    shapes = np.array([rng.normal() * wave for wave in waves for _ in range(6)])
+    omega, names = rng.uniform(20.0, 150.0, 30), tuple(f"arc_{c}" for c in range(ports))
+    return ModalGreens(omega, np.full(30, 0.02), shapes, Residual.spring(0.001 * np.eye(ports)), names)
+
+
+def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five waves of 30 modes; the forces are those of the march that knows nothing of it, and not one wave is lost."""
+    ports, greens = 12, around_a_lip(12)
+    poles = Poles.of([(greens, np.eye(ports))], DT, ports)
+    group, size, directions = poles.along()
+    assert directions.shape == (ports, 5)
+    assert np.abs(directions[:, group] * size - poles.psi).max() < 1e-14 * np.abs(poles.psi).max()
+
+    def force() -> Array:
+        striker = impact.rigid_mass(mass=0.02, velocity=-1.0)
+        gaps = 0.0005 * (1 - np.cos(2 * np.pi * np.arange(ports) / ports))
+        contacts = [impact.Contact(seat, port=c, gap=float(gap)) for c, gap in enumerate(gaps)]
+        return impact.solve(impact.ContactProblem(striker, contacts=contacts), dt=DT, duration=5.0).force
+
+    seat = impact.Body(greens)
+    by_sums = force()
+    monkeypatch.setattr(history, "FEWEST", ports + 1)
+    assert np.count_nonzero(by_sums.any(axis=0)) > 3
+    np.testing.assert_allclose(by_sums, force(), atol=1e-9 * by_sums.max())
+
+
+def test_shapes_that_differ_by_more_than_round_off_are_kept_apart() -> None:
+    shapes = around_a_lip(12)
+    bent = shapes.shapes * (1 + 1e-12 * np.random.default_rng(4).normal(size=shapes.shapes.shape))
+    poles = Poles.of([(replace(shapes, shapes=bent), np.eye(12))], DT, 12)
+    assert poles.along()[0].size == 0

@@ -8,7 +8,7 @@ import pytest
 from impact import Body, Load, ModalGreens, ModalState, Residual
 from impact.exact.damped_rods import BareFixedRod
 from impact.march import motion, replay
-from impact.march.motion import Discrete, modal_coordinates, port_displacement
+from impact.march.motion import Discrete, mean_displacement, modal_coordinates
 
 DT, STEPS = 2e-6, 3000
 
@@ -29,7 +29,9 @@ def test_displacement_of_poles(residual: Residual) -> None:
     force = np.maximum(np.random.default_rng(5).normal(size=STEPS).cumsum(), 0.0)
     expected = body.motion(force[None]).displacement[0]
     # two orders of the same sums over 3,000 steps
-    np.testing.assert_allclose(port_displacement(body, force), expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        mean_displacement(body, force[None], np.ones(1)), expected, atol=1e-12 * np.abs(expected).max()
+    )
 
 
 def test_displacement_of_weights() -> None:
@@ -38,7 +40,27 @@ def test_displacement_of_weights() -> None:
     assert body.kernel.modal is None
     force = np.sin(0.01 * np.arange(STEPS)) ** 2
     expected = body.motion(force[None]).displacement[0]
-    np.testing.assert_allclose(port_displacement(body, force), expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        mean_displacement(body, force[None], np.ones(1)), expected, rtol=0, atol=1e-14 * np.abs(expected).max()
+    )
+
+
+@pytest.mark.parametrize("ports", [3, 16])
+def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
+    """By the modes alone that the mean shows: of those around a lip, with the shapes cos(m t), only m = 0."""
+    rng, around = np.random.default_rng(3), 2 * np.pi * np.arange(ports) / ports
+    shapes = np.array([rng.normal() * np.cos(k % 3 * around) for k in range(25)])
+    omega = np.sort(rng.uniform(6e3, 5e5, 25))
+    rest = Residual.exponential(3e-9 * np.eye(ports) + 1e-9, 2e-2 * np.eye(ports))
+    rest = replace(rest, compliance=1e-10 * np.eye(ports) + 1e-11)
+    greens = ModalGreens(omega, np.full(25, 0.02), shapes, rest, tuple(f"arc_{c}" for c in range(ports)))
+    body = Discrete.of(Body(greens), DT, STEPS)
+    force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
+    expected = body.motion(force).displacement
+    for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
+        found = mean_displacement(body, force, shares)
+        # two orders of the same sums over 3,000 steps
+        np.testing.assert_allclose(found, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
 
 
 def thrown() -> Body:

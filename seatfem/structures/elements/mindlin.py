@@ -129,14 +129,20 @@ def assemble_plate(
     """
     if not (np.isfinite(thickness) and thickness > 0):
         raise ModelError(f"plate: thickness = {thickness:g} m must be positive and finite")
-    lines = [clamped] if isinstance(clamped, str) else clamped
-    free = _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)})
+    dofs = plate_dofs(mesh, clamped=clamped, held=held)
+    free = dofs.free
     stiffness, mass = _stiffness(mesh, material, thickness), _mass(mesh, material.density, thickness)
     K, M = (_assembled(mesh, blocks)[free][:, free] for blocks in (stiffness, mass))
     patches = plate_ports(mesh, ports, material, free)
-    return whole_model(
-        lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, _dofs(mesh, free)
-    )
+    return whole_model(lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, dofs)
+
+
+def plate_dofs(
+    mesh: PlateMesh, *, clamped: str | Sequence[str] = (), held: Mapping[str, Sequence[Unknown]] = MappingProxyType({})
+) -> DofMap:
+    """The unknowns of `assemble_plate`, without its matrices. Raises `ModelError` of a line that is not there."""
+    lines = [clamped] if isinstance(clamped, str) else clamped
+    return _dofs(mesh, _free(mesh, {**held, **dict.fromkeys(lines, UNKNOWNS)}))
 
 
 def plate_ports(mesh: PlateMesh, patches: Mapping[str, Patch], material: Material, free: Integers) -> dict[str, Port]:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numba
+
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
+from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, narrower, with_body
 from impact.runs.variations import of_g as of_body
+from seatfem.machine.memory import available_memory
+from seatfem.machine.rates import cores
 from seatfem.structures.estimates.arcs import on_its_patch
 from seatfem.structures.rings import (
     OF_TWICE,
@@ -26,7 +31,15 @@ from seatfem.structures.rings import (
 )
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.prerun import Bench, window_of
-from seatfem.study.impacts.contact import measures_of, problem_of, solved_striker, stopper_of, striker_of
+from seatfem.study.impacts.contact import (
+    STEP_BYTES,
+    in_flight,
+    measures_of,
+    problem_of,
+    solved_striker,
+    stopper_of,
+    striker_of,
+)
 from seatfem.study.impacts.measures import LIP, SOURCES, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
@@ -83,13 +96,27 @@ def error_budget(
         found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
     unknown = tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
 
+    known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
+
+    def flight(body: impact.Body, dt: float) -> Discrete:
+        if (id(body), dt) not in known:
+            known[id(body), dt] = body, in_flight(scene, body, dt)
+        return known[id(body), dt][1]
+
     def run(varied: ContactProblem, dt: float) -> Values:
-        return measures_of(scene, varied, dt)
+        return measures_of(scene, varied, dt, flight)
 
     values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
-    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
+    threads = _threads(len(result.force) * len(problem.contacts))
+    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=threads)
     names = (*SOURCES, *(name for name in (STRIKER, LIP) if name in found))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
+
+
+def _threads(steps: int) -> int:
+    """Runs at once: on all cores that compiled code may use, if memory holds the histories of so many ``steps``."""
+    room = available_memory() / (STEP_BYTES * steps)
+    return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS, room)))  # type: ignore[attr-defined]
 
 
 def _finer_step(

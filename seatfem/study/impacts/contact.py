@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,7 +13,8 @@ import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
-from impact.march.stepper import FOLLOW
+from impact.march.motion import Discrete
+from impact.march.stepper import FOLLOW, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body
@@ -209,13 +211,23 @@ def _facing(striker: impact.Body, port: str) -> str | int:
     return port if port in striker.greens.ports else 0
 
 
-def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
-    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
+def measures_of(
+    scene: Scene,
+    problem: impact.ContactProblem,
+    dt: float,
+    flight: Callable[[impact.Body, float], Discrete] | None = None,
+) -> Values:
+    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely.
+
+    ``flight``: the striker `in_flight` at a step [s], which several runs may share.
+    """
     striker = problem.striker
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
-    prepared = impact.prepare(problem, dt, scene.run.duration)
+    flown = in_flight(scene, striker, dt) if flight is None else flight(striker, dt)
+    targets = (Discrete.of(body, dt, flown.loads.shape[1]) for body in problem.targets)
+    prepared = impact.prepare(problem, dt, scene.run.duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
     force, displacement = force_of(stepper), displacement_of(stepper)
@@ -224,6 +236,12 @@ def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Valu
     stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
     return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
+
+
+def in_flight(scene: Scene, striker: impact.Body, dt: float) -> Discrete:
+    """A striker over the run, its motion without contact known."""
+    discrete = Discrete.of(striker, dt, step_count(dt, scene.run.duration))
+    return replace(discrete, free=discrete.free_motion()) if discrete.moves_by_itself else discrete
 
 
 def time_step(scene: Scene, *bodies: GreensFunction) -> float:

@@ -11,7 +11,7 @@ from impact import measures
 from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.march.motion import port_displacement
+from impact.march.motion import mean_displacement
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import line_of
@@ -93,10 +93,7 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     """(n + 1,) displacement of the seat's patch, its mean [m]."""
     contacts = seat_contacts(stepper.prepared.problem)
     seat, force = stepper.prepared.bodies[1], stepper.force[: stepper.done, :contacts]
-    if contacts == 1:
-        moved = port_displacement(seat, -force[:, 0])
-    else:
-        moved = np.asarray(Division.of(seat.body.greens).shares @ seat.motion(-force.T).displacement)
+    moved = mean_displacement(seat, -force.T, Division.of(seat.body.greens).shares)
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
