@@ -10,9 +10,10 @@ import pytest
 
 from seatfem.structures.errors import ModelError
 from seatfem.structures.estimates.arcs import arc_compliance
-from seatfem.structures.face_lip import FaceLip, RingFace, ring_face
+from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import Land, land_of
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.inspection.mesh_file import ring_of
+from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.shapes import CadPart
@@ -39,9 +40,9 @@ def racetrack(radius: float, corners: int = CORNERS) -> np.ndarray:
     return np.concatenate([end, -end])
 
 
-def face(inner: np.ndarray, outer: np.ndarray, normal: tuple[float, float, float] = (0, 0, 1)) -> RingFace:
+def face(inner: np.ndarray, outer: np.ndarray, normal: tuple[float, float, float] = (0, 0, 1)) -> Land:
     edges = np.concatenate([closed(outer)[::-1], closed(inner)])
-    return ring_face(np.random.default_rng(1).permutation(edges), normal)  # in any order
+    return land_of(np.random.default_rng(1).permutation(edges), normal)  # in any order
 
 
 ROUND_FACE = face(circle(5e-3), circle(6e-3))
@@ -53,8 +54,7 @@ def test_a_circle_is_a_lip(arcs: int, rings: int) -> None:
     """Ports, angles, patches and lines; 720 corners leave (2 pi/720)^2/6 of the area, 1.3e-5."""
     found, known = FaceLip(ROUND_FACE, arcs, rings), Lip(5.5e-3, 1e-3, arcs, rings)
     assert found.division == known.division
-    np.testing.assert_allclose(found.angles, known.angles, rtol=1e-5)
-    np.testing.assert_allclose(found.edges, known.edges, atol=1e-5)
+    np.testing.assert_allclose(found.edges, known.edges, atol=1e-6)
     np.testing.assert_allclose(found.lengths, known.lengths, rtol=2e-5)
     assert (found.inner, found.outer) == pytest.approx((known.inner, known.outer), rel=2e-5)
     mine, right = found.patches((1e-3, 2e-3)), known.patches((1e-3, 2e-3))
@@ -108,7 +108,9 @@ def test_places_are_shares_of_the_area() -> None:
     around, across = lip.places(points)
     np.testing.assert_allclose(around, turns / (2 * np.pi), atol=1e-6)
     np.testing.assert_allclose(across, (radii**2 - 25e-6) / 11e-6, atol=2e-4)
-    np.testing.assert_allclose(lip.shares_at(lip.angles_at(np.linspace(0, 1, 7))), np.linspace(0, 1, 7), atol=1e-12)
+    left, right = lip.cuts(shares := np.linspace(0.01, 0.99, 7))
+    middles = lip.places(np.column_stack([(left + right) / 2, np.zeros(7)]))[0]
+    np.testing.assert_allclose(middles, shares, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +126,7 @@ def test_angles_count_anticlockwise_about_the_normal(normal: tuple, x: tuple, y:
     """From the body's x axis, or its y axis where that is the normal."""
     at = np.array([1e-3, 2e-3, 3e-3])
     edges = np.concatenate([closed(circle(radius) @ np.array([x, y]) + at) for radius in (2e-3, 3e-3)])
-    found = ring_face(edges, normal)
+    found = land_of(edges, normal)
     np.testing.assert_allclose((found.x, found.y), (x, y), atol=1e-12)
     np.testing.assert_allclose(found.centre, at, atol=1e-9)
 
@@ -151,23 +153,23 @@ def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
     """Chords of 1/96 and of elements, about sixteen around the inner edge, take away from the circles."""
     from seatfem.structures.formats.mesh_files import read_mesh
 
-    slot = FaceLip(inspect_geometry(CadPart(MESHES / "slot_seat.step")).ring("contact"), 8)
+    slot = FaceLip(inspect_geometry(CadPart(MESHES / "slot_seat.step")).land("contact"), 8)
     assert slot.area == pytest.approx(WIDTH * SLOT_LENGTH, rel=1e-3)
     assert slot.face.centre == pytest.approx((0, 0, 7e-3), abs=1e-8)
     assert slot.face.y == pytest.approx((0, 1, 0), abs=1e-12)
-    drawn = FaceLip(inspect_geometry(CadPart(MESHES / "annular_seat.step")).ring("contact"), 8)
+    drawn = FaceLip(inspect_geometry(CadPart(MESHES / "annular_seat.step")).land("contact"), 8)
     assert (drawn.inner, drawn.outer) == pytest.approx((4.1e-3, 4.9e-3), rel=6e-4)
-    meshed = FaceLip(ring_of(read_mesh(MESHES / "annular_seat.msh"), "contact"), 8)
-    np.testing.assert_allclose(meshed.angles, drawn.angles, atol=0.01)
+    meshed = FaceLip(land_of_mesh(read_mesh(MESHES / "annular_seat.msh"), "contact"), 8)
+    np.testing.assert_allclose(meshed.edges, drawn.edges, atol=0.01)
     assert meshed.length == pytest.approx(drawn.length, rel=0.01)
 
 
 @pytest.mark.parametrize(
     ("edges", "words"),
     [
-        (closed(circle(3e-3)), "bounded by 1 closed line, a lip in arcs by two"),
-        (np.concatenate([closed(circle(r, 0.0)) for r in (1e-3, 2e-3, 3e-3)]), "bounded by 3 closed lines"),
-        (np.concatenate([closed(circle(1e-3, 9e-3)), closed(circle(3e-3))]), "is no ring about its middle"),
+        (closed(circle(3e-3)), "without a hole is only 1.3 times as long as it is wide: .* strips at least 2 times"),
+        (np.concatenate([closed(circle(r, 0.0)) for r in (1e-3, 2e-3, 3e-3)]), "without a hole is only 1.3 times as long"),
+        (np.concatenate([closed(circle(1e-3, 9e-3)), closed(circle(3e-3))]), "without a hole is only 1.3 times as long"),
         (np.concatenate([closed(circle(2.5e-3, 0.7e-3)), closed(circle(3e-3))]), "cross each other"),
         (
             np.concatenate([closed(circle(2e-3)), closed(np.column_stack([circle(3e-3), circle(1e-5)[:, 0]]))]),
@@ -177,15 +179,15 @@ def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
 )
 def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
     with pytest.raises(ModelError, match=words):
-        ring_face(edges, (0, 0, 1))
+        land_of(edges, (0, 0, 1))
 
 
-def test_a_face_that_winds_back_is_refused() -> None:
-    """A horseshoe band that closes far out: rays from its middle cross its outer edge three times."""
+def test_a_face_that_is_no_strip_is_refused() -> None:
+    """Its outer line crosses itself."""
     turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
     winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
     bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
-    with pytest.raises(ModelError, match=r"rays from there cross .* more than once; strike it as a whole"):
+    with pytest.raises(ModelError, match="cuts across it cross each other; take a narrower face, or strike it as a whole"):
         face(circle(1e-3), bent)
 
 

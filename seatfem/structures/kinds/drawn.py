@@ -35,7 +35,7 @@ from seatfem.structures.solved import Solved
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.face_lip import RingFace
+    from seatfem.structures.lands import Land
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
@@ -63,10 +63,10 @@ class Drawn(Elastic):
     def no_lip(self) -> str:
         return super().no_lip or (_as_a_whole(self.model) if self.model in WHOLE else "")
 
-    def ring_face(self) -> RingFace:
+    def land(self) -> Land:
         from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
 
-        return inspect_geometry(self.geometry()).ring(self.struck_face)
+        return inspect_geometry(self.geometry()).land(self.struck_face)
 
     def struck_part(self) -> tuple[float, float, float]:
         """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""

@@ -112,6 +112,7 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
         per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
         f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} arcs",
+        shape.pieces,
     )
 
 

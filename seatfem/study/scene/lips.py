@@ -19,6 +19,10 @@ from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
 
+NO_ANGLES: Final = (
+    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle tells no place on it; remove "
+    "the key, or strike one ring that each ray from its centroid crosses once"
+)
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -62,7 +66,7 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     lip = scene.seat.lip(arcs) if scene.contact.uneven or scene.reed.is_curved else None
     if lip is None:
         return np.full(arcs, scene.contact.gap)
-    heights = _heights(scene, *lip.line())
+    heights = _heights(scene, lip.line(), lip.turns(lip.places_in_arcs))
     return np.asarray(scene.contact.gap + (heights - heights.min()).mean(axis=1))
 
 
@@ -76,33 +80,39 @@ def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
     if lip is not None and (contact.uneven or scene.reed.is_curved):
-        line, angles = lip.line()
-        half = lip.area / lip.lengths.sum() / 2 / np.linalg.norm(line, axis=-1, keepdims=True)
-        rims = [_heights(scene, line * (1 + side * half), angles) for side in (-1, 1)]
+        places = lip.places_in_arcs
+        rims = [_heights(scene, line.reshape(arcs, -1, 2), lip.turns(places)) for line in lip.cuts(places.ravel())]
         rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
     parts = (whole.part(float(share)) for share in shares)
     return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
 
 
-def _heights(scene: Scene, points: Array, angles: Array) -> Array:
-    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m]."""
+def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
+    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m].
+
+    Raises `SceneError` of a table by angles of a lip that has none."""
     contact, axis = scene.contact, scene.contact.tilt_axis
     height = math.tan(contact.tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis))
     if contact.waviness:
+        if angles is None:
+            raise _problem("contact.waviness", NO_ANGLES)
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
     if scene.reed.is_curved:
         try:
             height = height + scene.reed.heights((contact.offset + points).reshape(-1, 2)).reshape(height.shape)
         except KeyProblem as problem:
-            path = ("reed", *problem.key.split("."))
-            raise SceneError((Problem(None, 0, ".".join(path), str(problem), path),)) from None
+            raise _problem(f"reed.{problem.key}", str(problem)) from None
     return np.asarray(height)
+
+
+def _problem(key: str, message: str) -> SceneError:
+    return SceneError((Problem(None, 0, key, message, tuple(key.split("."))),))
 
 
 def closed_line(lip: AnyLip) -> ClosedLine:
     """The centre line of a lip in its arcs."""
-    return ClosedLine(lip.lengths, lip.edges, lip.line()[0].mean(axis=1))
+    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)
 
 
 def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
@@ -112,4 +122,5 @@ def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Ar
     if parts is None or division.arcs == 1 or (lip := scene.seat.lip(division.arcs)) is None:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-    return Line(force, lip.lengths, scene.contact.line_arc / (2 * math.pi), lip.edges, film)
+    share = scene.contact.line_arc / (2 * math.pi)
+    return Line(force, lip.lengths, share, lip.edges, film, lip.pieces)
