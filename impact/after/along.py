@@ -17,7 +17,6 @@ import numpy as np
 from impact.after.spectrum import averaged, largest_average
 from impact.greens.base import Array
 
-
 Pieces = tuple[tuple[int, bool], ...]
 
 
@@ -176,4 +175,4 @@ def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
         whole, middles = float(lengths[arcs].sum()), starts + width / 2
         found.append(before + (middles % whole if closed else middles))
         before += whole
-    return np.concatenate(found) / lengths.sum()
+    return np.asarray(np.concatenate(found) / lengths.sum())

@@ -12,6 +12,7 @@ from impact.after import measures
 from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
 
 if TYPE_CHECKING:

@@ -14,11 +14,14 @@ from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.lands import Land
 from seatfem.structures.lip import AnyLip, check_parts, widening
+from seatfem.structures.rings import MOST_PORTS
 from seatfem.structures.strips import cross
 
 SEEN: Final = 9  # points of each cut among which the nearest one to a place is looked for
 ONWARDS: Final = 60  # cuts that are gone on by from there, at most
 LOCALLY: Final = 1e-3  # of the area, in which it is seen how a strip widens
+OF_AN_ARC: Final = 0.05  # that may lie on another face than the rest of it
+NOTHING: Final = 1e-12  # of the area
 ON_AXIS: Final = 1e-6  # angle by which a centre line may turn back
 
 
@@ -59,6 +62,13 @@ class FaceLip(AnyLip):
         arcs = np.diff(np.round(ends * self.arcs).astype(int), prepend=0)
         found = zip(arcs, self.face.strips, strict=True)
         return tuple((int(number), strip.closed) for number, strip in found if number)
+
+    def whole(self, arcs: int) -> int:
+        ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
+        numbers = np.arange(arcs, MOST_PORTS // self.rings + 1)
+        borders = numbers[:, None] * ends
+        fit = numbers[np.abs(borders - np.round(borders)).max(axis=1) < OF_AN_ARC]
+        return int(fit[0]) if len(fit) else arcs
 
     @property
     def _table(self) -> _Table:
@@ -153,7 +163,10 @@ def _table(face: Land) -> _Table:
     strips, counts = face.strips, [len(strip.left) for strip in face.strips]
     last = np.cumsum(counts) - 1
     before = np.cumsum([0.0, *(strip.swept[-1] for strip in strips)])
-    steps = [np.hypot(*np.diff(strip.middles, axis=0, prepend=strip.middles[:1]).T) for strip in strips]
+    steps = []
+    for strip in strips:  # straight ends are swept by nothing
+        away, rises = np.diff(strip.middles, axis=0), np.diff(strip.swept) > NOTHING * strip.swept[-1]
+        steps.append(np.concatenate([[0.0], np.hypot(*away.T) * rises]))
     return _Table(
         np.concatenate([strip.left for strip in strips]),
         np.concatenate([strip.right for strip in strips]),

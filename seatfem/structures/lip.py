@@ -85,6 +85,10 @@ class AnyLip(ABC):
         """Of the centre line: the arcs of each face, and whether it is closed."""
         return ((self.arcs, True),)
 
+    def whole(self, arcs: int) -> int:
+        """The least number of arcs, from ``arcs`` up, of which each face has whole ones; ``arcs`` where there is none."""
+        return arcs
+
     @abstractmethod
     def cuts(self, shares: Array) -> tuple[Array, Array]:
         """(n, 2) ends of the cuts at places (n,) on the inner, or left, line and on the other, from the centre [m]."""
@@ -253,7 +257,7 @@ def check_parts(lip: AnyLip) -> None:
 
 def _middles(count: int) -> Array:
     """(count,) of equal parts."""
-    return (np.arange(count) + 0.5) / count
+    return np.asarray((np.arange(count) + 0.5) / count)
 
 
 def _of_the_cut(areas: Array, widening: Array) -> Array:

@@ -147,7 +147,7 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
     first, reach = np.arange(count)[:, None], np.arange(1, count // 3)
     scores, place, ends = excess[first + reach] - excess[first], np.cumsum(lengths) - lengths, []
     for _ in range(2):
-        begin, more = np.unravel_index(np.argmax(scores), scores.shape)
+        begin, more = divmod(int(np.argmax(scores)), scores.shape[1])
         there = (begin + np.arange(more + 1)) % count
         shares = np.cumsum(turned[there]) / turned[there].sum()
         low, high = (int(np.argmax(shares > quarter)) for quarter in (0.25 - SAME, 0.75 - SAME))

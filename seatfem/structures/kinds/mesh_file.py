@@ -23,8 +23,8 @@ from seatfem.structures.solved import Solved
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.lands import Land
     from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.lands import Land
     from seatfem.structures.mesh.seat_mesh import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 

@@ -41,11 +41,15 @@ def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
     ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
-    arcs = ports or scene.contact.ports or usual_ports(scene)
+    arcs, rings = ports or scene.contact.ports or usual_ports(scene), scene.contact.rings
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
-    return scene.seat.lip(arcs, scene.contact.rings)
+    found = scene.seat.lip(arcs, rings)
+    stated = ports or scene.contact.ports
+    if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
+        return found
+    return scene.seat.lip(whole, rings)
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
