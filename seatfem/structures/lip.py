@@ -86,7 +86,7 @@ class AnyLip(ABC):
         return ((self.arcs, True),)
 
     def whole(self, arcs: int) -> int:
-        """The least number of arcs, from ``arcs`` up, of which each face has whole ones; ``arcs`` where there is none."""
+        """The least number of arcs, from ``arcs`` up, of which each face has whole ones; itself where there is none."""
         return arcs
 
     @abstractmethod
@@ -211,7 +211,7 @@ class Lip(AnyLip):
 
     @property
     def content(self) -> Mapping[str, object]:
-        return vars(self)
+        return {name: value for name, value in vars(self).items() if name != "side"}
 
     @property
     def is_round(self) -> bool:
@@ -271,7 +271,8 @@ def widening(inner: Array, outer: Array) -> Array:
     cuts, ways = outer - inner, np.diff(inner + outer, axis=1)[:, 0] / 2
     mean, more = (cuts[:, 0] + cuts[:, 1]) / 2, cuts[:, 1] - cuts[:, 0]
     whole = np.abs(_cross(mean, ways))
-    return np.clip(np.divide(_cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0), -1.0, 1.0)
+    found = np.divide(_cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
+    return np.asarray(np.clip(found, -1.0, 1.0))
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -120,7 +120,8 @@ def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tu
     left, right = _fine(inner), _fine(outer)
     away, nearest = cKDTree(right[:-1]).query(left[:-1])
     k = int(np.argmin(away))
-    left, right = (np.concatenate([line[n:-1], line[: n + 1]]) for line, n in ((left, k), (right, int(nearest[k]))))
+    firsts = (k, int(np.asarray(nearest)[k]))
+    left, right = (np.concatenate([line[n:-1], line[: n + 1]]) for line, n in zip((left, right), firsts, strict=True))
     return left, right, (0, 0), (0, 0)
 
 

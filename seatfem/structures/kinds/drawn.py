@@ -16,7 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import NO_RING, Finding, Structure
+from seatfem.structures.kinds.structure import NO_RING, Finding
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from seatfem.structures.estimates.costs import Numbers
     from seatfem.structures.inspection.parts import Part
     from seatfem.structures.lands import Land
-    from seatfem.structures.lip import AnyLip
+    from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
@@ -236,19 +236,28 @@ class Turned(Drawn):
 
     @property
     def struck_ring(self) -> tuple[float, float] | None:
-        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
-            return None
-        (r, z), (s, height) = self._ends_of_contact()
-        return ((r + s) / 2, abs(s - r)) if abs(z - height) < FLAT * abs(s - r) and min(r, s) > 0 else None
+        face = self._flat_face()
+        return None if face is None or face.inner == 0 else (face.radius, face.width)
 
     @property
     def no_lip(self) -> str:
         if self.arc is not None:
             return "with arc is struck on that part of its ring alone; remove arc, or the key"
-        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self.struck_ring else NO_RING)
+        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        return Structure.lip(self, arcs, rings)
+        face = self._flat_face()
+        return None if face is None else replace(face, arcs=arcs, rings=rings)
+
+    def _flat_face(self) -> Lip | None:
+        """The flat ring or disc that is struck all around; ``None`` where another face is."""
+        from seatfem.structures.lip import Lip  # scenes without lips need none
+
+        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
+            return None
+        (r, z), (s, height) = self._ends_of_contact()
+        flat = abs(z - height) < FLAT * abs(s - r)
+        return Lip((r + s) / 2, abs(s - r)) if flat else None
 
     def elements_of(self, method: Method) -> Level:
         return "harmonics" if method.in_arcs else super().elements_of(method)

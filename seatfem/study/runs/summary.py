@@ -21,12 +21,14 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.measures import Line, all_measures, key_of
+from seatfem.study.scene.stopper import Stopper
 
 FREQUENCIES: Final = 10  # of the striker that are told
 
@@ -128,6 +130,14 @@ def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, 
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
         "stopper_contact_count": len(groups),
     }
+
+
+def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
+    """What is met, and in how many arcs, where it is divided."""
+    found: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    if stopper.parts == Division():
+        return found
+    return found | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
 
 def _restitution(result: ImpactResult) -> float | None:

@@ -20,9 +20,10 @@ from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
 
 NO_ANGLES: Final = (
-    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle tells no place on it; remove "
-    "the key, or strike one ring that each ray from its centroid crosses once"
+    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle tells no place on it; "
+    "remove the key, or strike one ring that each ray from its centroid crosses once"
 )
+STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -57,6 +58,37 @@ def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
     if lip is None or not scene.reed.meets_lips:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
+
+
+def stopper_lip(scene: Scene) -> AnyLip | None:
+    """What of the stopper is met, in the parts that the scene asks for; ``None``: it is met as a whole.
+
+    Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a file
+    that is no lip.
+    """
+    if scene.stopper is None or (parts := scene.stopper.parts) == Division():
+        return None
+    found = scene.stopper.body.lip(parts.arcs, parts.rings)
+    own: AnyLip | None = getattr(scene.reed, "own_lip", None)
+    return replace(own, arcs=parts.arcs, rings=parts.rings) if found is None and own is not None else found  # type: ignore[type-var]
+
+
+def behind_the_reed(scene: Scene) -> AnyLip | None:
+    """The same as the reed sees it, by names of its own."""
+    lip = stopper_lip(scene)
+    return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
+
+
+def stopper_gaps(scene: Scene) -> Array:
+    """(arcs,) openings between the undeformed reed and the stopper [m], as `gaps_of`: with h of the stopper's tilt,
+    less the height of a reed that is not flat."""
+    assert scene.stopper is not None
+    lip, stopper = stopper_lip(scene), scene.stopper
+    if lip is None:
+        return np.array([scene.stopper_gap])
+    line = lip.line()
+    heights = tilted(line, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, line, (0.0, 0.0))
+    return np.asarray(scene.stopper_gap + (heights - heights.min()).mean(axis=1))
 
 
 def gaps_of(scene: Scene, arcs: int) -> Array:
@@ -95,19 +127,30 @@ def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
     """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m].
 
     Raises `SceneError` of a table by angles of a lip that has none."""
-    contact, axis = scene.contact, scene.contact.tilt_axis
-    height = math.tan(contact.tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis))
+    contact = scene.contact
+    height = tilted(points, contact.tilt, contact.tilt_axis)
     if contact.waviness:
         if angles is None:
             raise _problem("contact.waviness", NO_ANGLES)
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
-    if scene.reed.is_curved:
-        try:
-            height = height + scene.reed.heights((contact.offset + points).reshape(-1, 2)).reshape(height.shape)
-        except KeyProblem as problem:
-            raise _problem(f"reed.{problem.key}", str(problem)) from None
-    return np.asarray(height)
+    return np.asarray(height + of_the_reed(scene, points, contact.offset))
+
+
+def tilted(points: Array, tilt: float, axis: float) -> Array:
+    """Heights at points (..., 2) of a plane tilted about a direction [m]."""
+    return np.asarray(math.tan(tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis)))
+
+
+def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Array:
+    """Heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by ``offset``
+    [m]. Raises `SceneError` where they are not known."""
+    if not scene.reed.is_curved:
+        return np.zeros(points.shape[:-1])
+    try:
+        return scene.reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
+    except KeyProblem as problem:
+        raise _problem(f"reed.{problem.key}", str(problem)) from None
 
 
 def _problem(key: str, message: str) -> SceneError:
