@@ -93,7 +93,7 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
 
 def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     """By 14 N at its own ring: the ledger closes, arcs share the force alike, and the forces on the ports
-    move the plate's own modes, its flight among them, as the march has it: but for what the other modes leave at once."""
+    move the plate's own modes, its flight among them, as the march has it, but for what other modes leave."""
     free = FREE.replace("-1 m/s", "-0.01 m/s")
     scene = scene_of(tmp_path, SPRING + "arcs = 8\n", free, '[[load]]\nforce = "14 N"\n', "0.2 ms")
     touches, body = struck(scene), striker_of(scene)

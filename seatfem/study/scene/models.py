@@ -37,10 +37,12 @@ BODIES: Final = ("seat", "reed")
 class Contact(Table):
     """Where and how the two bodies touch.
 
-    The keys from `ports` on are those of a lip: a flat face between two closed lines, each of which every ray from its
-    centroid crosses once. The ring of a body of revolution is one, the land of one port of a `plate`, and many a face
-    of `cad` and `mesh`. Its centroid lies at the reed's contact, the part's x axis along the reed; angles count from
-    there, anticlockwise about the face's normal. Rays cut it into arcs of equal areas.
+    The keys from `ports` on are those of a lip: flat faces in one plane, each a ring between two closed lines, however
+    it winds, or a strip with two ends. The ring of a body of revolution is one, the lands of a `plate`, and many a face
+    of `cad` and `mesh`. Their centroid lies at the reed's contact, the part's x axis along the reed. Cuts square across
+    divide them into arcs of equal areas, which are numbered through: face after face by x, a ring from its own x axis
+    anticlockwise about the normal, a strip from its end at the lesser x. Of one ring that each ray from its centroid
+    crosses once places are angles, from the x axis on; of others lengths along the lip.
     """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
