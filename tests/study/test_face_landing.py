@@ -206,6 +206,32 @@ def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
     assert "contact.ports" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("seat", "contact", "words"),
+    [
+        (cad("valve_plate"), "ports = 8\n", "contact.ports: of 8 arcs of equal areas some would lie on two"),
+        (
+            cad("kidney_seat"),
+            'waviness = [["0 deg", "1 um"]]\n',
+            "contact.waviness: the struck lip is a strip, several",
+        ),
+    ],
+)
+def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        check_files(scene_of(tmp_path, seat, contact))
+    assert words in str(caught.value)
+    assert "ports" not in contact or "take 12" in str(caught.value)
+
+
+def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
+    """Chosen so where the scene states none."""
+    lip = lip_of(scene_of(tmp_path, cad("valve_plate"), 'tilt = "0.1 deg"\n'))
+    assert lip is not None
+    assert lip.arcs == 36
+    assert lip.pieces == ((6, True),) * 6
+
+
 def test_a_slot_off_the_reed(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, SLOT, 'ports = 8\noffset = ["2.5 mm", "0 mm"]\n')
     with pytest.raises(ModelError, match=r"contact\.offset: the seat's lip, from 2\.5 to 6 mm about .* reaches off"):

@@ -18,6 +18,7 @@ from seatfem.study.impacts.contact import problem_of, run_contacts, solved_strik
 from seatfem.study.impacts.touches import Touches, on_the_ports
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.files import check_files
 from seatfem.study.scene.lips import STOPPER, stopper_gaps, stopper_lip
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -175,3 +176,11 @@ def test_a_stopper_that_the_reed_misses(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, DISC.replace('"9 mm"', '"12 mm"').replace('"6 mm"', '"9 mm"') + "arcs = 8\n")
     with pytest.raises(ModelError, match=r"stopper\.arcs: the stopper's face, from 0 to 9 mm .* which has 8 mm there"):
         problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+
+
+def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
+    """A round patch of a CAD part is neither a ring nor a strip."""
+    file = Path(__file__).parents[2] / "meshes" / "stopper.step"
+    scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}arcs = 8\n')
+    with pytest.raises(SceneError, match=r"stopper\.arcs: .*stopper\.step: a struck face without a hole is only 1\.3"):
+        check_files(scene)

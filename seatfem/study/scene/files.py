@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.opened import naming
+from seatfem.structures.rings import Division
 from seatfem.structures.shapes import GeometryError
 from seatfem.study.scene.lips import NO_ANGLES
 from seatfem.study.scene.load import load_scene
@@ -33,6 +34,12 @@ def check_files(scene: Scene) -> None:
         except ModelError as error:
             told = next((naming(file, str(error)) for file in scene.seat.files()), str(error))
             findings.append((("contact", key), told))
+    if not findings and scene.stopper is not None and scene.stopper.parts != Division():
+        try:
+            scene.stopper.body.lip()
+        except ModelError as error:
+            told = next((naming(file, str(error)) for file in scene.stopper.body.files()), str(error))
+            findings.append((("stopper", "arcs"), told))
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))
 
