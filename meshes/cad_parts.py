@@ -1,9 +1,11 @@
-"""Three parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
+"""Four parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
 
 ``valve_body.step``: a seat in a housing with filleted shoulder and four bolt holes. ``insert_seat.step``: a hard ring
 pressed into a softer body: two solids, each of its own colour. ``slot_seat.step``: a slot with a raised lip around it.
+``kidney_seat.step``: a kidney-shaped port with such a lip.
 """
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,32 @@ def _slot(occ: Any, radius: float, height: float) -> tuple[int, int]:
     return next(entity for entity in occ.extrude([(2, occ.addPlaneSurface([loop]))], 0, 0, height) if entity[0] == 3)
 
 
+def kidney_seat(occ: Any) -> None:
+    """Plate of 30 by 24 mm, 6 mm thick; kidney-shaped port, 2.4 mm wide about an arc of 4.5 mm radius over 150 degrees,
+    with a lip around it, 1 mm wide and high; millimetres."""
+    plate, lip = occ.addBox(-15, -12, 0, 30, 24, 6), _kidney(occ, 2.2, 7)
+    solid = occ.fuse([(3, plate)], [lip])[0]
+    occ.cut(solid, [_kidney(occ, 1.2, 7)])
+
+
+def _kidney(occ: Any, radius: float, height: float) -> tuple[int, int]:
+    """Of this radius about an arc from z = 0 upwards, symmetric about y = 0, its middle at x = 3 mm."""
+    bend, half, to = 4.5, math.radians(75), 3.0 - 4.5
+    outer, inner = bend + radius, bend - radius
+    rays = [(math.cos(a), math.sin(a)) for a in (-half, 0.0, half)]
+    centre = occ.addPoint(to, 0, 0)
+    far, near = ([occ.addPoint(to + r * x, r * y, 0) for x, y in rays] for r in (outer, inner))
+    middles = [occ.addPoint(to + bend * x, bend * y, 0) for x, y in rays]
+    ends = [(bend * x + s * radius * y, bend * y - s * radius * x) for (x, y), s in ((rays[0], 1), (rays[2], -1))]
+    low, high = (occ.addPoint(to + x, y, 0) for x, y in ends)
+    curves = [occ.addCircleArc(far[k], centre, far[k + 1]) for k in (0, 1)]
+    curves += [occ.addCircleArc(far[2], middles[2], high), occ.addCircleArc(high, middles[2], near[2])]
+    curves += [occ.addCircleArc(near[k], centre, near[k - 1]) for k in (2, 1)]
+    curves += [occ.addCircleArc(near[0], middles[0], low), occ.addCircleArc(low, middles[0], far[0])]
+    face = occ.addPlaneSurface([occ.addCurveLoop(curves)])
+    return next(entity for entity in occ.extrude([(2, face)], 0, 0, height) if entity[0] == 3)
+
+
 def _circle(curve: int, radius: float, z: float) -> bool:
     x0, _, z0, x1, _, z1 = gmsh.model.getBoundingBox(1, curve)
     return abs((x1 - x0) / 2 - radius) < 1e-3 and abs(z0 - z) < 1e-3 and abs(z1 - z) < 1e-3
@@ -100,6 +128,10 @@ def main(folder: Path) -> None:
     slot_seat(gmsh.model.occ)
     gmsh.model.occ.synchronize()
     write(folder / "slot_seat.step", 7e-3, {})
+    gmsh.clear()
+    kidney_seat(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    write(folder / "kidney_seat.step", 7e-3, {})
     gmsh.finalize()
 
 

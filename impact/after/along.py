@@ -1,6 +1,7 @@
-"""Forces along a closed line in arcs: per length, averaged over a stated part of it and a stated time.
+"""Forces along a line in arcs: per length, averaged over a stated part of it and a stated time.
 
-A ``length`` is that of the whole line [m], whose arcs are then equal, or those of its arcs, (N,).
+A ``length`` is that of the whole line [m], whose arcs are then equal, or those of its arcs, (N,). A line is closed, or
+made of several ``pieces``: the number of arcs in each, and whether it is closed. What is averaged lies on one piece.
 
 Where contact runs along a line, the force at one place is a moving front: its peak grows with ever more arcs and never
 settles. Means over a part of the line and a time do.
@@ -8,6 +9,7 @@ settles. Means over a part of the line and a time do.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,20 +17,29 @@ import numpy as np
 from impact.after.spectrum import averaged, largest_averages
 from impact.greens.base import Array
 
+Pieces = tuple[tuple[int, bool], ...]
+
 
 @dataclass(frozen=True)
 class ClosedLine:
-    """A closed line in N arcs about a point.
+    """A line in N arcs about a point, closed unless its pieces are not.
 
     Attributes:
         lengths: (N,) of the arcs [m].
-        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad].
+        edges: (N + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None``: angles do not tell places.
         places: (N, 2) means over them of x and y from the point [m].
+        pieces: as above; none: all of it is one closed line.
     """
 
     lengths: Array
-    edges: Array
+    edges: Array | None
     places: Array
+    pieces: Pieces = ()
+
+    @property
+    def borders(self) -> Array:
+        """(N + 1,) lengths along it at which arcs begin and end [m]."""
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     @staticmethod
     def circle(radius: float, arcs: int) -> ClosedLine:
@@ -38,27 +49,46 @@ class ClosedLine:
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
-def over_arcs(force: Array, share: float, length: float | Array | None = None) -> Array:
+def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
     """(n, N) forces of N arcs [N] -> (n, N) mean force per length over a part of the line that begins at each arc.
 
+    On an open piece parts that would reach beyond its end are moved back to it.
+
     Args:
-        force: (n, N), arc by arc around the line.
-        share: of the whole line, up to 1, at least the longest arc's; an arc that lies in it in part counts by that
-            part.
+        force: (n, N), arc by arc along the line.
+        share: of the whole line, up to 1, at least the longest arc's, at most a whole piece; an arc that lies in it in
+            part counts by that part.
         length: by default 1 m of each arc: the mean force of an arc.
+        pieces: of the line; none: it is closed.
     """
-    number = force.shape[1]
-    lengths = lengths_of(float(number) if length is None else length, number)
-    width = widest(share, lengths) * lengths.sum()
-    around = np.concatenate([np.zeros((len(force), 1)), np.cumsum(np.tile(force, 2), axis=1)], axis=1)
-    borders = np.concatenate([[0.0], np.cumsum(np.tile(lengths, 2))])
-    first = np.arange(number)
-    ends = borders[first] + width
-    last = np.clip(np.searchsorted(borders, ends, side="right") - 1, 0, 2 * number - 1)
-    summed = (
-        around[:, last] - around[:, first] + force[:, last % number] * ((ends - borders[last]) / lengths[last % number])
-    )
-    return np.asarray(summed / width)
+    lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
+    found = []
+    for arcs, starts, width, closed in _parts(share, lengths, pieces):
+        of, own = force[:, arcs], lengths[arcs]
+        again = 2 if closed else 1
+        borders = np.concatenate([[0.0], np.cumsum(np.tile(own, again))])
+        summed = np.concatenate([np.zeros((len(of), 1)), np.cumsum(np.tile(of, again), axis=1)], axis=1)
+        found.append((_at(borders, summed, starts + width) - _at(borders, summed, starts)) / width)
+    return np.concatenate(found, axis=1)
+
+
+def _at(borders: Array, summed: Array, places: Array) -> Array:
+    """(n, m) of sums (n, N + 1) up to borders (N + 1,), linear in between."""
+    k = np.clip(np.searchsorted(borders, places, side="right") - 1, 0, len(borders) - 2)
+    share = (places - borders[k]) / (borders[k + 1] - borders[k])
+    return np.asarray(summed[:, k] + share * (summed[:, k + 1] - summed[:, k]))
+
+
+def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
+    """Of each piece its arcs, where on it the parts of `over_arcs` begin and how long they are [m], and whether it is
+    closed."""
+    width, first = widest(share, lengths) * lengths.sum(), 0
+    for number, closed in pieces or ((len(lengths), True),):
+        arcs = slice(first, first + number)
+        starts, whole = np.cumsum(lengths[arcs]) - lengths[arcs], float(lengths[arcs].sum())
+        here = min(width, whole)
+        yield arcs, starts if closed else np.minimum(starts, whole - here), here, closed
+        first += number
 
 
 def lengths_of(length: float | Array, number: int) -> Array:
@@ -96,7 +126,9 @@ def best_plane(gaps: Array, line: float | ClosedLine) -> Array:
     return np.asarray(np.linalg.lstsq(plane, gaps.T, rcond=None)[0].T)
 
 
-def line_force_peak(force: Array, dt: float, width: float, length: float | Array, share: float) -> tuple[float, float]:
+def line_force_peak(
+    force: Array, dt: float, width: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[float, float]:
     """Largest force per length [N/m] averaged over any span of ``width`` [s] and a ``share`` of the line, and where.
 
     Args:
@@ -105,32 +137,42 @@ def line_force_peak(force: Array, dt: float, width: float, length: float | Array
         width: of the average in time [s].
         length: of the line, or (N,) [m].
         share: of the line that is averaged over.
+        pieces: of the line; none: it is closed.
 
     Returns:
         The peak and the middle of its part of the line, as a share of the line from the first arc's beginning.
     """
     lengths = lengths_of(length, force.shape[1])
-    means = over_arcs(force, share, lengths)
+    means = over_arcs(force, share, lengths, pieces)
     each = largest_averages(means, dt, width)
-    return float(each.max()), float(_middles(lengths, share)[int(np.argmax(each))])
+    return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
 
-def line_impulse(force: Array, dt: float, length: float | Array, share: float) -> tuple[Array, Array]:
+def line_impulse(
+    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[Array, Array]:
     """Impulse per length averaged over a ``share`` of the line around it, (N,) [N s/m], and where, (N,): shares of the
     line from the first arc's beginning. The arguments are those of `line_impulse_peak`."""
     lengths = lengths_of(length, force.shape[1])
-    found = over_arcs(force.sum(axis=0, keepdims=True), share, lengths)[0] * dt
-    places = _middles(lengths, share)
-    order = np.argsort(places)
+    found = over_arcs(force.sum(axis=0, keepdims=True), share, lengths, pieces)[0] * dt
+    places = _middles(lengths, share, pieces)
+    order = np.argsort(places, kind="stable")
     return found[order], places[order]
 
 
-def line_impulse_peak(force: Array, dt: float, length: float | Array, share: float) -> tuple[float, float]:
+def line_impulse_peak(
+    force: Array, dt: float, length: float | Array, share: float, pieces: Pieces = ()
+) -> tuple[float, float]:
     """Largest impulse per length [N s/m], averaged over a ``share`` of the line; else as `line_force_peak`."""
-    each, places = line_impulse(force, dt, length, share)
+    each, places = line_impulse(force, dt, length, share, pieces)
     return float(each.max()), float(places[int(np.argmax(each))])
 
 
-def _middles(lengths: Array, share: float) -> Array:
+def _middles(lengths: Array, share: float, pieces: Pieces) -> Array:
     """(N,) of the parts that begin at each arc, as shares of the line."""
-    return np.asarray(((np.cumsum(lengths) - lengths) / lengths.sum() + widest(share, lengths) / 2) % 1.0)
+    found, before = [], 0.0
+    for arcs, starts, width, closed in _parts(share, lengths, pieces):
+        whole, middles = float(lengths[arcs].sum()), starts + width / 2
+        found.append(before + (middles % whole if closed else middles))
+        before += whole
+    return np.asarray(np.concatenate(found) / lengths.sum())

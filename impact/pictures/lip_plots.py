@@ -1,4 +1,4 @@
-"""Figure of a contact along a closed line: force per length over place and time, impulse per length, how it lands."""
+"""Figure of a contact along a line: force per length over place and time, impulse per length, how it lands."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from impact.after import measures
 from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
+from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
 
 if TYPE_CHECKING:
@@ -38,13 +39,15 @@ def plot_lip(
     title: str = "Contact along the lip",
     names: tuple[str, str] = NAMES,
 ) -> None:
-    """Force per length over angle and time, impulse per length, total force, gap at four angles, tilt of the gap.
+    """Force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
+
+    Places are angles, or lengths along a line whose places angles do not tell.
 
     A local force is that of a moving front, which grows with ever more arcs: all that is drawn is a mean, and each
     panel says over what.
 
     Args:
-        result: of N >= 3 arcs around the line, which begin on the x axis: histories (n + 1, N).
+        result: of N >= 3 arcs of the line: histories (n + 1, N).
         baseline: the same impact on springs that do not know of each other; ``None``: there is none.
         radius: of a circle in equal arcs [m]; or another line.
         share: of the line over which the impulse is averaged.
@@ -60,7 +63,8 @@ def plot_lip(
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
         _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width)
-        _impulse(figure.add_subplot(grid[1, 0], projection="polar"), runs, line, share, names)
+        kind = "rectilinear" if line.edges is None else "polar"
+        _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share, names)
         _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
         _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
@@ -93,26 +97,44 @@ def _map(
     times = rate * result.time[seen]
     edges = np.append(times, 2 * times[-1] - times[-2]) - (times[1] - times[0]) / 2
     shown = np.ma.masked_less(factor * values.T, SHOWN * factor * float(values.max()))
-    drawn = axes.pcolormesh(edges, np.degrees(line.edges), shown, cmap=COLOURS, vmin=0.0, rasterized=True)
+    borders, words = _borders(line)
+    drawn = axes.pcolormesh(edges, borders, shown, cmap=COLOURS, vmin=0.0, rasterized=True)
     figure.colorbar(drawn, ax=axes, pad=0.01, aspect=18).set_label(f"force per length [{unit}]")
-    axes.set(xlim=(rate * window[0], rate * window[1]), ylim=(0.0, 360.0), yticks=range(0, 361, 90))
-    axes.set(xlabel=f"time [{time_unit}]", ylabel="angle from the x axis [°]")
+    axes.set(xlim=(rate * window[0], rate * window[1]), ylim=(0.0, borders[-1]))
+    axes.set(xlabel=f"time [{time_unit}]", ylabel=words)
+    if line.edges is not None:
+        axes.set(yticks=range(0, 361, 90))
+    for border in borders[np.cumsum([number for number, _ in line.pieces[:-1]], dtype=int)]:
+        axes.axhline(border, color=GREY, linewidth=0.8)
     axes.grid(visible=False)
     axes.set_title("Force per length on the elastic seat")
     axes.set_title(f"mean over {1e6 * width:g} µs and each of {arcs} arcs", loc="right", color=GREY, fontsize=8)
 
 
+def _borders(line: ClosedLine) -> tuple[Array, str]:
+    """(N + 1,) where arcs begin and end, in degrees or mm, and what that is."""
+    if line.edges is None:
+        return 1e3 * line.borders, "length along the lip [mm]"
+    return np.degrees(line.edges), "angle from the x axis [°]"
+
+
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
-    length = float(line.lengths.sum())
-    borders = np.concatenate([[0.0], np.cumsum(line.lengths)]) / length
-    found = [line_impulse(run.force[1:], run.dt, line.lengths, share) for run in runs]
+    length = float(line.borders[-1])
+    found = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
     for (values, places), name, (colour, style) in zip(found, names, _STYLES, strict=False):
-        around, turns = np.append(values, values[0]), np.interp(np.append(places, places[0]), borders, line.edges)
-        axes.plot(turns, factor * around, color=colour, linestyle=style, label=name)
+        at, around = length * places, values
+        if line.edges is None:
+            at = 1e3 * at
+        else:
+            at, around = np.interp(np.append(at, at[0]), line.borders, line.edges), np.append(values, values[0])
+        axes.plot(at, factor * around, color=colour, linestyle=style, label=name)
     axes.set_ylim(bottom=0.0)
-    axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
-    axes.tick_params(axis="x", pad=1)
+    if line.edges is None:
+        axes.set(xlabel=_borders(line)[1], xlim=(0.0, 1e3 * length))
+    else:
+        axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
+        axes.tick_params(axis="x", pad=1)
     axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")
 
 
@@ -134,9 +156,12 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     seen, arcs = _within(result, window, 4000), result.force.shape[1]
     rate, time_unit = scaled(window[1], "s")
     factor, unit = scaled(result.gap[seen], "m")
+    borders, _ = _borders(line)
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
-        arc = min(int(np.searchsorted(line.edges, 2 * np.pi * share + 1e-9, side="right")) - 1, arcs - 1)
-        axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=f"{360 * share:.0f}°")
+        place = share * borders[-1]
+        arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
+        name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
+        axes.plot(rate * result.time[seen], factor * result.gap[seen, arc], color=colour, label=name)
     zero_line(axes)
     axes.set(xlim=(rate * window[0], rate * window[1]), xlabel=f"time [{time_unit}]", ylabel=f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
@@ -146,7 +171,8 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
 def _span(line: ClosedLine) -> str:
     """What an arc is, in words."""
     arcs = len(line.lengths)
-    return f"{360 / arcs:.2g}°" if np.ptp(line.lengths) < 1e-9 * line.lengths.max() else f"1/{arcs} of it"
+    even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
+    return f"{360 / arcs:.2g}°" if even else f"1/{arcs} of it"
 
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:

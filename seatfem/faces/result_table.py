@@ -13,6 +13,7 @@ from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, difference, duration, plain
 
 DEGREES: Final = "deg"
+ALONG: Final = "m"  # of places along a lip: told where angles do not tell them
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
     ("impulse", "impulse_Ns", "N s"),
@@ -34,9 +35,12 @@ STOPPER: Final = (
 LIP: Final = (
     ("force per length", "line_force_peak_N_per_m", "N/m"),
     ("  where", "line_force_peak_at_deg", DEGREES),
+    ("  where", "line_force_peak_at_m", ALONG),
     ("impulse per length", "line_impulse_peak_Ns_per_m", "N s/m"),
     ("  where", "line_impulse_peak_at_deg", DEGREES),
+    ("  where", "line_impulse_peak_at_m", ALONG),
     ("first touch", "first_touch_at_deg", DEGREES),
+    ("first touch", "first_touch_at_m", ALONG),
     ("arcs", "ports", ""),
     ("tilt", "tilt_deg", DEGREES),
 )
@@ -105,6 +109,9 @@ def result_table(summary: Mapping[str, object]) -> Table:
     )
     for heading, rows in groups:
         there = [row for row in rows if row[1] in summary]
+        if rows is LIP:
+            by_length = summary.get("line_force_peak_at_deg") is None
+            there = [row for row in there if not row[1].endswith("_at_deg" if by_length else "_at_m")]
         if there and (rows is not LIP or "ports" in summary):
             table.add_section()
             table.add_row(heading)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.along import Pieces
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, PictureError, scaled, text
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
@@ -51,10 +52,11 @@ class Landing:
         points, cells: (n, 2) nodes of the plate [m] and (m, 9) of each element.
         deflection: (f, n) of the nodes, away from the seat [m].
         time: (f,) [s].
-        inner, outer: (m N, 2) points of both edges of the lip, as many in each of its N arcs [m].
+        inner, outer: (m N, 2, 2) both ends of equal parts of both edges of the lip, as many in each of its N arcs [m].
         height: (N,) of the lip's arcs at rest, from the undeformed plate, negative [m].
         force: (f, N) per length of each arc [N/m]; ``total``: (f,) [N].
         averaged: over what forces are, in words.
+        pieces: of the lip, as in `impact.after.along`.
     """
 
     points: Array
@@ -67,6 +69,7 @@ class Landing:
     force: Array
     total: Array
     averaged: str
+    pieces: Pieces = ()
 
     def check(self) -> None:
         """Raise `PictureError` of what does not fit together."""
@@ -154,12 +157,16 @@ def _plate(pyvista: ModuleType, landing: Landing) -> Any:
 
 
 def _lip(pyvista: ModuleType, landing: Landing, up: float) -> Any:
-    """Quadrilaterals; heights are those of the arcs' middles, linear between them."""
+    """Quadrilaterals; heights are those of the arcs' middles, linear between those of one face."""
     arcs, count = len(landing.height), len(landing.inner)
-    places, low = np.arange(count) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
-    heights = up * np.interp(places, (np.arange(arcs) + 0.5) / arcs, landing.height, period=1.0) - low
-    rims = [np.column_stack([edge, heights]) for edge in (landing.inner, landing.outer)]
-    here = np.arange(count)
-    there = (here + 1) % count
-    faces = np.column_stack([here, here + count, there + count, there])
-    return pyvista.PolyData.from_regular_faces(np.concatenate(rims), faces)
+    places, low = (np.arange(count)[:, None] + (0, 1)) / count, CLEAR * float(np.ptp(landing.points, axis=0).max())
+    middles, heights, first = (np.arange(arcs) + 0.5) / arcs, np.empty(places.shape), 0
+    for number, closed in landing.pieces or ((arcs, True),):
+        of, cells = slice(first, first + number), slice(first * count // arcs, (first + number) * count // arcs)
+        around = {"period": number / arcs} if closed else {}
+        heights[cells] = np.interp(places[cells], middles[of], landing.height[of], **around)
+        first += number
+    corners = np.stack([*landing.inner.transpose(1, 0, 2), *landing.outer[:, ::-1].transpose(1, 0, 2)], axis=1)
+    above = up * heights[:, [0, 1, 1, 0], None] - low
+    points = np.concatenate([corners, above], axis=2).reshape(-1, 3)
+    return pyvista.PolyData.from_regular_faces(points, np.arange(4 * count).reshape(-1, 4))

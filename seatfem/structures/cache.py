@@ -40,8 +40,7 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     how = {key: value for key, value in vars(method).items() if value is not None}
     if how.get("rings") == 1:
         del how["rings"]
-    if method.lip is not None:
-        how["lip"] = method.lip.content
+    how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
     parts: dict[str, object] = {**structure.content(), "method": how}
     if not mesh_error:
         parts["mesh_error"] = False

@@ -1,96 +1,47 @@
-"""Lips of any outline: a flat face between two closed lines, as a drawing or a mesh has it."""
+"""Lips of any outline: the faces of a land, rings and strips, divided into arcs along their centre lines."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from impact.after.along import Pieces
 from impact.greens.base import Array
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import AnyLip, check_parts
+from seatfem.structures.lands import Land
+from seatfem.structures.lip import AnyLip, check_parts, widening
+from seatfem.structures.rings import MOST_PORTS
+from seatfem.structures.strips import cross
 
-SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
-FLAT: Final = 1e-3  # the same, of a flat face's height
-ONCE: Final = 1e-6  # of a turn: by as much an edge may run back about the centre
-STEPS: Final = 4  # of Newton's iteration for the angle at a place: quadratic, from a table that is right to 1e-6
-SQUARE_ON: Final = 1e-6  # a normal along x to this part
-
-Triple = tuple[float, float, float]
-Corners = tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
-class RingFace:
-    """A flat face between two polygons, seen against its outward normal from its centroid.
-
-    Attributes:
-        centre: its centroid [m]; x, y: the directions in which it is seen: x is the body's own x axis along the face,
-            or its y axis of a face that lies across x.
-        inner, outer: corners of both polygons from the centre [m], by their angles, the first on the x axis.
-    """
-
-    centre: Triple
-    x: Triple
-    y: Triple
-    inner: Corners
-    outer: Corners
-
-    @cached_property
-    def digest(self) -> str:
-        """Of all of it."""
-        return hashlib.sha256(repr((self.centre, self.x, self.y, self.inner, self.outer)).encode()).hexdigest()
-
-    def seen(self, points: Array) -> Array:
-        """(n, 2) places on the face of points (n, 3) [m]."""
-        return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
-
-
-class _Polygon:
-    """A polygon that every ray from the origin crosses once, from the x axis anticlockwise."""
-
-    def __init__(self, corners: Corners) -> None:
-        self.corners = np.array([*corners, corners[0]])
-        turns = np.arctan2(self.corners[:, 1], self.corners[:, 0]) % (2 * np.pi)
-        self.turns = np.concatenate([[0.0], turns[1:-1], [2 * np.pi]])
-        self.swept = np.concatenate([[0.0], np.cumsum(_cross(self.corners[:-1], self.corners[1:])) / 2])
-
-    def at(self, angles: Array) -> tuple[Array, Array]:
-        """Distance from the origin [m], and the area swept from the x axis on [m^2]."""
-        k = np.clip(np.searchsorted(self.turns, angles, side="right") - 1, 0, len(self.turns) - 2)
-        ray = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        start, end = self.corners[k], self.corners[k + 1]
-        radius = _cross(start, end) / _cross(ray, end - start)
-        return radius, self.swept[k] + radius * _cross(start, ray) / 2
+SEEN: Final = 9  # points of each cut among which the nearest one to a place is looked for
+ONWARDS: Final = 60  # cuts that are gone on by from there, at most
+LOCALLY: Final = 1e-3  # of the area, in which it is seen how a strip widens
+OF_AN_ARC: Final = 0.05  # that may lie on another face than the rest of it
+NOTHING: Final = 1e-12  # of the area
+ON_AXIS: Final = 1e-6  # angle by which a centre line may turn back
 
 
 @dataclass(frozen=True)
 class FaceLip(AnyLip):
-    """A `RingFace` divided into arcs of equal areas and rings.
+    """A `Land` divided into arcs of equal areas and rings: face after face, those of one that no whole number of arcs
+    fills end on the next.
 
     Raises:
         ModelError: numbers of parts below one or above `MOST_PORTS` together.
     """
 
-    face: RingFace
+    face: Land
     arcs: int = 1
     rings: int = 1
     offset: tuple[float, float] = (0.0, 0.0)
+    side: str = ""
 
     def __post_init__(self) -> None:
         check_parts(self)
-
-    @cached_property
-    def _lines(self) -> tuple[_Polygon, _Polygon]:
-        return _Polygon(self.face.inner), _Polygon(self.face.outer)
-
-    @cached_property
-    def lengths(self) -> Array:
-        return super().lengths
 
     @property
     def content(self) -> Mapping[str, object]:
@@ -98,137 +49,136 @@ class FaceLip(AnyLip):
 
     @property
     def area(self) -> float:
-        inner, outer = self._lines
-        return float(outer.swept[-1] - inner.swept[-1])
-
-    def radii(self, angles: Array) -> tuple[Array, Array]:
-        turned = np.where((angles >= 0) & (angles <= 2 * np.pi), angles, angles % (2 * np.pi))
-        inner, outer = (line.at(turned)[0] for line in self._lines)
-        return inner, outer
-
-    def shares_at(self, angles: Array) -> Array:
-        """(n,) places at angles [rad] from 0 to 2 pi."""
-        (_, hole), (_, whole) = (line.at(angles) for line in self._lines)
-        return np.asarray((whole - hole) / self.area)
+        return float(self._table.swept[-1])
 
     @cached_property
-    def _table(self) -> tuple[Array, Array]:
-        inner, outer = self._lines
-        angles = np.unique(np.concatenate([inner.turns, outer.turns, np.linspace(0.0, 2 * np.pi, 2049)]))
-        return self.shares_at(angles), angles
+    def lengths(self) -> Array:
+        borders = np.arange(self.arcs + 1) / self.arcs * self.area
+        return np.diff(np.interp(borders, self._table.swept, self._table.length))
 
-    def angles_at(self, shares: Array) -> Array:
-        angles = np.interp(shares, *self._table)
-        for _ in range(STEPS):
-            inner, outer = self.radii(angles)
-            angles = angles - (self.shares_at(angles) - shares) * 2 * self.area / (outer**2 - inner**2)
-            angles = np.clip(angles, 0.0, 2 * np.pi)
-        return np.asarray(angles)
+    @cached_property
+    def pieces(self) -> Pieces:
+        ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
+        arcs = np.diff(np.round(ends * self.arcs).astype(int), prepend=0)
+        found = zip(arcs, self.face.strips, strict=True)
+        return tuple((int(number), strip.closed) for number, strip in found if number)
+
+    def whole(self, arcs: int) -> int:
+        ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
+        numbers = np.arange(arcs, MOST_PORTS // self.rings + 1)
+        borders = numbers[:, None] * ends
+        fit = numbers[np.abs(borders - np.round(borders)).max(axis=1) < OF_AN_ARC]
+        return int(fit[0]) if len(fit) else arcs
+
+    @property
+    def _table(self) -> _Table:
+        return _table(self.face)
+
+    def cuts(self, shares: Array) -> tuple[Array, Array]:
+        table, area = self._table, shares * self.area
+        k = np.clip(np.searchsorted(table.swept, area, side="right") - 1, 0, len(table.swept) - 2)
+        left, right = table.left[k], table.right[k]
+        cut, ahead = right - left, table.right[k + 1] - table.left[k + 1]
+        way = table.middles[k + 1] - table.middles[k]
+        rate, more = cross(cut, way), cross(ahead - cut, way)  # area up to a share u of the step: rate u + more u^2/2
+        rest = np.maximum(area - table.swept[k], 0.0)
+        root = rate + np.sqrt(np.maximum(rate**2 + 2 * more * rest, 0.0))
+        u = np.clip(np.divide(2 * rest, root, out=np.zeros(len(rest)), where=root > 0), 0.0, 1.0)[:, None]
+        return left + u * (table.left[k + 1] - left), right + u * (table.right[k + 1] - right)
+
+    def turns(self, shares: Array) -> Array | None:
+        if len(self.face.strips) > 1 or not self.face.strips[0].closed:
+            return None
+        x, y = self._table.middles.T
+        angles = np.unwrap(np.arctan2(y, x))
+        if abs(angles[0]) > ON_AXIS or abs(angles[-1] - 2 * np.pi) > ON_AXIS or np.any(np.diff(angles) < -ON_AXIS):
+            return None
+        return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
     def places(self, points: Array) -> tuple[Array, Array]:
-        """Places (n,) around and across the lip, both shares of area, of points (n, 3) of its body [m]."""
-        seen = self.face.seen(points)
-        angles = np.arctan2(seen[:, 1], seen[:, 0]) % (2 * np.pi)
-        inner, outer = self.radii(angles)
-        return self.shares_at(angles), (np.sum(seen**2, axis=1) - inner**2) / (outer**2 - inner**2)
+        """Places (n,) along and across the lip, both shares of area, of points (n, 3) of its body [m]."""
+        seen, table = self.face.seen(points), self._table
+        k = table.nearest(seen)
+        for _ in range(ONWARDS):  # a point lies between the cut behind and the one before it
+            step = np.where(table.past(seen, k) < 0, -1, np.where(table.past(seen, k + 1) > 0, 1, 0))
+            moved = table.beside(k, step)
+            if np.array_equal(moved, k):
+                break
+            k = moved
+        behind, before = table.past(seen, k), table.past(seen, k + 1)
+        span = behind - before
+        u = np.clip(np.divide(behind, span, out=np.zeros(len(k)), where=span > 0), 0.0, 1.0)
+        along = (table.swept[k] + u * (table.swept[k + 1] - table.swept[k])) / self.area
+        left, right = self.cuts(along)
+        cut = right - left
+        v = np.sum((seen - left) * cut, axis=1) / np.maximum(np.sum(cut**2, axis=1), np.finfo(float).tiny)
+        near = [self.cuts(np.clip(along + by, 0.0, 1.0)) for by in (-LOCALLY, LOCALLY)]
+        inner, outer = (np.stack(lines, axis=1) for lines in zip(*near, strict=True))
+        return along, v - widening(inner, outer) * (v - v**2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Table:
+    """The cuts of all faces, one after the other: their ends, (k, 2), the area up to each and the length of the centre
+    line, and by cut the numbers of the first and the last one of its face, and whether that is closed."""
+
+    left: Array
+    right: Array
+    swept: Array
+    length: Array
+    first: NDArray[np.int64]
+    last: NDArray[np.int64]
+    closed: NDArray[np.bool_]
+
+    @cached_property
+    def middles(self) -> Array:
+        """(k, 2) of the cuts."""
+        return np.asarray((self.left + self.right) / 2)
+
+    def past(self, points: Array, k: NDArray[np.int64]) -> Array:
+        """How far points (n, 2) lie beyond cuts, times the cuts' lengths."""
+        return cross(self.right[k] - self.left[k], points - self.left[k])
+
+    def beside(self, k: NDArray[np.int64], step: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Steps from cut to cut that are ``step`` further along the same face."""
+        count = self.last[k] - self.first[k]
+        on = k - self.first[k] + step
+        return self.first[k] + np.where(self.closed[k], on % count, np.clip(on, 0, count - 1))
+
+    @cached_property
+    def _tree(self) -> Any:
+        from scipy.spatial import cKDTree  # plans of other seats load none
+
+        across = (np.arange(SEEN) + 0.5)[:, None, None] / SEEN
+        return cKDTree((self.left + across * (self.right - self.left)).reshape(-1, 2))
+
+    def nearest(self, points: Array) -> NDArray[np.int64]:
+        """(n,) the step that begins at the nearest cut."""
+        k = np.asarray(self._tree.query(points)[1]) % len(self.left)
+        return self.beside(k, np.zeros_like(k))
+
+
+@lru_cache(maxsize=8)
+def _table(face: Land) -> _Table:
+    strips, counts = face.strips, [len(strip.left) for strip in face.strips]
+    last = np.cumsum(counts) - 1
+    before = np.cumsum([0.0, *(strip.swept[-1] for strip in strips)])
+    steps = []
+    for strip in strips:  # straight ends are swept by nothing
+        away, rises = np.diff(strip.middles, axis=0), np.diff(strip.swept) > NOTHING * strip.swept[-1]
+        steps.append(np.concatenate([[0.0], np.hypot(*away.T) * rises]))
+    return _Table(
+        np.concatenate([strip.left for strip in strips]),
+        np.concatenate([strip.right for strip in strips]),
+        np.concatenate([start + strip.swept for start, strip in zip(before, strips, strict=False)]),
+        np.cumsum(np.concatenate(steps)),
+        np.repeat(last - np.array(counts) + 1, counts),
+        np.repeat(last, counts),
+        np.repeat([strip.closed for strip in strips], counts),
+    )
 
 
 @lru_cache(maxsize=32)
-def face_lip(face: RingFace, arcs: int, rings: int) -> FaceLip:
+def face_lip(face: Land, arcs: int, rings: int) -> FaceLip:
     """A face in parts: they are asked for again and again."""
     return FaceLip(face, arcs, rings)
-
-
-def ring_face(edges: Array, normal: Sequence[float] | Array) -> RingFace:
-    """The face that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal.
-
-    Raises:
-        ModelError: a face that is not flat, is not bounded by two closed lines, or whose lines turn back about its
-            centre, with what would help.
-    """
-    from scipy.sparse import coo_array  # plans of other seats load none of these
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    points = edges.reshape(-1, 3)
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    n = np.asarray(normal) / np.linalg.norm(normal)
-    off = float(np.ptp(points @ n))
-    if off > FLAT * size:
-        raise ModelError(
-            f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, "
-            "or strike it as a whole"
-        )
-    along = np.array([1.0, 0.0, 0.0]) if np.hypot(n[1], n[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
-    x = along - (along @ n) * n
-    x /= np.linalg.norm(x)
-    y = np.cross(n, x)
-    pairs = cKDTree(points).query_pairs(SAME * size, output_type="ndarray")
-    joined = np.concatenate([np.arange(len(points)).reshape(-1, 2), pairs])
-    graph = coo_array((np.ones(len(joined)), joined.T), shape=(len(points), len(points)))
-    number, label = connected_components(graph, directed=False)
-    if number != 2:
-        raise ModelError(
-            f"the struck face is bounded by {number} closed line{'s' if number > 1 else ''}, a lip in arcs by two, one "
-            "within the other: take one ring-shaped face, as of one port, or strike it as a whole"
-        )
-    flat = edges @ np.array([x, y]).T
-    lines = [flat[label[::2] == k] for k in range(2)]
-    lines.sort(key=lambda line: float(np.linalg.norm(np.ptp(line.reshape(-1, 2), axis=0))))
-    middle = lines[0].mean(axis=(0, 1))  # inside the hole; from there on to the centroid
-    loops = [_ordered(line - middle) for line in lines]
-    moments = [_moments(loop) for loop in loops]
-    centre = (moments[1][1] - moments[0][1]) / (moments[1][0] - moments[0][0])
-    inner, outer = (_corners(_ordered(line - middle - centre)) for line in lines)
-    if not np.all(
-        _Polygon(outer).at(np.arctan2(*np.array(inner).T[::-1]) % (2 * np.pi))[0] > np.hypot(*np.array(inner).T)
-    ):
-        raise ModelError("the lines that bound the struck face cross each other: take a ring-shaped face")
-    at = (middle + centre) @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
-    return RingFace(_triple(at), _triple(x), _triple(y), inner, outer)
-
-
-def _ordered(line: Array) -> Array:
-    """(c, 2) corners of a closed line of edges (e, 2, 2) by their angles about the origin, once each.
-
-    Raises `ModelError` of one that not every ray crosses once: its edges turn by more or less than 2 pi together.
-    """
-    turned = float(np.abs(np.arctan2(_cross(line[:, 0], line[:, 1]), np.sum(line[:, 0] * line[:, 1], axis=1))).sum())
-    if abs(turned - 2 * np.pi) > 2 * np.pi * ONCE:
-        raise ModelError(
-            "the struck face is no ring about its middle: rays from there cross one of its edges not at all or more "
-            "than once; strike it as a whole, or take a face that winds less"
-        )
-    corners = line.reshape(-1, 2)
-    turns = np.arctan2(corners[:, 1], corners[:, 0]) % (2 * np.pi)
-    order = np.argsort(turns)
-    apart = np.diff(turns[order], prepend=turns[order[-1]] - 2 * np.pi) > ONCE
-    return np.asarray(corners[order[apart]])
-
-
-def _corners(loop: Array) -> Corners:
-    """With a corner on the x axis as the first."""
-    before, first = loop[-1], loop[0]
-    if abs(first[1]) <= ONCE * first[0]:
-        start, loop = first[0], loop[1:]
-    elif abs(before[1]) <= ONCE * before[0]:
-        start, loop = before[0], loop[:-1]
-    else:
-        start = _cross(before, first) / (first[1] - before[1])
-    return ((float(start), 0.0), *((float(a), float(b)) for a, b in loop))
-
-
-def _moments(loop: Array) -> tuple[float, Array]:
-    """Area and its first moments of a polygon about the origin."""
-    ahead = np.roll(loop, -1, axis=0)
-    twice = _cross(loop, ahead)
-    return float(twice.sum() / 2), np.asarray((twice[:, None] * (loop + ahead)).sum(axis=0) / 6)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def _triple(values: Array) -> Triple:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

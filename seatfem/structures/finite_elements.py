@@ -26,6 +26,7 @@ from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.reduced import Reduced
+from seatfem.structures.lip import Lip
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.method import COARSENING, NAMES, Aims, Method
@@ -214,7 +215,7 @@ def _along(
 ) -> Solved:
     """All of the ring in arcs, by Fourier harmonics."""
     lip = method.lip
-    assert lip is not None
+    assert isinstance(lip, Lip)
 
     def build(harmonic: int) -> SecondOrderModel:
         return matrices(body, mesh, "harmonics", rings=lip.rings, harmonic=harmonic)

@@ -1,6 +1,6 @@
-"""A ring-shaped contact: its arcs, each with a uniform pressure, and their patches, the same on both bodies.
+"""Contact along a lip: its arcs, each with a uniform pressure, and their patches, the same on both bodies.
 
-Arcs have equal areas, cut by rays from the lip's centre; ring k of r across them has the share of
+Arcs have equal areas, between cuts straight across the lip; ring k of r across them has the share of
 `seatfem.structures.rings.ring_shares`. Angles count from the x axis of the body, anticlockwise about the normal.
 """
 
@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names
@@ -21,6 +22,7 @@ from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_na
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least
 OF_AN_ARC: Final = 6  # and of each arc
+WITHIN: Final = 1e-6  # of a part: by as much its ends are taken within it, where faces end
 POINTS: Final = 4096  # of the centre line, at least, on which openings are averaged
 
 
@@ -33,15 +35,15 @@ class Patch:
 
 
 class AnyLip(ABC):
-    """A flat face between two closed lines, each of which every ray from its centre crosses once.
+    """Flat faces between two lines each. Places along them are shares of their area, one face after the other.
 
-    Places around it are shares of its area, from the x axis on. Its centre line runs half way between both.
+    Its centre line runs half way between both lines, along cuts across.
     """
 
     @property
     @abstractmethod
     def arcs(self) -> int:
-        """Of equal areas, the first begins on the x axis."""
+        """Of equal areas."""
 
     @property
     @abstractmethod
@@ -52,6 +54,11 @@ class AnyLip(ABC):
     @abstractmethod
     def offset(self) -> tuple[float, float]:
         """Of its centre from the body's own point of contact [m]."""
+
+    @property
+    @abstractmethod
+    def side(self) -> str:
+        """What the names of its ports begin with; "" of the seat's."""
 
     @property
     @abstractmethod
@@ -68,21 +75,28 @@ class AnyLip(ABC):
     def area(self) -> float:
         """[m^2]."""
 
-    @abstractmethod
-    def radii(self, angles: Array) -> tuple[Array, Array]:
-        """Distances of both lines from the centre at some angles [m]."""
-
-    @abstractmethod
-    def angles_at(self, shares: Array) -> Array:
-        """(n,) angles [rad] at places (n,)."""
-
     @property
+    @abstractmethod
     def lengths(self) -> Array:
         """(arcs,) of the centre line in each arc [m]."""
-        each = math.ceil(POINTS / self.arcs)
-        angles = self.angles_at(np.arange(self.arcs * each + 1) / (self.arcs * each))
-        steps = np.diff(self._half_way(angles), axis=0)
-        return np.asarray(np.hypot(*steps.T).reshape(self.arcs, each).sum(axis=1))
+
+    @property
+    def pieces(self) -> Pieces:
+        """Of the centre line: the arcs of each face, and whether it is closed."""
+        return ((self.arcs, True),)
+
+    def whole(self, arcs: int) -> int:
+        """The least number of arcs, from ``arcs`` up, of which each face has whole ones; itself where there is none."""
+        return arcs
+
+    @abstractmethod
+    def cuts(self, shares: Array) -> tuple[Array, Array]:
+        """(n, 2) ends of the cuts at places (n,) on the inner, or left, line and on the other, from the centre [m]."""
+
+    @abstractmethod
+    def turns(self, shares: Array) -> Array | None:
+        """(n,) angles of the centre line about the centre at places (n,), from 0 on [rad]; ``None`` of a lip that is
+        not one closed line which each ray from there crosses once."""
 
     @property
     def length(self) -> float:
@@ -91,53 +105,54 @@ class AnyLip(ABC):
 
     @property
     def inner(self) -> float:
-        """Least distance of the inner line from the centre [m]."""
-        return float(self.radii(self.angles_at(np.arange(POINTS) / POINTS))[0].min())
+        """Least distance of its lines from the centre [m]."""
+        return float(min(np.hypot(*line.T).min() for line in self.cuts(_middles(POINTS))))
 
     @property
     def outer(self) -> float:
-        """Largest distance of the outer line from the centre [m]."""
-        return float(self.radii(self.angles_at(np.arange(POINTS) / POINTS))[1].max())
+        """Largest distance of its lines from the centre [m]."""
+        return float(max(np.hypot(*line.T).max() for line in self.cuts(_middles(POINTS))))
 
     @property
-    def angles(self) -> Array:
-        """(arcs,) of their middles [rad]."""
-        return self.angles_at((np.arange(self.arcs) + 0.5) / self.arcs)
-
-    @property
-    def edges(self) -> Array:
-        """(arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]."""
-        return self.angles_at(np.arange(self.arcs + 1) / self.arcs)
+    def edges(self) -> Array | None:
+        """(arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None`` as of `turns`."""
+        return self.turns(np.arange(self.arcs + 1) / self.arcs)
 
     @property
     def division(self) -> Division:
         """Into ports."""
         return Division(self.arcs, self.rings)
 
-    def line(self) -> tuple[Array, Array]:
-        """(arcs, n, 2) points of the centre line in each arc, from the centre [m], and their angles (arcs, n)."""
-        each = math.ceil(POINTS / self.arcs)
-        angles = self.angles_at((np.arange(self.arcs * each) + 0.5) / (self.arcs * each))
-        return self._half_way(angles).reshape(self.arcs, each, 2), angles.reshape(self.arcs, each)
+    def line(self) -> Array:
+        """(arcs, n, 2) points of the centre line in each arc, from the centre [m]."""
+        left, right = self.cuts(self.places_in_arcs.ravel())
+        return np.asarray((left + right) / 2).reshape(self.arcs, -1, 2)
 
-    def _half_way(self, angles: Array) -> Array:
-        inner, outer = self.radii(angles)
-        return np.asarray(((inner + outer) / 2 * _rays(angles).T).T)
+    @property
+    def places_in_arcs(self) -> Array:
+        """(arcs, n) places of `line`."""
+        return _middles(self.arcs * math.ceil(POINTS / self.arcs)).reshape(self.arcs, -1)
 
     def edge_lines(self, count: int) -> tuple[Array, Array]:
-        """(count, 2) points of both lines from the centre, at equal steps of the area [m]."""
-        angles = self.angles_at(np.arange(count) / count)
-        inner, outer = ((radius * _rays(angles).T).T for radius in self.radii(angles))
-        return inner, outer
+        """(count, 2, 2) both ends of equal parts of both lines, from the centre [m]."""
+        borders = np.arange(count)[:, None] + (WITHIN, 1 - WITHIN)
+        left, right = self.cuts(borders.ravel() / count)
+        return left.reshape(count, 2, 2), right.reshape(count, 2, 2)
+
+    def _slices(self, count: int) -> tuple[Array, Array, Array]:
+        """(count, 2) left ends of the cuts in the middle of equal slices, (count, 2) what leads from there to the right
+        ones, and (count,) how much the slices widen to the right: between the shares v of a cut and of the area on its
+        left lies g = (1 - b) v + b v^2."""
+        (left, right), (inner, outer) = self.cuts(_middles(count)), self.edge_lines(count)
+        return left, right - left, widening(inner, outer)
 
     def cells(self, along: int, across: int) -> tuple[Array, Array]:
         """Middles (arcs, rings, along across, 2) of equal cells of each part, from the centre [m]; areas (rings,)."""
-        angles = self.angles_at((np.arange(self.arcs * along) + 0.5) / (self.arcs * along))
-        inner, outer = (radius[:, None, None] for radius in self.radii(angles))
+        left, cut, widening = self._slices(self.arcs * along)
         borders = ring_borders(self.rings)
         shares = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(across) + 0.5) / across
-        radii = np.sqrt(inner**2 + shares * (outer**2 - inner**2))  # (around, rings, across)
-        points = radii[..., None] * _rays(angles)[:, None, None]
+        at = _of_the_cut(shares, widening[:, None, None])  # (around, rings, across)
+        points = left[:, None, None] + at[..., None] * cut[:, None, None]
         split = points.reshape(self.arcs, along, self.rings, across, 2).transpose(0, 2, 1, 3, 4)
         areas = self.area * np.diff(borders) / (self.arcs * along * across)
         return split.reshape(self.arcs, self.rings, along * across, 2), areas
@@ -146,18 +161,18 @@ class AnyLip(ABC):
         """By port; ``centre``: of the body's own contact, from which the lip is off by ``offset`` [m]."""
         x, gauss = np.polynomial.legendre.leggauss(ACROSS)
         each = max(OF_AN_ARC, math.ceil(AROUND / self.arcs))
-        angles = self.angles_at((np.arange(self.arcs * each) + 0.5) / (self.arcs * each))
-        inner, outer = self.radii(angles)
-        turn = 2 * self.area / (self.arcs * each) / (outer**2 - inner**2)
+        left, cut, widening = self._slices(self.arcs * each)
         borders, found = ring_borders(self.rings), {}
         for arc, name in enumerate(self.division.arc_names):
             of = slice(arc * each, (arc + 1) * each)
-            squares = inner[of] ** 2 + borders[:, None] * (outer[of] ** 2 - inner[of] ** 2)
+            at = _of_the_cut(borders[:, None], widening[of])
             for k, port in enumerate(ring_names(name, self.rings)):
-                low, high = np.sqrt(squares[k : k + 2])
-                radii = (low + high) / 2 + (high - low) / 2 * x[:, None]
-                points = np.asarray(centre) + self.offset + (radii[..., None] * _rays(angles[of])).reshape(-1, 2)
-                found[port] = Patch(points, (gauss[:, None] * radii * (high - low) / 2 * turn[of]).ravel())
+                low, high = at[k : k + 2]
+                shares = (low + high) / 2 + (high - low) / 2 * x[:, None]
+                points = np.asarray(centre) + self.offset + (left[of] + shares[..., None] * cut[of]).reshape(-1, 2)
+                density = 1 + widening[of] * (2 * shares - 1)
+                weights = gauss[:, None] * (high - low) / 2 * density * self.area / (self.arcs * each)
+                found[self.side + port] = Patch(points, weights.ravel())
         return found
 
 
@@ -168,7 +183,7 @@ class Lip(AnyLip):
     Attributes:
         radius: its mean [m].
         width: 0 < width <= 2 radius [m].
-        arcs, rings, offset: as of `AnyLip`.
+        arcs, rings, offset, side: as of `AnyLip`.
 
     Raises:
         ModelError: a width outside its range, numbers of parts below one or above `MOST_PORTS` together.
@@ -179,6 +194,7 @@ class Lip(AnyLip):
     arcs: int = 1
     rings: int = 1
     offset: tuple[float, float] = (0.0, 0.0)
+    side: str = ""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.radius) and 0 < self.width <= 2 * self.radius * (1 + 1e-12)):
@@ -189,13 +205,13 @@ class Lip(AnyLip):
         check_parts(self)
 
     @staticmethod
-    def disc(radius: float) -> Lip:
+    def disc(radius: float, arcs: int = 1, rings: int = 1) -> Lip:
         """All of a disc."""
-        return Lip(radius / 2, radius)
+        return Lip(radius / 2, radius, arcs, rings)
 
     @property
     def content(self) -> Mapping[str, object]:
-        return vars(self)
+        return {name: value for name, value in vars(self).items() if name != "side"}
 
     @property
     def is_round(self) -> bool:
@@ -214,13 +230,20 @@ class Lip(AnyLip):
         return np.full(self.arcs, 2 * math.pi * self.radius / self.arcs)
 
     @property
+    def angles(self) -> Array:
+        """(arcs,) of their middles [rad]."""
+        return self.turns(_middles(self.arcs))
+
+    @property
     def area(self) -> float:
         return 2 * math.pi * self.radius * self.width
 
-    def radii(self, angles: Array) -> tuple[Array, Array]:
-        return np.full(angles.shape, self.inner), np.full(angles.shape, self.outer)
+    def cuts(self, shares: Array) -> tuple[Array, Array]:
+        angles = self.turns(shares)
+        rays = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return self.inner * rays, self.outer * rays
 
-    def angles_at(self, shares: Array) -> Array:
+    def turns(self, shares: Array) -> Array:
         return np.asarray(2 * np.pi * shares)
 
 
@@ -232,6 +255,25 @@ def check_parts(lip: AnyLip) -> None:
         )
 
 
-def _rays(angles: Array) -> Array:
-    """(n, 2) unit vectors."""
-    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+def _middles(count: int) -> Array:
+    """(count,) of equal parts."""
+    return np.asarray((np.arange(count) + 0.5) / count)
+
+
+def _of_the_cut(areas: Array, widening: Array) -> Array:
+    """Shares of a cut at shares of the area on its left, where it widens as `AnyLip._slices` has it."""
+    straight = 1 - widening
+    return np.asarray(2 * areas / np.maximum(straight + np.sqrt(straight**2 + 4 * widening * areas), 1e-300))
+
+
+def widening(inner: Array, outer: Array) -> Array:
+    """(n,) as of `AnyLip._slices`, of slices between (n, 2, 2) ends of their inner and outer edges."""
+    cuts, ways = outer - inner, np.diff(inner + outer, axis=1)[:, 0] / 2
+    mean, more = (cuts[:, 0] + cuts[:, 1]) / 2, cuts[:, 1] - cuts[:, 0]
+    whole = np.abs(_cross(mean, ways))
+    found = np.divide(_cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
+    return np.asarray(np.clip(found, -1.0, 1.0))
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

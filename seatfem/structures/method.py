@@ -92,6 +92,7 @@ class Method:
         order: of the elements.
         rings: parts of the struck patch, each a port; ``None``: as a file has them.
         n_modes: of a body known by its own modes, such as a beam; ``None`` where it has none.
+        behind: of a striker, where a stopper meets it in parts; ``None``: at its own contact.
         lip: the ring that is struck, in arcs, where it is not struck as a whole; ``None``: at its own contact.
     """
 
@@ -106,6 +107,7 @@ class Method:
     rings: int | None = 1
     n_modes: int | None = None
     lip: AnyLip | None = None
+    behind: AnyLip | None = None
 
     @property
     def static(self) -> bool:

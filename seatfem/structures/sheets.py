@@ -165,7 +165,10 @@ class PlateModes:
         try:
             ports = plate_ports(self.mesh, patches, self.sheet.material, self.dofs.free)
         except ModelError as error:
-            raise error if len(lips) == 1 else _off_the_plate(self.sheet, lips[-1], error) from error
+            if len(lips) == 1:
+                raise
+            behind = [lip for lip in lips if lip.side and repr(lip.side)[:-1] in str(error)]
+            raise _off_the_plate(self.sheet, (behind or lips)[-1], error) from error
         return replace(self.model, ports=ports, known=self.model.damping)
 
     def greens(self, lips: Sequence[AnyLip], damping_ratio: float) -> ModalGreens:
@@ -181,9 +184,15 @@ class PlateModes:
 
 
 def _off_the_plate(sheet: Sheet, lip: AnyLip, error: ModelError) -> ModelError:
-    """In words of the scene: the lip is the seat's."""
+    """In words of the scene: the lip is the seat's, or the stopper's."""
     x, y = (1e3 * (a + b) for a, b in zip(sheet.shape.centre, lip.offset, strict=True))
     least, most = (1e3 * radius for radius in sheet.shape.room)
+    if lip.side:
+        return ModelError(
+            f"stopper.arcs: the stopper's face, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, "
+            f"{y:.4g}) mm, reaches off the reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm there: "
+            f"take a smaller stopper, or remove arcs, rings and tilt ({error})"
+        )
     return ModelError(
         f"contact.offset: the seat's lip, from {1e3 * lip.inner:.4g} to {1e3 * lip.outer:.4g} mm about ({x:.4g}, "
         f"{y:.4g}) mm, reaches off the reed, which has {f'{least:.4g} to ' if least else ''}{most:.4g} mm about the "

@@ -16,7 +16,7 @@ from seatfem.structures.kinds.roles import in_role
 from seatfem.structures.method import Method
 from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import lip_of, on_the_reed
+from seatfem.study.scene.lips import behind_the_reed, lip_of, on_the_reed
 
 _Table = TypeVar("_Table", bound=BaseModel)
 
@@ -70,7 +70,9 @@ class RunMethod:
         lip = lip_of(scene, ports)
         rings = self.seat.rings if lip is None else lip.rings
         seat = replace(self.seat, lip=lip, rings=rings)
-        return replace(self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip)))
+        return replace(
+            self, seat=seat, reed=replace(self.reed, lip=on_the_reed(scene, lip), behind=behind_the_reed(scene))
+        )
 
     def value(self, key: str) -> Any:
         """What stands at a dotted ``key`` of `FIELDS`."""

@@ -330,6 +330,27 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.usefixtures("numbers_alone")
+def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
+    monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))
+    scene = load_scene(ROOT / "examples" / "kidney_landing.toml")
+    parts = {
+        "run": scene.run.model_copy(update={"time_step": 1e-7}),
+        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
+    }
+    summary: Any = run_scene(scene.model_copy(update=parts), tmp_path).summary
+    assert summary["lip_length_m"] == pytest.approx(2 * math.radians(150) * 4.5e-3 + math.pi * 3.4e-3, rel=1e-3)
+    assert summary["first_touch_at_deg"] is None
+    assert 0.5 < summary["first_touch_at_m"] / summary["lip_length_m"] < 1.0
+    assert summary["stopper_arcs"] == 16
+    kept = load_results(tmp_path / "result.h5")
+    np.testing.assert_allclose(kept["lip"].force.sum(axis=1), kept["wave"].force, rtol=1e-12)
+    met = (kept["stopper_lip"].force > 0).argmax(axis=0)
+    assert np.ptp(met) > 10  # steps
+    assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.usefixtures("numbers_alone")
 def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
     monkeypatch.setattr(rounds, "seat_of", partial(seat_of, mesh_error=False))

@@ -13,7 +13,8 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Dashpot
 from seatfem.structures.errors import ModelError
-from seatfem.structures.face_lip import FaceLip, RingFace, ring_face
+from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.lands import Land, land_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
@@ -45,7 +46,7 @@ def meridian() -> skfem.MeshQuad:
 
 
 @cache
-def face(length: float) -> RingFace:
+def face(length: float) -> Land:
     """Of the lip: between two circles, or racetracks of straight sides."""
     turns = 2 * np.pi * np.arange(720) / 720
     shift = length / 2 * np.sign(np.round(np.cos(turns), 12))
@@ -53,7 +54,7 @@ def face(length: float) -> RingFace:
     for radius in (INNER, OUTER):
         points = np.column_stack([radius * np.cos(turns) + shift, radius * np.sin(turns), np.full(720, HEIGHT)])
         edges.append(np.stack([points, np.roll(points, -1, axis=0)], axis=1))
-    return ring_face(np.concatenate(edges), (0, 0, 1))
+    return land_of(np.concatenate(edges), (0, 0, 1))
 
 
 @cache

@@ -42,6 +42,7 @@ def ring(outer: float, inner: float) -> float:
 
 BORE, PLATE = 4e-3, ring(12e-3, 4e-3)
 # contact and clamped areas, from the files' own parameters
+KIDNEY = math.radians(150) * 4.5e-3  # length of the line that the port lies about
 FILES = {
     "annular_seat": (ring(4.9e-3, 4.1e-3), PLATE),
     "flat_seat": (ring(5e-3, 4e-3), PLATE),
@@ -55,6 +56,7 @@ FILES = {
     "valve_body": (ring(10e-3, 4e-3), ring(20e-3, 4e-3) - 4 * ring(2.25e-3, 0)),
     "insert_seat": (ring(8e-3, 4e-3), PLATE),
     "slot_seat": (1e-3 * (10e-3 + math.pi * 6e-3), 720e-6 - (5e-3 * 5e-3 + ring(2.5e-3, 0))),
+    "kidney_seat": (2 * KIDNEY * 1e-3 + math.pi * 3.4e-6, 720e-6 - (KIDNEY * 2.4e-3 + ring(1.2e-3, 0))),
 }
 
 

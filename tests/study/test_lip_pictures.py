@@ -87,9 +87,9 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     lip = by_arc(landed.done.touches.parts, Division(ARCS, 2))
     found = landing_of(landed.done, lip)
     assert found is not None
-    (x, y), radius = found.outer.mean(axis=0), RADIUS
+    (x, y), radius = found.outer.mean(axis=(0, 1)), RADIUS
     for edge, away in ((found.inner, 5e-3), (found.outer, 6e-3)):
-        np.testing.assert_allclose(np.hypot(*(edge - (x, y)).T), away, rtol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(edge - (x, y), axis=2), away, rtol=1e-9)
     places = (found.points - (x, y)) @ np.array([1, 1j])
     near = np.flatnonzero(np.abs(np.abs(places) - radius) < 0.5e-3)
     arcs = Lip(radius, 1e-3, ARCS).angles

@@ -331,4 +331,5 @@ def test_a_stopper_stands_in_one_table(tmp_path: Path) -> None:
     written = json.loads(plan_json(plan_scene(scene)))["scene"]["stopper"]
     assert written == {
         "kind": "spring", "stiffness": 4e6, "gap": 2e-4, "lift": None, "at": None, "law": {"kind": "signorini"},
+        "arcs": None, "rings": 1, "tilt": 0.0, "tilt_axis": 0.0,
     }  # fmt: skip

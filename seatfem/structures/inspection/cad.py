@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Final
 
 import numpy as np
 
 from seatfem.structures.errors import GeometryError, ModelError
-from seatfem.structures.face_lip import RingFace, ring_face
 from seatfem.structures.inspection.opened import FileState, state_of
 from seatfem.structures.inspection.shape import Array, Integers, Shape
+from seatfem.structures.lands import Land, land_of
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.faces import Colour, Vector
+
+EVEN: Final = 1e-6  # of the cosine between normals of faces that look the same way
 
 
 @dataclass(frozen=True)
@@ -75,12 +78,12 @@ class Inspected:
         return len(self.shape.cells) > 0
 
     @lru_cache(maxsize=4)  # noqa: B019  few are kept, as inspections are
-    def ring(self, group: str) -> RingFace:
-        """A group as the face of a lip. Raises `ModelError` of one that is no flat ring."""
+    def land(self, group: str) -> Land:
+        """A group as the land of a lip. Raises as `land_of`."""
         normals = [face.normal for face in self.faces if group in face.groups]
-        if group not in self.edges or not normals or normals[0] is None:
+        if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
             raise ModelError("the struck face is not flat: take flat faces, or strike it as a whole")
-        return ring_face(self.edges[group], normals[0])
+        return land_of(self.edges[group], normals[0])
 
 
 def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
@@ -120,6 +123,11 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     faces = tuple(_face(face, found["groups"]) for face in found["faces"])
     edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(found["flat"])}
     return Inspected(faces, _problems(found), tuple(found["regions"]), shape, tuple(rows), edges)
+
+
+def _alike(normals: Sequence[Vector | None]) -> bool:
+    """Whether all look the same way."""
+    return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 
 def _nothing(error: GeometryError) -> Inspected:

@@ -14,9 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures.errors import ModelError
-from seatfem.structures.face_lip import RingFace, ring_face
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
+from seatfem.structures.lands import Land, land_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
@@ -52,14 +52,14 @@ def shape_of(mesh: SeatMesh) -> Shape:
 
 
 @lru_cache(maxsize=4)
-def ring_of(mesh: SeatMesh, group: str) -> RingFace:
-    """A named boundary as the face of a lip. Raises `ModelError` of one that is no flat ring."""
+def land_of_mesh(mesh: SeatMesh, group: str) -> Land:
+    """A named boundary as the land of a lip. Raises as `land_of`."""
     shape = shape_of(mesh)
     normals, areas = shape.normals[shape.groups[group]], shape.areas[shape.groups[group]]
     mean = np.average(normals, axis=0, weights=areas)
     if np.abs(normals - mean).max() > EVEN:
         raise ModelError("the struck face is not flat: take a flat one, or strike it as a whole")
-    return ring_face(shape.points[shape.outline(group)], mean)
+    return land_of(shape.points[shape.outline(group)], mean)
 
 
 def _around(quadrilaterals: Integers, points: Array) -> Integers:

@@ -16,7 +16,7 @@ from seatfem.structures.estimates.patch import Column, Patch, bulky
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.parts import Mesh
 from seatfem.structures.kinds.selectors import in_scene_words
-from seatfem.structures.kinds.structure import NO_RING, Finding, Structure
+from seatfem.structures.kinds.structure import NO_RING, Finding
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     DISCRETE,
@@ -35,9 +35,9 @@ from seatfem.structures.solved import Solved
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
-    from seatfem.structures.lip import AnyLip
+    from seatfem.structures.lands import Land
+    from seatfem.structures.lip import AnyLip, Lip
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
 FLAT: Final = 1e-6  # of a ring's width: by as much its edges may differ in height
@@ -68,10 +68,10 @@ class Drawn(Elastic):
     def no_lip(self) -> str:
         return super().no_lip or (_as_a_whole(self.model) if self.model in WHOLE else "")
 
-    def ring_face(self) -> RingFace:
+    def land(self) -> Land:
         from seatfem.structures.inspection.cad import inspect_geometry  # as it is drawn, without the mesh of a run
 
-        return inspect_geometry(self.geometry()).ring(self.struck_face)
+        return inspect_geometry(self.geometry()).land(self.struck_face)
 
     def struck_part(self) -> tuple[float, float, float]:
         """Area and narrowest width of the struck face [m^2, m], depth of the body behind it [m]."""
@@ -241,19 +241,28 @@ class Turned(Drawn):
 
     @property
     def struck_ring(self) -> tuple[float, float] | None:
-        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
-            return None
-        (r, z), (s, height) = self._ends_of_contact()
-        return ((r + s) / 2, abs(s - r)) if abs(z - height) < FLAT * abs(s - r) and min(r, s) > 0 else None
+        face = self._flat_face()
+        return None if face is None or face.inner == 0 else (face.radius, face.width)
 
     @property
     def no_lip(self) -> str:
         if self.arc is not None:
             return "with arc is struck on that part of its ring alone; remove arc, or the key"
-        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self.struck_ring else NO_RING)
+        return _as_a_whole(self.model) if self.model in UNDIVIDED else ("" if self._flat_face() else NO_RING)
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        return Structure.lip(self, arcs, rings)
+        face = self._flat_face()
+        return None if face is None else replace(face, arcs=arcs, rings=rings)
+
+    def _flat_face(self) -> Lip | None:
+        """The flat ring or disc that is struck all around; ``None`` where another face is."""
+        from seatfem.structures.lip import Lip  # scenes without lips need none
+
+        if self.arc is not None or self.model in UNDIVIDED or not self.isotropic:
+            return None
+        (r, z), (s, height) = self._ends_of_contact()
+        flat = abs(z - height) < FLAT * abs(s - r)
+        return Lip((r + s) / 2, abs(s - r)) if flat else None
 
     def elements_of(self, method: Method) -> Level:
         return "harmonics" if method.in_arcs else super().elements_of(method)

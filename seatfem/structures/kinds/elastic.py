@@ -21,7 +21,7 @@ from seatfem.structures.method import AnyLevel, Method
 
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
-    from seatfem.structures.face_lip import RingFace
+    from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
 
@@ -34,7 +34,7 @@ class Elastic(Reduced):
     is_kept: ClassVar[bool] = True
     has_rings: ClassVar[bool] = True
     has_faces: ClassVar[bool] = False
-    """Whether the face that is struck may be a flat ring of any outline."""
+    """Whether what is struck may be flat faces of any outline."""
 
     material: AnyMaterial = Field(description="the body's material: a table, or a name alone")
     materials: dict[str, AnyMaterial] = default({}, "other materials, by the name of their region")
@@ -77,14 +77,14 @@ class Elastic(Reduced):
     def no_lip(self) -> str:
         return "" if self.has_faces else super().no_lip
 
-    def ring_face(self) -> RingFace:
-        """The face that is struck. Raises `ModelError` of one that is no flat ring."""
+    def land(self) -> Land:
+        """What is struck. Raises `ModelError` of what is neither flat rings nor flat strips."""
         raise NotImplementedError
 
     def lip(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
         from seatfem.structures.face_lip import face_lip  # scenes without lips need none
 
-        return None if self.no_lip else face_lip(self.ring_face(), arcs, rings)
+        return None if self.no_lip else face_lip(self.land(), arcs, rings)
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:

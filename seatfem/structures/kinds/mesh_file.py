@@ -23,8 +23,8 @@ from seatfem.structures.solved import Solved
 if TYPE_CHECKING:
     from seatfem.structures.discretise import AnyMesh
     from seatfem.structures.estimates.costs import Numbers
-    from seatfem.structures.face_lip import RingFace
     from seatfem.structures.inspection.parts import Part
+    from seatfem.structures.lands import Land
     from seatfem.structures.mesh.seat_mesh import SeatMesh
     from seatfem.structures.natural_modes import NaturalModes, Wanted
 
@@ -95,10 +95,10 @@ damping_ratio = 0.02
 
         return of_shape(shape_of(self.read()), self.supports, self.material.mean)
 
-    def ring_face(self) -> RingFace:
-        from seatfem.structures.inspection.mesh_file import ring_of
+    def land(self) -> Land:
+        from seatfem.structures.inspection.mesh_file import land_of_mesh
 
-        return ring_of(self.read(), self.struck_face)
+        return land_of_mesh(self.read(), self.struck_face)
 
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume

@@ -56,12 +56,6 @@ damping_ratio = 0.02
         return "contact" if self.struck is None else f"land_{self.struck}"
 
     @property
-    def no_lip(self) -> str:
-        if self.ports > 1 and self.struck is None:
-            return "is struck on the lands of all its ports; state struck, the port whose land is struck"
-        return super().no_lip
-
-    @property
     def sectors(self) -> int:
         if self.struck is not None:
             return 1

@@ -156,22 +156,30 @@ class ThinPlate(Moving):
 
         return Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
-    def lips(self, lip: AnyLip | None) -> tuple[AnyLip, ...]:
-        """Its own contact and, where it is struck along a lip, that one's arcs; a whole lip in place of its own."""
-        return (self.own_lip,) if lip is None else (self.own_lip, lip)
+    def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
+        """Its own contact, what a stopper meets in parts, and, where it is struck along a lip, that one's arcs; a whole
+        lip in place of its own."""
+        return (self.own_lip, *(each for each in (behind, lip) if each is not None))
 
     @property
     def states_contact(self) -> bool:
         return self.contact_radius is not None
 
-    def solved(self, lip: AnyLip | None = None, band: float | None = None, *, mesh_error: bool = True) -> SolvedSheet:
+    def solved(
+        self,
+        lip: AnyLip | None = None,
+        band: float | None = None,
+        behind: AnyLip | None = None,
+        *,
+        mesh_error: bool = True,
+    ) -> SolvedSheet:
         """Its modes and its Green's function, computed once in a process.
 
-        ``lip``: in place of its own contact; ``band``: in place of the table's [Hz].
+        ``lip``, ``behind``: as of `lips`; ``band``: in place of the table's [Hz].
         """
         from seatfem.structures.sheets import solved_sheet  # as above
 
-        return solved_sheet(self.sheet(band), self.lips(lip), self.damping_ratio, mesh_error=mesh_error)
+        return solved_sheet(self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error)
 
     def plate(self, greens: GreensFunction) -> PlateModes:
         """The modes behind its Green's function, whatever touches it; found once in a process."""
@@ -188,7 +196,7 @@ class ThinPlate(Moving):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            found = self.solved(method.lip, method.bandwidth, mesh_error=mesh_error)
+            found = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
         about = {"seat_model": f"Mindlin plate, {len(found.modes.omega)} modes", "seat_dof": found.model.size}
         return Solved(found.greens, model=found.model, modes=found.modes, about=about)
 

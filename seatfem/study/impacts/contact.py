@@ -26,6 +26,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.roles import in_role, in_words_of
 from seatfem.structures.method import Method
 from seatfem.structures.rings import Division
+from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.measures import values_of
@@ -41,7 +42,7 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import films_of, gaps_of, line_of
+from seatfem.study.scene.lips import STOPPER, films_of, gaps_of, line_of, stopper_gaps, stopper_lip
 from seatfem.study.scene.measures import Blow
 
 STEPS_PER_RADIAN = 4  # of the highest rate in either body: a fortieth of a rod's transit
@@ -105,11 +106,20 @@ def stopper_of(scene: Scene) -> impact.Body | None:
         return None
     stopper = scene.stopper.body
     with in_role("stopper", stopper):
-        solved = _computed(stopper, scene.run.duration)
+        lip = None if stopper.no_lip else stopper_lip(scene)
+        how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
+        solved = _computed(stopper, scene.run.duration, method=how)
     greens = stopper.closed_form() if solved is None else solved.greens
     assert greens is not None
+    if scene.stopper.parts != Division() and _is_spring(greens):
+        greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
     check_base(scene, "stopper", greens)
     return on_its_base(scene, "stopper", impact.Body(greens))
+
+
+def _is_spring(greens: GreensFunction) -> bool:
+    """Whether it is one spring without waves."""
+    return len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
 
 
 def _computed(
@@ -198,11 +208,23 @@ def problem_of(
         for k, (gap, share) in enumerate(zip(gaps, division.shares, strict=True))
     ]
     if scene.stopper is not None:
-        target, port = stopper or stopper_of(scene), len(striker.greens.ports) - 1 if scene.has_two_places else 0
+        above = stopper_gaps(scene)
+        target = stopper or stopper_of(scene)
         assert target is not None
-        target = on_its_base(scene, "stopper", target)
-        law, gap = scene.stopper.law, scene.stopper_gap
-        contacts.append(impact.Contact(target, gap=gap, law=law.law(), side=-1, striker_port=port))
+        target, parts = on_its_base(scene, "stopper", target), scene.stopper.parts
+        beyond = len(striker.greens.ports) - 1 if scene.has_two_places else 0
+        for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
+            here = STOPPER + name
+            contacts.append(
+                impact.Contact(
+                    target,
+                    port=k if len(target.greens.ports) > 1 else 0,
+                    gap=float(above[k // parts.rings]),
+                    law=scene.stopper.law.law(float(share)),
+                    side=-1,
+                    striker_port=here if here in striker.greens.ports else beyond,
+                )
+            )
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 

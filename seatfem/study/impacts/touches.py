@@ -10,11 +10,11 @@ import impact
 from impact import measures
 from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
 from seatfem.structures.rings import Division
 from seatfem.study.scene import Scene
-from seatfem.study.scene.lips import line_of
+from seatfem.study.scene.lips import STOPPER, line_of
 from seatfem.study.scene.measures import Line
 
 
@@ -25,7 +25,8 @@ class Touches:
     Attributes:
         seat: its patch, all parts seen as one contact.
         parts: part by part, where it is divided into arcs and rings.
-        stopper: where there is one.
+        stopper: where there is one, all parts seen as one contact.
+        stopper_parts: part by part, where it is divided.
         line: along the lip, where it has several arcs.
     """
 
@@ -33,6 +34,7 @@ class Touches:
     parts: ImpactResult | None = None
     stopper: ImpactResult | None = None
     line: Line | None = None
+    stopper_parts: ImpactResult | None = None
 
     @property
     def stopper_force(self) -> Array | None:
@@ -46,11 +48,14 @@ def taken_apart(scene: Scene, problem: impact.ContactProblem, result: ImpactResu
     if result.force.ndim == 1:
         return Touches(result)
     of_seat = seat_contacts(problem)
-    stopper = measures.of_contact(result, of_seat) if of_seat < result.force.shape[1] else None
+    stopper = above = None
+    if scene.stopper is not None:
+        above = of_contacts(result, slice(of_seat, None)) if scene.stopper.parts != Division() else None
+        stopper = measures.of_contact(result, of_seat) if above is None else as_one(above, scene.stopper.parts.shares)
     if of_seat == 1:
-        return Touches(measures.of_contact(result, 0), stopper=stopper)
+        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=above)
     parts = of_contacts(result, slice(of_seat))
-    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force, parts.film))
+    return Touches(as_one(parts, shares), parts, stopper, line_of(scene, problem, parts.force, parts.film), above)
 
 
 def seat_contacts(problem: impact.ContactProblem) -> int:
@@ -86,7 +91,9 @@ def stopper_force_of(stepper: impact.ContactStepper) -> Array | None:
     """(n + 1,) contact force of the stopper at every step done [N]; ``None`` where there is none."""
     if seat_contacts(stepper.prepared.problem) == stepper.force.shape[1]:
         return None
-    return np.concatenate([stepper.prepared.rest[-1:], stepper.force[: stepper.done, -1]])
+    seat = seat_contacts(stepper.prepared.problem)
+    parts = np.concatenate([stepper.prepared.rest[None, seat:], stepper.force[: stepper.done, seat:]])
+    return np.asarray(parts.sum(axis=1))
 
 
 def displacement_of(stepper: impact.ContactStepper) -> Array:
@@ -97,6 +104,22 @@ def displacement_of(stepper: impact.ContactStepper) -> Array:
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
+
+
+def on_the_ports(scene: Scene, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
+    """(n + 1, ports) forces of seat and stopper on all ports of the striker, along the normal [N]."""
+    force = np.zeros((len(touches.seat.force), len(striker.ports)))
+
+    def add(parts: ImpactResult | None, whole: ImpactResult, names: tuple[str, ...], other: int, sign: int) -> None:
+        each = whole.force[:, None] if parts is None else parts.force
+        for name, pushed in zip(names if parts is not None else ("",), each.T, strict=True):
+            force[:, striker.port_index(name) if name in striker.ports else other] += sign * pushed
+
+    add(touches.parts, touches.seat, Division.of(seat).names, 0, 1)
+    if touches.stopper is not None and scene.stopper is not None:
+        names = tuple(STOPPER + name for name in scene.stopper.parts.names)
+        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if scene.has_two_places else 0, -1)
+    return force
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

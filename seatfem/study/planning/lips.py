@@ -50,6 +50,9 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
     assert usual is not None
     stated = is_given(scene, PORTS)
     most = usual if stated else min(MOST, MOST_PORTS // scene.contact.rings)
+    lip = lip_of(scene, most)
+    assert lip is not None
+    most = most if stated else lip.whole(most)
     finest = with_ports(scene, parts_behind(Division(most, scene.contact.rings)).arcs)
     seat = surrogate_in_arcs(finest, surrogate).greens
     striker, there = stand_in_of(finest, progress), Division.of(seat)
@@ -73,7 +76,7 @@ def in_some_arcs(scene: Scene, surrogate: Surrogate, stopper: Body | None, progr
         return larger(of_twice, relative_changes(measures(arcs), measures(there.arcs)))
 
     chosen, aim = most, ARCS_SHARE * scene.accuracy.target
-    while not stated and chosen // 2 >= FEWEST:
+    while not stated and chosen // 2 >= FEWEST and lip.whole(chosen // 2) == chosen // 2:
         left = left_by(chosen // 2)
         if any(safety(name) * left[name] > aim for name in scene.accuracy.measures):
             break

@@ -22,9 +22,8 @@ from seatfem.pictures.landing import Landing, animate_landing
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import Touches, on_the_ports
 from seatfem.study.runs.round import Round
-from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import closed_line
 
 LANDING: Final = "landing.gif"
@@ -95,7 +94,8 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
     stride = max(1, math.ceil((min(end + AFTER * (end - start), last * dt) - first) / dt / (FRAMES - 1)))
     begin = min(int(first / dt / stride), last // stride)
     rows = slice(begin, begin + FRAMES)
-    coordinates = modal_coordinates(done.striker, on_the_ports(scene, done), dt, stride)[rows]
+    forces = on_the_ports(scene, done.striker.greens, done.seat.greens, touches)[1:].T
+    coordinates = modal_coordinates(done.striker, forces, dt, stride)[rows]
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
     centre = np.asarray(scene.reed.geometry().centre) + scene.contact.offset
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
@@ -112,17 +112,5 @@ def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
         per_length(lip.force, dt, width, shape.lengths)[steps],
         total[steps],
         f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} arcs",
+        shape.pieces,
     )
-
-
-def on_the_ports(scene: Scene, done: Round) -> Array:
-    """(P, n) forces of seat and stopper on the ports of the striker, along the normal [N]."""
-    greens, touches = done.striker.greens, done.touches
-    names = Division.of(done.seat.greens).names
-    assert touches.parts is not None
-    force = np.zeros((len(greens.ports), len(touches.seat.time) - 1))
-    for name, pushed in zip(names, touches.parts.force[1:].T, strict=True):
-        force[greens.port_index(name) if name in greens.ports else 0] += pushed
-    if touches.stopper_force is not None:
-        force[len(greens.ports) - 1 if scene.has_two_places else 0] -= touches.stopper_force[1:]
-    return force

@@ -45,6 +45,7 @@ from seatfem.study.runs.summary import (
     reed_keys,
     reed_stress_keys,
     regime_keys,
+    stopper_face_keys,
     stopper_keys,
     summarise,
     timing_keys,
@@ -116,7 +117,12 @@ def run_scene(
         summary = _summary(scene, done, baseline, watch) | told
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
-            others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
+            others = {
+                parts: touches.parts,
+                "stopper": touches.stopper,
+                "stopper_lip": touches.stopper_parts,
+                "spring_stopper": baseline.touches.stopper,
+            }
             all_of_them = {"wave": done.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in others.items() if result is not None}
             save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
@@ -205,7 +211,7 @@ def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
         **({} if scene.gas is None else gas_keys(scene, done.touches, GasRun.of(scene, done.touches))),
-        **({} if scene.stopper is None else {"stopper_kind": scene.stopper.body.kind}),
+        **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, as_a_whole(done.seat.greens), done.result),
     }

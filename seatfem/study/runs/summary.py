@@ -21,12 +21,14 @@ from impact.bodies.body import Body
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
 from seatfem.study.impacts.measures import measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.rounds import Round
 from seatfem.study.scene.measures import Line, all_measures, key_of
+from seatfem.study.scene.stopper import Stopper
 
 FREQUENCIES: Final = 10  # of the striker that are told
 
@@ -77,28 +79,37 @@ def _film_keys(result: ImpactResult) -> dict[str, object]:
 
 
 def _line_keys(line: Line | None, dt: float, width: float) -> dict[str, object]:
-    """Of a contact along a lip, beside its measures: its arcs, over what it is averaged, where it is largest."""
+    """Of a contact along a lip, beside its measures: its arcs, over what it is averaged, where it is largest: by the
+    angle, and by the length along it from the first arc's beginning."""
     if line is None:
         return {}
-    _, force_at = line_force_peak(line.force[1:], dt, width, line.length, line.share)
-    _, impulse_at = line_impulse_peak(line.force[1:], dt, line.length, line.share)
     pressed = (line.force if line.film is None else line.force - line.film) > 0
     first = int(np.argmax(pressed.any(axis=1)))
-    return {
+    places = {
+        "line_force_peak": line_force_peak(line.force[1:], dt, width, line.length, line.share, line.pieces)[1],
+        "line_impulse_peak": line_impulse_peak(line.force[1:], dt, line.length, line.share, line.pieces)[1],
+    }
+    length, found, touched = float(line.lengths.sum()), {}, bool(pressed.any())
+    for name, place in places.items():
+        found[f"{name}_at_deg"] = line.degrees_at(place) if touched else None
+        found[f"{name}_at_m"] = place * length if touched else None
+    middles = np.cumsum(line.lengths) - line.lengths / 2
+    return found | {
         "ports": line.force.shape[1],
-        "line_force_arc_m": line.share * float(line.lengths.sum()),
+        "lip_length_m": length,
+        "line_force_arc_m": line.share * length,
         "line_force_width_s": width,
-        "line_force_peak_at_deg": line.degrees_at(force_at) if pressed.any() else None,
-        "line_impulse_peak_at_deg": line.degrees_at(impulse_at) if pressed.any() else None,
-        "first_touch_at_deg": _mean_angle(line, pressed[first]) if pressed.any() else None,
+        "first_touch_at_deg": _mean_angle(line, pressed[first]) if touched else None,
+        "first_touch_at_m": float(middles[pressed[first]][0]) if touched else None,
         "largest_share_of_lip_pressed": float(pressed.mean(axis=1).max()),
     }
 
 
-def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float:
-    """Of arcs around a line, in degrees."""
-    borders = np.linspace(0, 2 * np.pi, len(pressed) + 1) if line.edges is None else line.edges
-    turns = ((borders[1:] + borders[:-1]) / 2)[pressed]
+def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
+    """Of arcs around a line, in degrees; ``None`` where angles do not tell places."""
+    if line.edges is None:
+        return None
+    turns = ((line.edges[1:] + line.edges[:-1]) / 2)[pressed]
     return round(float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))), 9) % 360
 
 
@@ -119,6 +130,14 @@ def stopper_keys(result: ImpactResult | None, filter_width: float) -> dict[str, 
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
         "stopper_contact_count": len(groups),
     }
+
+
+def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
+    """What is met, and in how many arcs, where it is divided."""
+    found: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    if stopper.parts == Division():
+        return found
+    return found | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}
 
 
 def _restitution(result: ImpactResult) -> float | None:

@@ -19,6 +19,11 @@ from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import Problem
 
+NO_ANGLES: Final = (
+    "the struck lip is a strip, several faces, or winds about its centroid, so that an angle tells no place on it; "
+    "remove the key, or strike one ring that each ray from its centroid crosses once"
+)
+STOPPER: Final = "stopper_"  # what the names of ports begin with that a stopper meets
 USUAL: Final = 32  # arcs, where nothing else is known
 
 
@@ -37,11 +42,15 @@ def lip_of(scene: Scene, ports: int | None = None) -> AnyLip | None:
     ``None`` where the patch is not divided around, or no ring is struck. A face that is no ring of a body of revolution
     is struck as ``contact.ports`` says alone. Raises `ModelError` of a face of a file that is no lip.
     """
-    arcs = ports or scene.contact.ports or usual_ports(scene)
+    arcs, rings = ports or scene.contact.ports or usual_ports(scene), scene.contact.rings
     as_it_states = scene.contact.ports is None and (scene.reed.states_contact or scene.seat.struck_ring is None)
     if arcs == 1 and (as_it_states or not scene.reed.meets_lips):
         return None
-    return scene.seat.lip(arcs, scene.contact.rings)
+    found = scene.seat.lip(arcs, rings)
+    stated = ports or scene.contact.ports
+    if stated or found is None or arcs == 1 or (whole := found.whole(arcs)) == arcs:
+        return found
+    return scene.seat.lip(whole, rings)
 
 
 def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
@@ -49,6 +58,37 @@ def on_the_reed(scene: Scene, lip: AnyLip | None) -> AnyLip | None:
     if lip is None or not scene.reed.meets_lips:
         return None
     return replace(lip, offset=scene.contact.offset)  # type: ignore[type-var]
+
+
+def stopper_lip(scene: Scene) -> AnyLip | None:
+    """What of the stopper is met, in the parts that the scene asks for; ``None``: it is met as a whole.
+
+    Its own flat face, or what the reed touches with of a body that has none. Raises `ModelError` of a face of a file
+    that is no lip.
+    """
+    if scene.stopper is None or (parts := scene.stopper.parts) == Division():
+        return None
+    found = scene.stopper.body.lip(parts.arcs, parts.rings)
+    own: AnyLip | None = getattr(scene.reed, "own_lip", None)
+    return replace(own, arcs=parts.arcs, rings=parts.rings) if found is None and own is not None else found  # type: ignore[type-var]
+
+
+def behind_the_reed(scene: Scene) -> AnyLip | None:
+    """The same as the reed sees it, by names of its own."""
+    lip = stopper_lip(scene)
+    return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
+
+
+def stopper_gaps(scene: Scene) -> Array:
+    """(arcs,) openings between the undeformed reed and the stopper [m], as `gaps_of`: with h of the stopper's tilt,
+    less the height of a reed that is not flat."""
+    assert scene.stopper is not None
+    lip, stopper = stopper_lip(scene), scene.stopper
+    if lip is None:
+        return np.array([scene.stopper_gap])
+    line = lip.line()
+    heights = tilted(line, stopper.tilt, stopper.tilt_axis) - of_the_reed(scene, line, (0.0, 0.0))
+    return np.asarray(scene.stopper_gap + (heights - heights.min()).mean(axis=1))
 
 
 def gaps_of(scene: Scene, arcs: int) -> Array:
@@ -62,7 +102,7 @@ def gaps_of(scene: Scene, arcs: int) -> Array:
     lip = scene.seat.lip(arcs) if scene.contact.uneven or scene.reed.is_curved else None
     if lip is None:
         return np.full(arcs, scene.contact.gap)
-    heights = _heights(scene, *lip.line())
+    heights = _heights(scene, lip.line(), lip.turns(lip.places_in_arcs))
     return np.asarray(scene.contact.gap + (heights - heights.min()).mean(axis=1))
 
 
@@ -76,33 +116,50 @@ def films_of(scene: Scene, arcs: int) -> tuple[SqueezeFilm | None, ...]:
     if lip is not None:
         shares = lip.lengths / lip.lengths.sum()
     if lip is not None and (contact.uneven or scene.reed.is_curved):
-        line, angles = lip.line()
-        half = lip.area / lip.lengths.sum() / 2 / np.linalg.norm(line, axis=-1, keepdims=True)
-        rims = [_heights(scene, line * (1 + side * half), angles) for side in (-1, 1)]
+        places = lip.places_in_arcs
+        rims = [_heights(scene, line.reshape(arcs, -1, 2), lip.turns(places)) for line in lip.cuts(places.ravel())]
         rises = np.ptp(np.concatenate(rims, axis=1), axis=1)
     parts = (whole.part(float(share)) for share in shares)
     return tuple(replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
 
 
-def _heights(scene: Scene, points: Array, angles: Array) -> Array:
-    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m]."""
-    contact, axis = scene.contact, scene.contact.tilt_axis
-    height = math.tan(contact.tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis))
+def _heights(scene: Scene, points: Array, angles: Array | None) -> Array:
+    """(arcs, n) heights of the gap at points (arcs, n, 2) from the lip's centre, at these angles [m].
+
+    Raises `SceneError` of a table by angles of a lip that has none."""
+    contact = scene.contact
+    height = tilted(points, contact.tilt, contact.tilt_axis)
     if contact.waviness:
+        if angles is None:
+            raise _problem("contact.waviness", NO_ANGLES)
         at, values = np.array(contact.waviness).T
         height = height + np.interp(angles, at, values, period=2 * np.pi)
-    if scene.reed.is_curved:
-        try:
-            height = height + scene.reed.heights((contact.offset + points).reshape(-1, 2)).reshape(height.shape)
-        except KeyProblem as problem:
-            path = ("reed", *problem.key.split("."))
-            raise SceneError((Problem(None, 0, ".".join(path), str(problem), path),)) from None
-    return np.asarray(height)
+    return np.asarray(height + of_the_reed(scene, points, contact.offset))
+
+
+def tilted(points: Array, tilt: float, axis: float) -> Array:
+    """Heights at points (..., 2) of a plane tilted about a direction [m]."""
+    return np.asarray(math.tan(tilt) * (points[..., 1] * math.cos(axis) - points[..., 0] * math.sin(axis)))
+
+
+def of_the_reed(scene: Scene, points: Array, offset: tuple[float, float]) -> Array:
+    """Heights of the stress-free reed over a flat one, at points (..., 2) about what is off its contact by ``offset``
+    [m]. Raises `SceneError` where they are not known."""
+    if not scene.reed.is_curved:
+        return np.zeros(points.shape[:-1])
+    try:
+        return scene.reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
+    except KeyProblem as problem:
+        raise _problem(f"reed.{problem.key}", str(problem)) from None
+
+
+def _problem(key: str, message: str) -> SceneError:
+    return SceneError((Problem(None, 0, key, message, tuple(key.split("."))),))
 
 
 def closed_line(lip: AnyLip) -> ClosedLine:
     """The centre line of a lip in its arcs."""
-    return ClosedLine(lip.lengths, lip.edges, lip.line()[0].mean(axis=1))
+    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)
 
 
 def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Array | None = None) -> Line | None:
@@ -112,4 +169,5 @@ def line_of(scene: Scene, problem: ContactProblem, parts: Array | None, film: Ar
     if parts is None or division.arcs == 1 or (lip := scene.seat.lip(division.arcs)) is None:
         return None
     force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-    return Line(force, lip.lengths, scene.contact.line_arc / (2 * math.pi), lip.edges, film)
+    share = scene.contact.line_arc / (2 * math.pi)
+    return Line(force, lip.lengths, share, lip.edges, film, lip.pieces)

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from impact import measures
-from impact.after.along import lengths_of, line_force_peak, line_impulse_peak
+from impact.after.along import Pieces, lengths_of, line_force_peak, line_impulse_peak
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
@@ -24,8 +24,9 @@ class Line:
         force: (n + 1, arcs) of its arcs [N].
         length: of its centre line, whose arcs are equal, or (arcs,) of each arc [m].
         share: of it over which forces are averaged.
-        edges: (arcs + 1,) angles at which the arcs begin and end [rad]; ``None``: at equal steps.
+        edges: (arcs + 1,) angles at which the arcs begin and end [rad]; ``None``: angles do not tell places.
         film: (n + 1, arcs) what of the force a film bears [N]; ``None``: nothing.
+        pieces: of the line, as in `impact.after.along`.
     """
 
     force: Array
@@ -33,16 +34,17 @@ class Line:
     share: float
     edges: Array | None = None
     film: Array | None = None
+    pieces: Pieces = ()
 
     @property
     def lengths(self) -> Array:
         """(arcs,) [m]."""
         return lengths_of(self.length, self.force.shape[1])
 
-    def degrees_at(self, place: float) -> float:
-        """Angle at a share of the line from the first arc's beginning."""
+    def degrees_at(self, place: float) -> float | None:
+        """Angle at a share of the line from the first arc's beginning; ``None`` where angles do not tell places."""
         if self.edges is None:
-            return 360 * place
+            return None
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
         return round(float(np.degrees(np.interp(place, borders, self.edges))), 6) % 360
 
@@ -159,7 +161,7 @@ class LineForce(Measure):
     def of(self, blow: Blow) -> float:
         assert blow.line is not None
         line = blow.line
-        return line_force_peak(line.force[1:], blow.dt, blow.filter_width, line.length, line.share)[0]
+        return line_force_peak(line.force[1:], blow.dt, blow.filter_width, line.length, line.share, line.pieces)[0]
 
 
 class LineImpulse(Measure):
@@ -170,7 +172,8 @@ class LineImpulse(Measure):
 
     def of(self, blow: Blow) -> float:
         assert blow.line is not None
-        return line_impulse_peak(blow.line.force[1:], blow.dt, blow.line.length, blow.line.share)[0]
+        line = blow.line
+        return line_impulse_peak(line.force[1:], blow.dt, line.length, line.share, line.pieces)[0]
 
 
 def all_measures() -> Mapping[str, Measure]:

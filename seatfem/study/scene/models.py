@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from seatfem.fields import Angle, Fraction, Gap, KeyProblem, Length, Position, Table, Time, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
-from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
+from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.base import Base
 from seatfem.study.scene.external import ExternalLoad
 from seatfem.study.scene.film import Film
@@ -19,7 +19,7 @@ from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.measures import all_measures, any_needs_stress
-from seatfem.study.scene.stopper import Stopper
+from seatfem.study.scene.stopper import STEEPEST, Stopper
 from seatfem.study.scene.stress import Stress
 
 if TYPE_CHECKING:
@@ -32,16 +32,17 @@ else:
     Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
-STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Contact(Table):
     """Where and how the two bodies touch.
 
-    The keys from `ports` on are those of a lip: a flat face between two closed lines, each of which every ray from its
-    centroid crosses once. The ring of a body of revolution is one, the land of one port of a `plate`, and many a face
-    of `cad` and `mesh`. Its centroid lies at the reed's contact, the part's x axis along the reed; angles count from
-    there, anticlockwise about the face's normal. Rays cut it into arcs of equal areas.
+    The keys from `ports` on are those of a lip: flat faces in one plane, each a ring between two closed lines, however
+    it winds, or a strip with two ends. The ring of a body of revolution is one, the lands of a `plate`, and many a face
+    of `cad` and `mesh`. Their centroid lies at the reed's contact, the part's x axis along the reed. Cuts square across
+    divide them into arcs of equal areas, which are numbered through: face after face by x, a ring from its own x axis
+    anticlockwise about the normal, a strip from its end at the lesser x. Of one ring that each ray from its centroid
+    crosses once places are angles, from the x axis on; of others lengths along the lip.
     """
 
     law: AnyLaw = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
@@ -317,6 +318,10 @@ class Scene(Table):
         if (stopper := self.stopper) is None:
             return self
         self.reed.check_contact(stopper.at, "stopper.at")
+        if stopper.parts != Division() and not self.reed.meets_lips:
+            key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
+            words = f"a reed of kind {self.reed.kind!r} touches with one rigid face; remove the key, or take a plate"
+            raise KeyProblem(f"stopper.{key}", words)
         by_lift = stopper.lift is not None
         if by_lift and self.has_two_places and self.contact.gap > 0:
             raise KeyProblem(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
-from seatfem.fields import Gap, KeyProblem, Length, Position, Table, default, one_of
+from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, one_of
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.rings import MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 
 if TYPE_CHECKING:
@@ -17,6 +19,10 @@ if TYPE_CHECKING:
 else:
     _Body = one_of(kinds_of())
     _Law = one_of(laws())
+
+
+USUAL_ARCS: Final = 32
+STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Stopper(Table):
@@ -36,6 +42,18 @@ class Stopper(Table):
         "stands contact.gap below its undeformed place, so that gap = lift - contact.gap",
     )
     at: Length | None = Field(None, description="position on the reed, from its root; that of the contact where absent")
+    arcs: int | None = Field(
+        None,
+        strict=True,
+        ge=1,
+        le=MOST_PORTS,
+        description="arcs of its face, each with a contact of its own, that a plate meets: of the flat ring or disc "
+        "that is struck, of the faces of cad and mesh, or of what the reed touches with where the stopper has none, as "
+        "a spring; 32 where rings or a tilt are given, else it is met as a whole, by the reed's own contact",
+    )
+    rings: int = Field(1, strict=True, ge=1, le=MOST_RINGS, description="parts across each of its arcs")
+    tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
+    tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     law: _Law = default({"kind": "signorini"}, "force by penetration; a kind without keys may be written as text")
     body: _Body = Field(description="what is met")
 
@@ -45,7 +63,7 @@ class Stopper(Table):
         """The keys of the role, and those of the body."""
         if not isinstance(given, Mapping) or isinstance(given.get("body"), Structure):
             return given
-        own = {key: value for key, value in given.items() if key in ("gap", "lift", "at", "law")}
+        own = {key: value for key, value in given.items() if key in set(cls.model_fields) - {"body"}}
         return law_as_text({**own, "body": {key: value for key, value in given.items() if key not in own}})
 
     @model_serializer(mode="wrap")
@@ -65,6 +83,22 @@ class Stopper(Table):
             raise KeyProblem(
                 "lift", f"{1e3 * self.lift:g} mm: the stopper would lie below the seat; it must be more than 0 mm"
             )
+        return self
+
+    @property
+    def parts(self) -> Division:
+        """Into which its face is divided."""
+        many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
+        return Division(min(many, MOST_PORTS // self.rings), self.rings)
+
+    @model_validator(mode="after")
+    def _in_parts(self) -> Self:
+        if (self.arcs or 1) * self.rings > MOST_PORTS:
+            raise KeyProblem("arcs", f"{self.arcs} arcs in {self.rings} rings are more than {MOST_PORTS}: take fewer")
+        if abs(self.tilt) > STEEPEST:
+            raise KeyProblem("tilt", f"{math.degrees(self.tilt):g} deg is more than {math.degrees(STEEPEST):g} deg")
+        if self.tilt and self.arcs == 1:
+            raise KeyProblem("arcs", "one part is open by its mean alone, tilt needs several: remove either")
         return self
 
     @model_validator(mode="after")

@@ -1,0 +1,158 @@
+"""Lands: the flat faces that a reed lands on, as a drawing or a mesh has them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.errors import ModelError
+from seatfem.structures.strips import Strip, area_of, strip_of
+
+SAME: Final = 1e-6  # of the face's size: ends of edges that are one point
+FLAT: Final = 1e-3  # the same, of a flat face's height
+SQUARE_ON: Final = 1e-6  # a normal along x to this part
+
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Land:
+    """One flat face or several in one plane, seen against their outward normal from their common centroid.
+
+    Attributes:
+        centre: the centroid [m]; x, y: the directions in which it is seen: x is the body's own x axis along the face,
+            or its y axis of a face that lies across x.
+        strips: its faces from that centre, by the x and then the y of their own centroids.
+    """
+
+    centre: Triple
+    x: Triple
+    y: Triple
+    strips: tuple[Strip, ...]
+
+    @cached_property
+    def digest(self) -> str:
+        """Of all of it."""
+        found = hashlib.sha256(repr((self.centre, self.x, self.y)).encode())
+        for strip in self.strips:
+            found.update(np.ascontiguousarray(np.stack([strip.left, strip.right])).tobytes())
+        return found.hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Land) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def seen(self, points: Array) -> Array:
+        """(n, 2) places on the face of points (n, 3) [m]."""
+        return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
+
+
+def land_of(edges: Array, normal: Sequence[float] | Array) -> Land:
+    """The land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal.
+
+    Raises:
+        ModelError: faces that are not flat, overlap, have several holes, or are neither rings nor strips, with what
+            would help.
+    """
+    points = edges.reshape(-1, 3)
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    n = np.asarray(normal) / np.linalg.norm(normal)
+    off = float(np.ptp(points @ n))
+    if off > FLAT * size:
+        raise ModelError(
+            f"the struck face is not flat: its edges lie {1e3 * off:.3g} mm apart along its normal; take flat faces, "
+            "or strike it as a whole"
+        )
+    along = np.array([1.0, 0.0, 0.0]) if np.hypot(n[1], n[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
+    x = along - (along @ n) * n
+    x /= np.linalg.norm(x)
+    y = np.cross(n, x)
+    strips = [strip_of(outer, holes) for outer, holes in _nested(_loops(edges @ np.array([x, y]).T, SAME * size))]
+    areas = np.array([strip.swept[-1] for strip in strips])
+    middle = (areas[:, None] * [strip.centroid for strip in strips]).sum(axis=0) / areas.sum()
+    moved = [strip.moved(-middle).begun_on_the_axis() for strip in strips]
+    moved.sort(key=lambda strip: tuple(np.round(strip.centroid / (SAME * size))))
+    at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
+    return Land(_triple(at), _triple(x), _triple(y), tuple(moved))
+
+
+def _loops(edges: Array, near: float) -> list[Array]:
+    """(c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that touch."""
+    from scipy.sparse import coo_array  # plans of other seats load none of these
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    points = edges.reshape(-1, 2)
+    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    number, corner = connected_components(graph, directed=False)
+    ends = corner.reshape(-1, 2)
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    if np.any(np.bincount(ends.ravel(), minlength=number) != 2):
+        raise ModelError(
+            "the lines that bound the struck faces are not closed, or touch each other: take faces that stand apart"
+        )
+    place = np.empty((number, 2))
+    place[corner] = points
+    beside: list[list[int]] = [[] for _ in range(number)]
+    for a, b in ends.tolist():
+        beside[a].append(b)
+        beside[b].append(a)
+    found, left = [], set(range(number))
+    while left:
+        line = [left.pop()]
+        following = beside[line[0]][0]
+        while following != line[0]:
+            left.discard(following)
+            a, b = beside[following]
+            line.append(following)
+            following = b if a == line[-2] else a
+        found.append(place[line])
+    return found
+
+
+def _nested(loops: list[Array]) -> list[tuple[Array, list[Array]]]:
+    """Each outer line with those of its holes, all anticlockwise. Raises `ModelError` of lines that cross."""
+    loops = [loop if area_of(loop) > 0 else loop[::-1] for loop in loops]
+    loops.sort(key=area_of, reverse=True)
+    found: list[tuple[Array, list[Array]]] = []
+    for k, loop in enumerate(loops):
+        around = [other for other, larger in enumerate(loops[:k]) if _inside(loop, larger)]
+        if len(around) % 2 == 0:
+            found.append((loop, []))
+        else:
+            next(holes for outer, holes in found if outer is loops[around[-1]]).append(loop)
+    return found
+
+
+def _inside(loop: Array, larger: Array) -> bool:
+    """Whether all of a line lies within another one; raises `ModelError` of one that lies there in part."""
+    ahead = np.roll(larger, -1, axis=0)
+    x, y = loop[:, 0, None], loop[:, 1, None]
+    rises = (larger[:, 1] > y) != (ahead[:, 1] > y)
+    slope = np.divide(
+        ahead[:, 0] - larger[:, 0],
+        ahead[:, 1] - larger[:, 1],
+        out=np.zeros(len(larger)),
+        where=ahead[:, 1] != larger[:, 1],
+    )
+    crossed = (rises & (x < larger[:, 0] + (y - larger[:, 1]) * slope)).sum(axis=1) % 2
+    if 0 < crossed.sum() < len(crossed):
+        raise ModelError(
+            "the lines that bound the struck faces cross each other, as of faces that overlap: take faces that stand "
+            "apart, or strike them as a whole"
+        )
+    return bool(crossed.any())
+
+
+def _triple(values: Array) -> Triple:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,186 @@
+"""A plate meets its stopper in arcs: uniform loads, ledger and momentum, tilt, what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from impact import measures
+from impact.march.motion import modal_coordinates
+from seatfem.structures.errors import ModelError
+from seatfem.structures.lip import Lip
+from seatfem.structures.rings import Division, as_a_whole
+from seatfem.study.impacts.contact import problem_of, run_contacts, solved_striker, stopper_of, striker_of
+from seatfem.study.impacts.touches import Touches, on_the_ports
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.files import check_files
+from seatfem.study.scene.lips import STOPPER, stopper_gaps, stopper_lip
+
+STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
+SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'
+REED = """kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+damping_ratio = 0.0
+greens = { bandwidth = "15 kHz" }
+release = { deflection = "-1 mm" }
+"""
+FREE = """kind = "ring_plate"
+outer_diameter = "16 mm"
+inner_diameter = "6 mm"
+thickness = "1 mm"
+greens = { bandwidth = "20 kHz" }
+mesh = { size = "2 mm" }
+velocity = "-1 m/s"
+"""
+DISC = (
+    'kind = "stopper"\nradius = "9 mm"\nthickness = "4 mm"\ncontact_radius = "6 mm"\n'
+    'model = "spring"\nmesh = { size = "1 mm" }\n' + STEEL
+)
+SPRING = 'kind = "spring"\nstiffness = "5 N/um"\n'
+GAP = 20e-6
+
+
+def scene_of(folder: Path, stopper: str, reed: str = REED, more: str = "", duration: str = "1.5 ms") -> Scene:
+    path = folder / "scene.toml"
+    path.write_text(
+        f'[seat]\n{SEAT}[reed]\n{reed}[stopper]\n{stopper}gap = "20 um"\n[run]\nduration = "{duration}"\n'
+        'filter_width = "5 us"\n[accuracy]\ntarget = "20 %"\nmeasures = ["impulse"]\n[contact]\ngap = "1.5 mm"\n'
+        + more,
+        encoding="utf-8",
+    )
+    return load_scene(path)
+
+
+def struck(scene: Scene, dt: float = 1e-7) -> Touches:
+    return run_contacts(scene, striker_of(scene), impact.spring(stiffness=5e7), dt)
+
+
+def test_what_is_met(tmp_path: Path) -> None:
+    """The stopper's own disc, or the reed's contact; the whole of it where the scene asks for no parts."""
+    assert stopper_lip(scene_of(tmp_path, DISC)) is None
+    assert stopper_lip(scene_of(tmp_path, DISC + "arcs = 12\nrings = 2\n")) == Lip(3e-3, 6e-3, 12, 2)
+    own = stopper_lip(scene_of(tmp_path, SPRING + 'tilt = "0.1 deg"\n'))
+    assert own is not None
+    assert (own.arcs, own.outer) == (32, pytest.approx(scene_of(tmp_path, SPRING).reed.own_lip.outer))  # type: ignore[attr-defined]
+
+
+def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
+    """The stopper of finite elements: the mean of 32 arcs in two rings under a uniform pressure, against its disc as a
+    whole on the same mesh; symmetric. And the reed's own ports."""
+    many, one = (stopper_of(scene_of(tmp_path, DISC + keys)) for keys in ("arcs = 32\nrings = 2\n", ""))
+    assert many is not None
+    assert one is not None
+    assert many.greens.ports == Division(32, 2).names
+    compliance = many.greens.static_compliance()
+    np.testing.assert_allclose(compliance, compliance.T, atol=1e-9 * compliance.max())
+    whole = as_a_whole(many.greens).static_compliance()[0, 0]
+    assert whole == pytest.approx(one.greens.static_compliance()[0, 0], rel=2e-3)
+    plate = solved_striker(scene_of(tmp_path, SPRING + "arcs = 32\n"), mesh_error=False)
+    assert plate is not None
+    names, g = [STOPPER + name for name in Division(32).names], plate.greens.static_compliance()
+    of = [plate.greens.port_index(name) for name in names]
+    assert g[np.ix_(of, of)].mean() == pytest.approx(g[0, 0], rel=1e-6)  # its own disc
+
+
+def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
+    """By 14 N at its own ring: the ledger closes, arcs share the force alike, and the forces on the ports
+    move the plate's own modes, its flight among them, as the march has it, but for what other modes leave."""
+    free = FREE.replace("-1 m/s", "-0.01 m/s")
+    scene = scene_of(tmp_path, SPRING + "arcs = 8\n", free, '[[load]]\nforce = "14 N"\n', "0.2 ms")
+    touches, body = struck(scene), striker_of(scene)
+    assert touches.stopper is not None
+    assert touches.stopper_parts is not None
+    assert touches.seat.energy.residual < 1e-9
+    force = touches.stopper_parts.force
+    np.testing.assert_allclose(force.sum(axis=1), touches.stopper.force, rtol=1e-12)
+    np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
+    pushed = on_the_ports(scene, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
+    assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
+    coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
+    assert modal is not None
+    of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
+    moved, free_steps = coordinates @ modal.shapes[:, of], ~force.any(axis=1)
+    seen = touches.stopper_parts.striker_displacement
+    np.testing.assert_allclose(moved[free_steps[: len(moved)]], seen[: len(moved)][free_steps[: len(moved)]], atol=1e-8)
+    off = modal_coordinates(body, 1.03 * pushed, 1e-7, 1) @ modal.shapes[:, of] - moved
+    assert np.abs(off).max() > 1e-7  # momentum: 3 % more force moves it that much farther
+
+
+def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
+    """Openings rise by tan(tilt) (y cos - x sin) about the reed; the arcs are met in their order, and a tilt of the
+    other sign is the mirror image. Twice the tilt is a peak smaller by more than 3 %."""
+    keys = 'arcs = 16\nlaw = { kind = "spring", stiffness = "20 N/um" }\n'
+    scene = scene_of(tmp_path, DISC + keys + 'tilt = "0.1 deg"\n')
+    gaps, lip = stopper_gaps(scene), stopper_lip(scene)
+    assert lip is not None
+    means = math.tan(math.radians(0.1)) * lip.line()[..., 1].mean(axis=1)
+    np.testing.assert_allclose(np.diff(gaps), np.diff(means), atol=1e-12)
+    assert gaps.mean() - GAP == pytest.approx(math.tan(math.radians(0.1)) * 3e-3, rel=1e-6)
+    found = {}
+    for tilt in ("0", "0.1", "-0.1", "0.2"):
+        scene = scene_of(tmp_path, DISC + keys + f'tilt = "{tilt} deg"\n')
+        touches = struck(scene, 2e-7)
+        assert touches.stopper is not None
+        assert touches.stopper_parts is not None
+        assert touches.seat.energy.residual < 1e-9
+        force = touches.stopper_parts.force
+        first = np.where(force.any(axis=0), (force > 0).argmax(axis=0), 10**6)
+        found[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
+    first = found["0.1"][0]
+    assert int(first.argmin()) in (12, 13, 14)  # between the sides of -y and of the tip, which comes up first
+    np.testing.assert_allclose(found["-0.1"][2], found["0.1"][2][::-1], atol=0.02 * found["0.1"][2].max())
+    assert found["0.2"][1] < 0.97 * found["0.1"][1] < 0.97 * found["0"][1]
+
+
+def test_a_run_says_how_the_stopper_was_met(tmp_path: Path) -> None:
+    from impact.storage.hdf5 import load_results
+
+    outcome = run_scene(scene_of(tmp_path, SPRING + 'arcs = 8\ntilt = "0.1 deg"\n'), tmp_path / "out", pictures=False)
+    assert outcome.summary["stopper_arcs"] == 8
+    assert outcome.summary["stopper_tilt_deg"] == pytest.approx(0.1)
+    kept = load_results(tmp_path / "out" / "result.h5")
+    np.testing.assert_allclose(kept["stopper_lip"].force.sum(axis=1), kept["stopper"].force, rtol=1e-12)
+
+
+MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
+
+
+@pytest.mark.parametrize(
+    ("stopper", "reed", "words"),
+    [
+        (SPRING + "arcs = 8\n", MASS, "stopper.arcs: a reed of kind 'rigid_mass' touches with one rigid face"),
+        (SPRING + 'tilt = "1 deg"\n', MASS, "stopper.tilt: a reed of kind 'rigid_mass' touches with one rigid face"),
+        (SPRING + 'tilt = "31 deg"\n', REED, "stopper.tilt: 31 deg is more than 30 deg"),
+        (SPRING + 'arcs = 1\ntilt = "1 deg"\n', REED, "stopper.arcs: one part is open by its mean alone"),
+        (SPRING + "arcs = 200\nrings = 2\n", REED, "stopper.arcs: 200 arcs in 2 rings are more than 256"),
+        (SPRING + "arcs = 0\n", REED, "stopper.arcs"),
+    ],
+)
+def test_keys_that_do_not_fit(tmp_path: Path, stopper: str, reed: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_of(tmp_path, stopper, reed)
+    assert words in str(caught.value)
+
+
+def test_a_stopper_that_the_reed_misses(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, DISC.replace('"9 mm"', '"12 mm"').replace('"6 mm"', '"9 mm"') + "arcs = 8\n")
+    with pytest.raises(ModelError, match=r"stopper\.arcs: the stopper's face, from 0 to 9 mm .* which has 8 mm there"):
+        problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+
+
+def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
+    """A round patch of a CAD part is neither a ring nor a strip."""
+    file = Path(__file__).parents[2] / "meshes" / "stopper.step"
+    scene = scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}arcs = 8\n')
+    with pytest.raises(SceneError, match=r"stopper\.arcs: .*stopper\.step: a struck face without a hole is only 1\.3"):
+        check_files(scene)
