@@ -108,8 +108,8 @@ def main() -> None:
         rows = [modes(scene), *(march(folder, arcs) for arcs in ARCS), *whole(folder), *on_the_command_line(folder)]
     notes = (
         "The flapper and the seat of the table before; processor time of one thread, the program loaded and compiled.",
-        "The last three are whole commands. The runs of an error budget go side by side: on two cores a run on file ends",
-        "earlier than that, by about half of what the budget takes.",
+        "The last three are whole commands. The runs of an error budget go side by side: on two cores a run on file",
+        "ends earlier than that, by about half of what the budget takes.",
     )
     publish("lip_speed", Table("What contact along a lip takes", notes, ("what", "time", "aim"), tuple(rows)))
 
