@@ -1,4 +1,4 @@
-"""Stress tensors on planes, for criteria of one axis: the plane whose normal stress leaves the least margin is critical."""
+"""Stress tensors on planes, for criteria of one axis: the plane with the least margin is the critical one."""
 
 from __future__ import annotations
 

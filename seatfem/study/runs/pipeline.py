@@ -25,13 +25,14 @@ from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys, gas_notes
-from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
+from seatfem.study.impacts.life import Lasting, life_notes
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
+from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
@@ -108,9 +109,7 @@ def run_scene(
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
             baseline = _baseline(done, watch)
-        lives = _lives(scene, done, baseline, watch)
-        told = run_keys(scene, *lives, done.left, done.without_bar)
-        summary = _summary(scene, done, baseline, watch) | told
+        summary = _summary(scene, done, baseline, watch)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
             others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
@@ -126,6 +125,14 @@ def run_scene(
         with watch("seat stress"):
             stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    here = Lasting()
+    if scene.life is not None:
+        with watch("life"):
+            stressed = Stressed.of(done, stress)
+            here = lives(done, stressed, done.touches, done.stress)
+            there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
+        summary |= run_keys(done, stressed, here, there)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
@@ -145,7 +152,7 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
+    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, here), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 
@@ -215,15 +222,6 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
     path = folder / GAS_FILE
     write_whole(path, gas_csv(GasRun.of(scene, done.touches)).encode("utf-8"))
     return (path,)
-
-
-def _lives(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> tuple[Lasting, Lasting]:
-    """Of the reed on the seat, and on the spring, where the scene asks for it."""
-    if scene.life is None:
-        return Lasting(), Lasting()
-    with watch("life"):
-        here = lasting(scene, done.striker, done.touches, done.stress)
-        return here, lasting(scene, done.striker, baseline.touches, baseline.stress)
 
 
 def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:

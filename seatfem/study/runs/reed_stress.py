@@ -16,6 +16,7 @@ from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
 from seatfem.structures.fields.recovery import Largest, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.lip import AnyLip
 from seatfem.structures.mesh.sheet import CLAMPED
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import Division
@@ -26,7 +27,8 @@ from seatfem.study.scene.lips import lip_of, on_the_reed
 
 
 def plate_reed_stress(done: Round) -> ReedStress | None:
-    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root.
+    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, of a free
+    plate from its centre.
 
     ``None`` where no [stress] is asked for, and where `plate_field` knows none.
     """
@@ -34,8 +36,9 @@ def plate_reed_stress(done: Round) -> ReedStress | None:
     if field is None:
         return None
     found = largest(field, plate_pushes(done, done.touches), done.result.dt)
-    after = _peak(field.points, found.after_contact) if np.any(done.result.force) else None
-    return ReedStress(_peak(field.points, found.initial), after)
+    away = np.linalg.norm(field.points, axis=1) if done.plan.scene.reed.loose else field.points[:, 0]
+    after = _peak(away, found.after_contact) if np.any(done.result.force) else None
+    return ReedStress(_peak(away, found.initial), after)
 
 
 def plate_field(done: Round) -> StressField | None:
@@ -51,8 +54,7 @@ def plate_field(done: Round) -> StressField | None:
     if not isinstance(reed, ThinPlate) or greens is None or scene.is_blown_by_lift:
         return None
     plate = reed.plate(done.striker.greens)
-    lips = reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
-    model = plate.with_ports(lips).with_ports(greens.ports)
+    model = plate.with_ports(_lips(done, reed)).with_ports(greens.ports)
     sheet, sites = plate.sheet, plate_nodes(plate.mesh)
     thickness, bends = sheet.shape.thickness, greens.omega > 0
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
@@ -62,11 +64,23 @@ def plate_field(done: Round) -> StressField | None:
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in (rest, modes))
     if shift:
         static += (modal * (1 / omega**2 - 1 / (omega**2 + shift**2))) @ greens.shapes[bends]
-    touching = np.concatenate([patch.points for patch in patches_of(sheet, lips).values()])
     ends = () if reed.loose else (_ends(plate.mesh),)
-    singular = np.concatenate([touching, *ends, sharp_nodes(plate.mesh)])
+    singular = np.concatenate([touched_points(done), *ends, sharp_nodes(plate.mesh)])
     field = StressField(sites.points, static, modal, _bending(done.striker, greens, bends))
     return field.at(~near(sites.points, singular, thickness))
+
+
+def touched_points(done: Round) -> Array:
+    """(k, 2) of the patches with which a plate touches [m]."""
+    reed = done.plan.scene.reed
+    assert isinstance(reed, ThinPlate)
+    sheet = reed.plate(done.striker.greens).sheet
+    return np.concatenate([patch.points for patch in patches_of(sheet, _lips(done, reed)).values()])
+
+
+def _lips(done: Round, reed: ThinPlate) -> tuple[AnyLip, ...]:
+    scene = done.plan.scene
+    return reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
 
 
 def _bending(striker: Body, greens: ModalGreens, bends: NDArray[np.bool_]) -> Body:
@@ -77,9 +91,9 @@ def _bending(striker: Body, greens: ModalGreens, bends: NDArray[np.bool_]) -> Bo
     return Body(kept, state=state, loads=tuple(replace(load, shape=load.shape[bends]) for load in striker.loads))
 
 
-def _peak(points: Array, found: Largest) -> PeakStress:
+def _peak(away: Array, found: Largest) -> PeakStress:
     k = int(found.von_mises.argmax())
-    return PeakStress(float(found.von_mises[k]), float(points[k, 0]), float(found.von_mises_time[k]))
+    return PeakStress(float(found.von_mises[k]), float(away[k]), float(found.von_mises_time[k]))
 
 
 def _ends(mesh: PlateMesh) -> Array:

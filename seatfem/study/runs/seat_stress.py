@@ -35,6 +35,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import Level
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 
@@ -55,6 +56,7 @@ class SeatStress:
         named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
         snapshot: (P, 6) on the surface when it is largest [Pa].
         front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
+        field, of_points: of all sites, and of the named points, under whatever pushes.
     """
 
     mesh: Any
@@ -66,6 +68,8 @@ class SeatStress:
     named: Array
     snapshot: Array
     front: float
+    field: StressField
+    of_points: StressField
 
     @property
     def where(self) -> int:
@@ -128,7 +132,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     if scene.stress is None:
         return None
     fine, coarse = _meshes(done, progress)
-    dt, force = done.result.dt, -_by_port(done, len(fine.model.ports))
+    dt, force = done.result.dt, -by_port(done, done.touches, len(fine.model.ports))
     named = np.array(scene.stress.points).reshape(-1, 3)
     field = fine.field(None)
     found = largest(field, force, dt).after_contact
@@ -155,6 +159,8 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         np.concatenate([histories(of_points, force, dt), histories(field.at(np.array([worst])), force, dt)]),
         at_time(field, force, dt, steps),
         _front(done),
+        field,
+        of_points,
     )
 
 
@@ -221,9 +227,8 @@ def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
     return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
 
 
-def _by_port(done: Round, ports: int) -> Array:
-    """(n + 1, ports) contact forces; of a seat that is struck as a whole, shared by the rings as a pressure is."""
-    touches = done.touches
+def by_port(done: Round, touches: Touches, ports: int) -> Array:
+    """(n + 1, ports) contact forces of a run; on a seat struck as a whole, shared by the rings as a pressure is."""
     if touches.parts is not None:
         return touches.parts.force
     shares = Division.of(done.seat.greens).shares if ports > 1 else np.ones(1)

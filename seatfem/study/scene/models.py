@@ -172,8 +172,9 @@ class Scene(Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Whether the reed's stress is asked for, by a measure or for its life."""
-        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.of_bending)
+        """Whether the reed's stress is asked for while it strikes, by a measure or for its life."""
+        for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
+        return any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
