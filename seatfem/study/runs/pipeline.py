@@ -31,6 +31,7 @@ from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
+from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
@@ -126,13 +127,19 @@ def run_scene(
             stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-    here = Lasting()
+    here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
     if scene.life is not None:
         with watch("life"):
             stressed = Stressed.of(done, stress)
             here = lives(done, stressed, done.touches, done.stress)
             there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
         summary |= run_keys(done, stressed, here, there)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+        with watch("life curves"):
+            price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
+            curves = life_curves(done, stressed, price=price, tell=tell)
+            curve_files = write_curves(curves, folder)
+        summary |= curve_keys(curves)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
@@ -142,6 +149,7 @@ def run_scene(
                 *lip_pictures(done, baseline.touches),
                 *gas_pictures(scene, done.touches),
                 *stress_pictures(stress, scene.title or "Stress in the seat"),
+                *curve_pictures(curves),
             ]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
@@ -150,7 +158,7 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *curve_files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, here), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met)

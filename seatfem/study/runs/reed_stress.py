@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
-from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
@@ -66,16 +64,23 @@ def plate_field(done: Round) -> StressField | None:
         static += (modal * (1 / omega**2 - 1 / (omega**2 + shift**2))) @ greens.shapes[bends]
     ends = () if reed.loose else (_ends(plate.mesh),)
     singular = np.concatenate([touched_points(done), *ends, sharp_nodes(plate.mesh)])
-    field = StressField(sites.points, static, modal, _bending(done.striker, greens, bends))
+    field = StressField(sites.points, static, modal, _bending(done.striker))
     return field.at(~near(sites.points, singular, thickness))
 
 
+def struck_by(field: StressField, striker: Body) -> StressField:
+    """The field of a plate that starts or is loaded in another way."""
+    return replace(field, body=_bending(striker))
+
+
 def touched_points(done: Round) -> Array:
-    """(k, 2) of the patches with which a plate touches [m]."""
-    reed = done.plan.scene.reed
+    """(k, 2) of the patches with which a plate touches [m]: the lip's, else its own; on a stopper its own, too."""
+    scene, reed = done.plan.scene, done.plan.scene.reed
     assert isinstance(reed, ThinPlate)
     sheet = reed.plate(done.striker.greens).sheet
-    return np.concatenate([patch.points for patch in patches_of(sheet, _lips(done, reed)).values()])
+    lips = _lips(done, reed)
+    touched = lips if scene.stopper is not None else lips[-1:]
+    return np.concatenate([patch.points for patch in patches_of(sheet, touched).values()])
 
 
 def _lips(done: Round, reed: ThinPlate) -> tuple[AnyLip, ...]:
@@ -83,8 +88,11 @@ def _lips(done: Round, reed: ThinPlate) -> tuple[AnyLip, ...]:
     return reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
 
 
-def _bending(striker: Body, greens: ModalGreens, bends: NDArray[np.bool_]) -> Body:
+def _bending(striker: Body) -> Body:
     """A striker without its rigid motion."""
+    greens = striker.greens.modal
+    assert greens is not None
+    bends = greens.omega > 0
     kept = replace(greens, omega=greens.omega[bends], zeta=greens.zeta[bends], shapes=greens.shapes[bends])
     start = striker.modal_start(greens)
     state = ModalState(start.displacement[bends], start.velocity[bends])

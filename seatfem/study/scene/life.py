@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Speed, Table, default
+from seatfem.study.scene.life_curves import Curves
 
 if TYPE_CHECKING:
     from impact.life.places import Demand
@@ -53,6 +54,7 @@ class LifeTable(Table):
         None, description="E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
     contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
+    curves: Curves | None = Field(None, description="margins over other speeds, tilts and lifts")
     impact_speed_limit: Speed | None = Field(
         None, description="largest speed of closing that experience allows; that of the strength file where absent"
     )
@@ -168,6 +170,8 @@ class LifeTable(Table):
             raise KeyProblem(
                 "strength", "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key"
             )
+        if self.curves is not None:
+            self.curves.check(scene)
         if self.block == "last cycle":
             turn = turn_of(scene)
             if turn is None:
