@@ -118,17 +118,26 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
     return tuple(curves)
 
 
-def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
-    start, (unit, factor) = time.perf_counter(), UNITS[name]
-    scene = varied(done.plan.scene, name, value / factor)
+def again(done: Round, name: str, value: float) -> Round:
+    """A round with another speed [m/s], tilt [rad] or lift [m] at its own method; its errors are those of the round.
+
+    Raises:
+        KeyProblem: a value that the scene cannot have.
+    """
+    scene = varied(done.plan.scene, name, value)
     reed = None if done.reed is None else done.reed.greens
     striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = run_contacts(scene, striker, done.seat.greens, done.result.dt)
-    there = replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches)
-    field = None if stressed.reed is None else struck_by(stressed.reed, striker)
     force, met = touches.seat.force, touches.stopper_force
     stress = stress_of(scene, striker, force, touches.seat.dt, coarsely=True, stopper=met)
-    worst = lives(there, replace(stressed, reed=field), touches, stress).of_one_axis
+    return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
+
+
+def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
+    start, (unit, factor) = time.perf_counter(), UNITS[name]
+    there = again(done, name, value / factor)
+    touches, field = there.touches, None if stressed.reed is None else struck_by(stressed.reed, there.striker)
+    worst = lives(there, replace(stressed, reed=field), touches, there.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
