@@ -70,7 +70,8 @@ def traced(
 ) -> MarginCurve:
     """Run at rising values, and where two of them enclose a margin of 1, look for the value there.
 
-    By Brent's method, to `NEAR` of it or in ``most`` runs; they are on the curve, too.
+    By Brent's method, to `NEAR` of it or in ``most`` runs, which are on the curve, too; between the two that then are
+    next to it log(margin) is taken for straight.
 
     Args:
         run: margin and error bar at a value.
@@ -84,15 +85,21 @@ def traced(
         spare = found[value][0]
         return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
 
-    signs = [(value, excess(value)) for value in values]
-    allowed: float | None = next((value for value, off in signs if off == 0.0), None)
-    for (low, one), (high, other) in pairwise(signs):
-        if allowed is None and one * other < 0:
+    for low, high in pairwise(values):
+        if excess(low) * excess(high) < 0:
             near = NEAR * max(abs(low), abs(high)) / 2
-            allowed = float(brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False))
+            brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
+            break
     points = sorted(found)
     margins, bars = zip(*(found[value] for value in points), strict=True)
+    around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
+    allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
+
+
+def _share(low: float, high: float) -> float:
+    """Of the way from one to the other at which a line through both is zero."""
+    return low / (low - high) if low != high else 0.0
 
 
 def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
