@@ -10,7 +10,7 @@ import pytest
 
 from impact.life.curves import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.structures.fields.hot_spots import hottest, mises_range
+from seatfem.structures.fields.ranges import hottest, mises_range
 from seatfem.structures.fields.recovery import histories, largest, von_mises
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed

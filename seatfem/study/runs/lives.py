@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
 from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.hot_spots import hottest, mises_range, tensor_histories
+from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histories
 from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
