@@ -119,7 +119,7 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
         assert float(row.split(",")[1]) == pytest.approx(there["life_margin"], rel=1e-6)
         assert float(row.split(",")[2]) > 0
     assert float(rows[1].split(",")[1]) != pytest.approx(float(rows[2].split(",")[1]), rel=0.01)
-    assert "life_allowed_lift_mm" in keys
+    assert "life_allowed_lift_m" in keys
 
 
 @pytest.mark.parametrize(

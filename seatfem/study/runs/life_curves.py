@@ -156,8 +156,9 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     """For summary.json: the value that each curve allows; ``None`` where it does not reach a margin of 1."""
-    named = {"speed": "life_allowed_speed_m_per_s", "tilt": "life_allowed_tilt_deg", "lift": "life_allowed_lift_mm"}
-    return {named[curve.key]: curve.allowed for curve in curves}
+    named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
+    told = ((*named[curve.key], curve.allowed) for curve in curves)
+    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in told}
 
 
 def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
