@@ -33,7 +33,7 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
-from seatfem.study.runs.reed_stress import plate_reed_stress
+from seatfem.study.runs.reed_stress import plate_reed_stress, plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
@@ -42,7 +42,6 @@ from seatfem.study.runs.summary import (
     greens_error_keys,
     plan_keys,
     reed_keys,
-    reed_stress_keys,
     regime_keys,
     stopper_keys,
     summarise,
@@ -125,7 +124,7 @@ def run_scene(
     if scene.stress is not None:
         with watch("seat stress"):
             stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
-        summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
+        summary |= stress_keys(stress) | plate_stress_keys(of_reed)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()

@@ -1,70 +1,154 @@
-"""Stress in the faces of a plate that strikes: its largest before the first touch and since."""
+"""Stress in the faces of a plate that strikes: its largest before the first touch and since, with an error bar."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.after.stresses import PeakStress, ReedStress
+from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
+from impact.march.followed import as_marched
+from impact.runs.budget import Budget
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
-from seatfem.structures.fields.recovery import Largest, StressField, largest
+from seatfem.structures.fields.recovery import LITTLE, Largest, LargestStress, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.lip import AnyLip
 from seatfem.structures.mesh.sheet import CLAMPED
+from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import Division
-from seatfem.structures.sheets import patches_of
+from seatfem.structures.sheets import ORDER, PlateModes, patches_of, plate_modes, refinement
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.summary import reed_stress_keys
 from seatfem.study.scene.lips import lip_of, on_the_reed
 
+FEWER: Final = 0.75  # of the modes, for the error bar
+OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
+AT_REST: Final = 1e-3  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 
-def plate_reed_stress(done: Round) -> ReedStress | None:
-    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root.
 
-    ``None`` where no [stress] is asked for, of strikers that are no clamped plates, with a stopper, whose port the
-    plate's modes do not know, and under loads that depend on the lift. Within one thickness of sharp corners, of the
-    ends of the clamp and of what touches no stress is told: a plate has none there.
+@dataclass(frozen=True)
+class PlateReedStress:
+    """The largest von Mises stress in the faces of a plate, and the error ``bar`` of that after the first touch [Pa];
+    nan where it is unknown."""
+
+    found: ReedStress
+    bar: float
+
+
+def plate_reed_stress(done: Round) -> PlateReedStress | None:
+    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, or of a
+    free one from its centre; ``None`` where no [stress] is asked for, and of strikers that are no plates.
+
+    Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
+    none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes, by its
+    order, of what a quarter of the modes less change, and of what is left in the force: the larger of the relative
+    bars of filtered peak and impulse, times the stress.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
-    if scene.stress is None or not isinstance(reed, ThinPlate) or reed.loose or scene.is_blown_by_lift:
-        return None
-    plate, greens = reed.plate(done.striker.greens), done.striker.greens.modal
-    if scene.stopper is not None or greens is None or not greens.omega.all():
+    if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
     lips = reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
-    model = plate.with_ports(lips).with_ports(greens.ports)
+    plate, force, dt = reed.plate(done.striker.greens), _pushes(done), done.result.dt
+    field = _field(done, plate, lips, done.striker)
+    found = largest(field, force, dt)
+    told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
+    if not np.any(done.result.force):
+        return PlateReedStress(replace(told, after_contact=None), math.nan)
+    worst = np.array([int(found.after_contact.von_mises.argmax())])
+    fewer = largest(_with_fewer_modes(field.at(worst)), force, dt)
+    coarser = plate_modes(plate.sheet, COARSENING)
+    other = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
+    on_coarser = largest(_field(done, coarser, lips, other), force, dt)
+    peak = _value(found)
+    of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
+    bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + (LITTLE + of_force(done.left)) * peak
+    return PlateReedStress(told, bar)
+
+
+def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
+    """For summary.json: the keys that a beam's stress has, and the error bar."""
+    if stress is None:
+        return {}
+    bar = None if math.isnan(stress.bar) else stress.bar
+    return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
+
+
+def of_force(left: Budget) -> float:
+    """What is left in the contact force of a run: the larger of the relative bars of its peak and its impulse."""
+    return max(left.relative(name) for name in ("filtered_peak", "impulse"))
+
+
+def _field(done: Round, plate: PlateModes, lips: tuple[AnyLip, ...], striker: Body) -> StressField:
+    """At the nodes of a plate away from what has no stress, by its elastic modes and what each port's force at rest
+    does beside them."""
     sheet, sites = plate.sheet, plate_nodes(plate.mesh)
-    thickness = sheet.shape.thickness
+    model, thickness = plate.with_ports(lips).with_ports(striker.greens.ports), sheet.shape.thickness
+    greens, rigid = striker.greens.modal, plate.modes.omega == 0
+    assert greens is not None
+    shapes, moving = plate.modes.shapes, plate.modes.shapes[:, rigid]
+    stiffness, loads = model.K, model.port_matrix
+    if rigid.any():  # its inertia balances the loads
+        slow = AT_REST * float(plate.modes.omega[~rigid].min())
+        stiffness, loads = stiffness + slow**2 * model.M, loads - model.M @ (moving @ (moving.T @ loads))
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
-    rest = factorize(model.K, name="K").solve(model.port_matrix)
-    modes = plate.modes.shapes[:, : len(greens.omega)]
-    static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in (rest, modes))
+    columns = factorize(stiffness, name="K").solve(loads), shapes[:, ~rigid]
+    static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in columns)
     touching = np.concatenate([patch.points for patch in patches_of(sheet, lips).values()])
     singular = np.concatenate([touching, _ends(plate.mesh), sharp_nodes(plate.mesh)])
-    field = StressField(sites.points, static, modal, done.striker).at(~near(sites.points, singular, thickness))
-    found = largest(field, _pushes(done), done.result.dt)
-    after = _peak(field.points, found.after_contact) if np.any(done.result.force) else None
-    return ReedStress(_peak(field.points, found.initial), after)
+    bends = _of_modes(as_marched(striker, lift_of(done.touches), done.result.dt), ~rigid)
+    return StressField(sites.points, static, modal, bends).at(~near(sites.points, singular, thickness))
 
 
-def _peak(points: Array, found: Largest) -> PeakStress:
-    k = int(found.von_mises.argmax())
-    return PeakStress(float(found.von_mises[k]), float(points[k, 0]), float(found.von_mises_time[k]))
+def _with_fewer_modes(field: StressField) -> StressField:
+    modes = field.modal.shape[2]
+    kept = np.arange(modes) < max(1, round(FEWER * modes))
+    return StressField(field.points, field.static, field.modal[..., kept], _of_modes(field.body, kept))
+
+
+def _of_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
+    """The body in some of its modes; of a translation in none of these nothing is left."""
+    greens, start = body.greens.modal, body.modal_start()
+    assert greens is not None
+    some = replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept])
+    state = ModalState(start.displacement[kept], start.velocity[kept])
+    return Body(some, state=state, loads=tuple(replace(load, shape=load.shape[kept]) for load in body.loads))
+
+
+def _value(found: LargestStress) -> float:
+    return float(found.after_contact.von_mises.max())
+
+
+def _peak(plate: PlateModes, field: StressField, found: Largest) -> PeakStress:
+    k, shape = int(found.von_mises.argmax()), plate.sheet.shape
+    x, y = field.points[k] - (0.0 if shape.is_clamped else np.asarray(shape.centre))
+    at = float(x if shape.is_clamped else math.hypot(x, y))
+    return PeakStress(float(found.von_mises[k]), at, float(found.von_mises_time[k]))
 
 
 def _ends(mesh: PlateMesh) -> Array:
-    """(2, 2) of the clamped line."""
-    line = mesh.points[mesh.lines[CLAMPED]]
-    return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]]
+    """(2, 2) of the clamped line; none of a free plate."""
+    line = mesh.points[mesh.lines.get(CLAMPED, np.zeros(0, dtype=np.int64))]
+    return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line
 
 
 def _pushes(done: Round) -> Array:
-    """(n + 1, ports) forces on the ports of the striker, away from the seat [N]."""
-    greens, parts = done.striker.greens, done.touches.parts
+    """(n + 1, ports) forces on the ports of the striker, away from the seat; its own one bears a stopper's too [N]."""
+    greens, parts, stopper = done.striker.greens, done.touches.parts, done.touches.stopper_force
     names = Division.of(done.seat.greens).names if parts is not None else ("",)
     each = done.touches.seat.force[:, None] if parts is None else parts.force
     force = np.zeros((len(each), len(greens.ports)))
     for name, pushed in zip(names, each.T, strict=True):
         force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
+    if stopper is not None:
+        force[:, 0] -= stopper
     return force
