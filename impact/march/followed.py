@@ -27,7 +27,12 @@ def as_marched(body: Body, opening: Array, dt: float) -> Body:
     if not any(load.follows for load in body.loads):
         return body
     first, ahead = foreseen(opening)
-    return replace(body, loads=tuple(_as_marched(load, first * dt, ahead, FOLLOW * dt) for load in body.loads))
+    return replace(
+        body,
+        loads=tuple(
+            _as_marched(load, np.asarray(dt * first, dtype=np.float64), ahead, FOLLOW * dt) for load in body.loads
+        ),
+    )
 
 
 def _as_marched(load: Load, times: Array, ahead: Array, span: float) -> Load:

@@ -33,10 +33,11 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
-from seatfem.study.runs.reed_stress import plate_reed_stress, plate_stress_keys
+from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_stress import SeatStress, check_stress, stress_keys, stress_pictures
+from seatfem.study.runs.stresses import stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -123,7 +124,7 @@ def run_scene(
     stress: SeatStress | None = None
     if scene.stress is not None:
         with watch("seat stress"):
-            stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
+            stress, of_reed = stresses(done, progress)
         summary |= stress_keys(stress) | plate_stress_keys(of_reed)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body, ModalState
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.march.followed import as_marched
-from impact.runs.budget import Budget
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
@@ -39,10 +38,11 @@ AT_REST: Final = 1e-3  # of the lowest frequency: what moves so slowly bends a f
 @dataclass(frozen=True)
 class PlateReedStress:
     """The largest von Mises stress in the faces of a plate, and the error ``bar`` of that after the first touch [Pa];
-    nan where it is unknown."""
+    nan where it is unknown. ``largest_at``: the field where it is largest."""
 
     found: ReedStress
     bar: float
+    largest_at: StressField
 
 
 def plate_reed_stress(done: Round) -> PlateReedStress | None:
@@ -51,8 +51,7 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
 
     Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
     none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes, by its
-    order, of what a quarter of the modes less change, and of what is left in the force: the larger of the relative
-    bars of filtered peak and impulse, times the stress.
+    order, and of what a quarter of the modes less change; it knows nothing of the force's own.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
     if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
@@ -63,16 +62,16 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     found = largest(field, force, dt)
     told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
     if not np.any(done.result.force):
-        return PlateReedStress(replace(told, after_contact=None), math.nan)
-    worst = np.array([int(found.after_contact.von_mises.argmax())])
-    fewer = largest(_with_fewer_modes(field.at(worst)), force, dt)
+        return PlateReedStress(replace(told, after_contact=None), math.nan, field)
+    worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
+    fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     other = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
     on_coarser = largest(_field(done, coarser, lips, other), force, dt)
     peak = _value(found)
     of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
-    bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + (LITTLE + of_force(done.left)) * peak
-    return PlateReedStress(told, bar)
+    bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
+    return PlateReedStress(told, bar, worst)
 
 
 def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
@@ -81,11 +80,6 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
         return {}
     bar = None if math.isnan(stress.bar) else stress.bar
     return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
-
-
-def of_force(left: Budget) -> float:
-    """What is left in the contact force of a run: the larger of the relative bars of its peak and its impulse."""
-    return max(left.relative(name) for name in ("filtered_peak", "impulse"))
 
 
 def _field(done: Round, plate: PlateModes, lips: tuple[AnyLip, ...], striker: Body) -> StressField:
@@ -142,12 +136,17 @@ def _ends(mesh: PlateMesh) -> Array:
 
 
 def _pushes(done: Round) -> Array:
-    """(n + 1, ports) forces on the ports of the striker, away from the seat; its own one bears a stopper's too [N]."""
-    greens, parts, stopper = done.striker.greens, done.touches.parts, done.touches.stopper_force
-    names = Division.of(done.seat.greens).names if parts is not None else ("",)
-    each = done.touches.seat.force[:, None] if parts is None else parts.force
-    force = np.zeros((len(each), len(greens.ports)))
-    for name, pushed in zip(names, each.T, strict=True):
+    touches = done.touches
+    if touches.parts is None:
+        return pushes_of(done.striker.greens, touches.seat.force[:, None], Division(), touches.stopper_force)
+    return pushes_of(done.striker.greens, touches.parts.force, Division.of(done.seat.greens), touches.stopper_force)
+
+
+def pushes_of(greens: GreensFunction, parts: Array, division: Division, stopper: Array | None) -> Array:
+    """(n + 1, ports) forces on the ports of a striker, away from the seat, by those on the parts of the seat's patch;
+    a stopper's is on its first one, too [N]."""
+    force = np.zeros((len(parts), len(greens.ports)))
+    for name, pushed in zip(division.names, parts.T, strict=True):
         force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
     if stopper is not None:
         force[:, 0] -= stopper
