@@ -32,7 +32,7 @@ from seatfem.study.scene.lips import lip_of, on_the_reed
 
 FEWER: Final = 0.75  # of the modes, for the error bar
 OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
-AT_REST: Final = 1e-3  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
+AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,8 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     scene, reed = done.plan.scene, done.plan.scene.reed
     if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
-    lips = reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
-    plate, force, dt = reed.plate(done.striker.greens), _pushes(done), done.result.dt
-    field = _field(done, plate, lips, done.striker)
+    plate, force, dt = reed.plate(done.striker.greens), reed_pushes(done), done.result.dt
+    field = reed_field(done, plate, done.striker)
     found = largest(field, force, dt)
     told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
     if not np.any(done.result.force):
@@ -66,8 +65,8 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
-    other = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
-    on_coarser = largest(_field(done, coarser, lips, other), force, dt)
+    other = striker_of(scene, greens=coarser.greens(_lips(done), reed.damping_ratio))
+    on_coarser = largest(reed_field(done, coarser, other), force, dt)
     peak = _value(found)
     of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
@@ -82,10 +81,10 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
 
 
-def _field(done: Round, plate: PlateModes, lips: tuple[AnyLip, ...], striker: Body) -> StressField:
-    """At the nodes of a plate away from what has no stress, by its elastic modes and what each port's force at rest
-    does beside them."""
-    sheet, sites = plate.sheet, plate_nodes(plate.mesh)
+def reed_field(done: Round, plate: PlateModes, striker: Body) -> StressField:
+    """The stress at the nodes of a plate away from what has none, by its elastic modes and what each port's force at
+    rest does beside them; ``striker``: by the modes of that plate, loaded as in the run."""
+    sheet, sites, lips = plate.sheet, plate_nodes(plate.mesh), _lips(done)
     model, thickness = plate.with_ports(lips).with_ports(striker.greens.ports), sheet.shape.thickness
     greens, rigid = striker.greens.modal, plate.modes.omega == 0
     assert greens is not None
@@ -135,7 +134,14 @@ def _ends(mesh: PlateMesh) -> Array:
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line
 
 
-def _pushes(done: Round) -> Array:
+def _lips(done: Round) -> tuple[AnyLip, ...]:
+    scene = done.plan.scene
+    assert isinstance(scene.reed, ThinPlate)
+    return scene.reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
+
+
+def reed_pushes(done: Round) -> Array:
+    """(n + 1, ports) forces of a run on the ports of its striker, away from the seat [N]."""
     touches = done.touches
     if touches.parts is None:
         return pushes_of(done.striker.greens, touches.seat.force[:, None], Division(), touches.stopper_force)
