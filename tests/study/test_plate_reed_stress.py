@@ -21,7 +21,7 @@ from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
 from seatfem.study.runs import pipeline
-from seatfem.study.runs.reed_stress import PlateReedStress, reed_field, reed_pushes
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.runs.stresses import stresses
@@ -197,7 +197,7 @@ def test_histories_and_peak_are_those_of_a_time_integration(
         start = -SPEED / plate.centre[0] * plate.modes.shapes[:, 0]
     unknowns = in_time(plate, start, loads, dt / 2)[:, ::2]
     functional = plate_stress(plate.mesh, sheet.material, sheet.shape.thickness, plate.model, plate_nodes(plate.mesh))
-    field = reed_field(done, plate, done.striker)
+    field = plate_field(done)
     node = cKDTree(plate.mesh.points).query(field.points)[1]
     exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
     largest = von_mises(np.moveaxis(exact, 1, 2)).max(axis=1)
@@ -206,6 +206,6 @@ def test_histories_and_peak_are_those_of_a_time_integration(
     assert found[AFTER] == told.found.after_contact.value
     away = np.abs(field.points - centre).sum(axis=1)
     sites = [int(away.argmax()), int(away.argmin()), int(largest.argmax())]
-    ours = histories(field.at(np.array(sites)), reed_pushes(done), dt)
+    ours = histories(field.at(np.array(sites)), plate_pushes(done, done.touches), dt)
     off = np.abs(ours - exact[sites]).max(axis=(1, 2)) / np.abs(exact).max()
     assert off.max() < allowed

@@ -31,6 +31,7 @@ from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
+from seatfem.study.runs.gas_bars import gas_bars
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_stress_keys
@@ -121,6 +122,10 @@ def run_scene(
             gas_files = _write_gas(scene, done, folder)
     remember(done)
     assert baseline is not None
+    if scene.gas is not None:
+        with watch("gas bars"):
+            summary |= gas_bars(done)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     stress: SeatStress | None = None
     if scene.stress is not None:
         with watch("seat stress"):

@@ -26,6 +26,7 @@ from seatfem.structures.rings import Division
 from seatfem.structures.sheets import ORDER, PlateModes, patches_of, plate_modes, refinement
 from seatfem.study.impacts.contact import striker_of
 from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.summary import reed_stress_keys
 from seatfem.study.scene.lips import lip_of, on_the_reed
@@ -56,8 +57,8 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     scene, reed = done.plan.scene, done.plan.scene.reed
     if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
-    plate, force, dt = reed.plate(done.striker.greens), reed_pushes(done), done.result.dt
-    field = reed_field(done, plate, done.striker)
+    plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
+    field = plate_field(done)
     found = largest(field, force, dt)
     told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
     if not np.any(done.result.force):
@@ -66,7 +67,7 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     other = striker_of(scene, greens=coarser.greens(_lips(done), reed.damping_ratio))
-    on_coarser = largest(reed_field(done, coarser, other), force, dt)
+    on_coarser = largest(plate_field(done, other), force, dt)
     peak = _value(found)
     of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
@@ -81,11 +82,14 @@ def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
 
 
-def reed_field(done: Round, plate: PlateModes, striker: Body) -> StressField:
-    """The stress at the nodes of a plate away from what has none, by its elastic modes and what each port's force at
-    rest does beside them; ``striker``: by the modes of that plate, loaded as in the run."""
-    sheet, sites, lips = plate.sheet, plate_nodes(plate.mesh), _lips(done)
-    model, thickness = plate.with_ports(lips).with_ports(striker.greens.ports), sheet.shape.thickness
+def plate_field(done: Round, striker: Body | None = None) -> StressField:
+    """The stress in the face z = h/2 of the plate that strikes, at its nodes away from what has none, by its elastic
+    modes and what each port's force at rest does beside them; ``striker``: the same on another mesh."""
+    striker, reed = striker or done.striker, done.plan.scene.reed
+    assert isinstance(reed, ThinPlate)
+    plate = reed.plate(striker.greens)
+    sheet, sites = plate.sheet, plate_nodes(plate.mesh)
+    model, thickness = plate.with_ports(_lips(done)).with_ports(striker.greens.ports), sheet.shape.thickness
     greens, rigid = striker.greens.modal, plate.modes.omega == 0
     assert greens is not None
     shapes, moving = plate.modes.shapes, plate.modes.shapes[:, rigid]
@@ -96,8 +100,7 @@ def reed_field(done: Round, plate: PlateModes, striker: Body) -> StressField:
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
     columns = factorize(stiffness, name="K").solve(loads), shapes[:, ~rigid]
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in columns)
-    touching = np.concatenate([patch.points for patch in patches_of(sheet, lips).values()])
-    singular = np.concatenate([touching, _ends(plate.mesh), sharp_nodes(plate.mesh)])
+    singular = np.concatenate([touched_points(done), _ends(plate.mesh), sharp_nodes(plate.mesh)])
     bends = _of_modes(as_marched(striker, lift_of(done.touches), done.result.dt), ~rigid)
     return StressField(sites.points, static, modal, bends).at(~near(sites.points, singular, thickness))
 
@@ -134,15 +137,23 @@ def _ends(mesh: PlateMesh) -> Array:
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line
 
 
+def touched_points(done: Round) -> Array:
+    """(k, 2) of the patches with which a plate touches [m]: the lip's, else its own; on a stopper its own, too."""
+    reed, lips = done.plan.scene.reed, _lips(done)
+    assert isinstance(reed, ThinPlate)
+    touched = lips if done.plan.scene.stopper is not None else lips[-1:]
+    sheet = reed.plate(done.striker.greens).sheet
+    return np.concatenate([patch.points for patch in patches_of(sheet, touched).values()])
+
+
 def _lips(done: Round) -> tuple[AnyLip, ...]:
     scene = done.plan.scene
     assert isinstance(scene.reed, ThinPlate)
     return scene.reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
 
 
-def reed_pushes(done: Round) -> Array:
-    """(n + 1, ports) forces of a run on the ports of its striker, away from the seat [N]."""
-    touches = done.touches
+def plate_pushes(done: Round, touches: Touches) -> Array:
+    """(n + 1, ports) forces of a run, the round's own or one on another seat, on the ports of its striker [N]."""
     if touches.parts is None:
         return pushes_of(done.striker.greens, touches.seat.force[:, None], Division(), touches.stopper_force)
     return pushes_of(done.striker.greens, touches.parts.force, Division.of(done.seat.greens), touches.stopper_force)

@@ -5,7 +5,7 @@ The force of every run of the error budget is replayed on the same fields, at th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,15 +13,13 @@ import numpy as np
 
 import impact
 from impact.greens.base import Array
-from impact.march.problem import ContactProblem
 from impact.progress import Progress, silent
-from impact.runs.budget import Values, changes, times
-from impact.runs.variations import budget_of
+from impact.runs.budget import Values
 from seatfem.structures.fields.recovery import StressField, largest
 from seatfem.structures.rings import Division, ring_shares
-from seatfem.study.accuracy.error_budget import sources_of
-from seatfem.study.impacts.contact import marched, problem_of, run_contacts
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import parts_of, stopper_force_of
+from seatfem.study.runs.left_in import left_in
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
@@ -44,6 +42,13 @@ class Forces:
     division: Division
     stopper: Array | None
     dt: float
+
+    @staticmethod
+    def of(stepper: impact.ContactStepper) -> Forces:
+        """Of a run that is over."""
+        problem, parts = stepper.prepared.problem, parts_of(stepper)
+        division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()
+        return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
 
     def by(self, wanted: Division) -> Array:
         """(n + 1, parts) on other parts: along the lip as it is, across it as a uniform pressure has it."""
@@ -72,7 +77,13 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
     if not looks or not np.any(done.result.force):
         return seat, reed
-    left = _left_by_the_force(done, lambda forces: {k: v for look in looks.values() for k, v in look(forces).items()})
+
+    def look(stepper: impact.ContactStepper) -> Values:
+        forces = Forces.of(stepper)
+        return {name: value for told in looks.values() for name, value in told(forces).items()}
+
+    half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
+    left = left_in(done, look, _told(seat_stress(half)))  # faster pairs answer a sharper blow
     if seat is not None:
         seat = replace(seat, bar=seat.bar + left[SEAT], tension_bar=seat.tension_bar + left[TENSION])
     if REED in looks and reed is not None:
@@ -89,26 +100,6 @@ def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
     division = Division.of(done.seat.greens) if done.touches.parts is not None else Division()
     pushes = pushes_of(field.body.greens, forces.by(division), division, forces.stopper)
     return {REED: float(largest(field, pushes, forces.dt).after_contact.von_mises.max())}
-
-
-def _left_by_the_force(done: Round, look: Callable[[Forces], Values]) -> Mapping[str, float]:
-    """By measure, its bar [Pa]. Twice what half the step changes is in it, with the seat's stress recovered anew: its
-    faster pairs, which a longer step would step over, answer a sharper blow."""
-    scene = done.plan.scene
-    problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
-
-    def run(varied: ContactProblem, dt: float) -> Values:
-        stepper = marched(scene, varied, dt)
-        parts, division = parts_of(stepper), Division.of(varied.target.greens)
-        division = division if parts.shape[1] > 1 else Division()
-        return look(Forces(parts, division, stopper_force_of(stepper), dt))
-
-    dt, sources = done.result.dt, sources_of(scene, done.plan.method, done.seat, problem, done.reed)
-    values = run(problem, dt)
-    half = replace(done, touches=run_contacts(scene, done.striker, done.seat.greens, dt / 2))
-    finer = {**run(problem, dt / 2), **_told(seat_stress(half))}
-    left = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, finer)))
-    return {name: left.bar(name) for name in values}
 
 
 def _told(seat: SeatStress | None) -> Values:
