@@ -21,7 +21,6 @@ from seatfem.pictures.margin_plot import plot_margins
 from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
 from seatfem.study.impacts.life import body_of
 from seatfem.study.runs.lives import Stressed, bars_of, lives
-from seatfem.study.runs.reed_stress import struck_by
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.life_curves import UNITS, varied
 
@@ -143,8 +142,7 @@ def again(done: Round, name: str, value: float) -> Round:
 def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     there = again(done, name, value / factor)
-    touches, field = there.touches, None if stressed.reed is None else struck_by(stressed.reed, there.striker)
-    worst = lives(there, replace(stressed, reed=field), touches, there.stress).of_one_axis
+    worst = lives(there, stressed, there.touches, there.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
