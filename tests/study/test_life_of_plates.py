@@ -103,6 +103,18 @@ def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
     assert keys["life_allowed_speed_m_per_s"] == pytest.approx(speeds[0] * margins[0], rel=0.05)  # 4 more runs
 
 
+def test_loads_by_the_lift_are_in_the_stress(tmp_path: Path) -> None:
+    """One whose area does not change with the lift is as good as a constant load."""
+    load = '[[load]]\npressure = "-0.1 bar"\narea = {}\n'
+    margins = []
+    for area in ('"30 mm^2"', '[["0 mm", "30 mm^2"], ["1 mm", "30 mm^2"]]'):
+        keys, _ = run(tmp_path, SPRING + THROWN + load.format(area) + RUN.format(1) + LIFE)
+        margins.append(keys["life_margin"])
+    alone, _ = run(tmp_path, SPRING + THROWN + RUN.format(1) + LIFE)
+    assert margins[1] == pytest.approx(margins[0], rel=1e-6)
+    assert margins[1] != pytest.approx(alone["life_margin"], rel=0.03)
+
+
 def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -> None:
     beam = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { mode = 1, velocity = "-2 m/s" }\n'
     stop = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\nlift = "{} mm"\n'
