@@ -10,7 +10,7 @@ from time import process_time
 import numpy as np
 from table import Table, publish
 
-from impact.life.critical_plane import normal_stresses
+from impact.life.critical_plane import on_planes
 from impact.life.curves import basquin
 from impact.life.maps import SHARE
 from impact.life.mean_stress import Goodman
@@ -49,7 +49,7 @@ def rows() -> Iterator[tuple[str, ...]]:
     for share in (SHARE, 0.0):
         start, margins, hot = process_time(), [], np.flatnonzero(ranges >= share * ranges.max())
         for tensors in tensor_histories(stress.field.at(hot), force, dt):
-            margins.append(judged([*normal_stresses("", tensors), ("", tensors)], demand))
+            margins.append(judged(on_planes([("", tensors)], tensors=True), demand))
         worst = min(each.life.margin for each in margins if each.life is not None)
         seconds = process_time() - start
         what = f"margins of {len(hot)} points from {share:.0%} of the largest range"

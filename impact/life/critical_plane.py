@@ -51,10 +51,14 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
         yield name, stress @ across[:, plane]
 
 
-def on_planes(histories: Iterable[tuple[str, Array]]) -> Iterator[tuple[str, Array]]:
-    """Named histories of one axis, as they are, and in place of tensors their `normal_stresses`."""
+def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
+    """Named histories of one axis, as they are, and in place of ``tensors``, or beside them, their `normal_stresses`."""
     for name, history in histories:
-        yield from [(name, history)] if history.ndim == 1 else normal_stresses(name, history)
+        if history.ndim == 1:
+            yield name, history
+        else:
+            yield from normal_stresses(name, history)
+            yield from [(name, history)] if tensors else []
 
 
 def _reach(stress: Array) -> Array:

@@ -11,8 +11,8 @@ import impact
 from impact.after.measures import largest_impact_velocity
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
-from impact.life.critical_plane import normal_stresses
-from impact.life.places import Demand, Judged, judged, left_of
+from impact.life.critical_plane import on_planes
+from impact.life.places import Judged, judged, left_of
 from impact.life.pressed import hertz_path
 from impact.life.strength import SpeedMargin, Strength, speed_margin
 from seatfem.study.impacts.touches import Touches, pushes
@@ -63,7 +63,8 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
     first, bodies = block_from(scene, touches), []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
-            found = judged(_both(((name, each[first:]) for name, each in histories), demand), demand)
+            block = ((name, each[first:]) for name, each in histories)
+            found = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
             bodies.append((found, demand.strength))
     contact = life.demand("contact")
     below = None if contact is None else (judged(below_contact(scene, touches), contact), contact.strength)
@@ -97,16 +98,6 @@ def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]
     if life is not None and life.contact_modulus is not None and stiffness is not None:
         largest = float(touches.seat.solid.max())
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
-
-
-def _both(histories: Histories, demand: Demand) -> Iterator[tuple[str, Array]]:
-    """Tensors as they are where a criterion of several axes is to judge them, and on their planes."""
-    for name, history in histories:
-        if history.ndim == 1:
-            yield name, history
-        else:
-            yield from normal_stresses(name, history)
-            yield from [(name, history)] if demand.several_axes is not None else []
 
 
 def life_keys(lasting: Lasting) -> dict[str, object]:
