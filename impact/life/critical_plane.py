@@ -52,7 +52,7 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
 
 
 def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
-    """Named histories of one axis, as they are, and in place of ``tensors``, or beside them, their `normal_stresses`."""
+    """Named histories of one axis as they are, and in place of tensors, or beside them, their `normal_stresses`."""
     for name, history in histories:
         if history.ndim == 1:
             yield name, history
