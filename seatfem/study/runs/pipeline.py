@@ -38,7 +38,7 @@ from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_stress import SeatStress, check_stress, stress_keys, stress_pictures
-from seatfem.study.runs.stresses import stresses
+from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -150,7 +150,14 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
+    messages = (
+        *missed(done),
+        *remarks(done),
+        *stress_notes(stress),
+        *gas_notes(scene),
+        *life_notes(scene, lives[0]),
+        *gaps,
+    )
     return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 
