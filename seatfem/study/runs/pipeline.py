@@ -32,6 +32,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.gas_bars import gas_bars
+from seatfem.study.runs.left_in import contact_margin_bar
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_stress_keys
@@ -125,7 +126,10 @@ def run_scene(
     if scene.gas is not None:
         with watch("gas bars"):
             summary |= gas_bars(done)
-        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    if lives[0].found is not None and lives[0].found.tensor_margin is not None:
+        bar = contact_margin_bar(done, lives[0].found.tensor_margin)
+        summary |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
+    write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     stress: SeatStress | None = None
     if scene.stress is not None:
         with watch("seat stress"):
