@@ -123,7 +123,7 @@ def result_table(summary: Mapping[str, object]) -> Table:
             told = {name: summary.get(name) for name in (key, f"error_bar_{key}")}
             last = {name: value[-1] if isinstance(value, list) else value for name, value in told.items()}
             if unit == KILOGRAM:  # prefixes are those of the gram
-                last, unit = {name: 1e3 * value for name, value in last.items() if isinstance(value, float)}, "g"
+                last, unit = {name: 1e3 * mass for name, value in last.items() if (mass := as_number(value))}, "g"
             table.add_row(f" {label}", _cells(last, key, unit)[0])
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""

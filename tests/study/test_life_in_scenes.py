@@ -263,6 +263,9 @@ def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
     margin = outcome.summary["life_contact_margin"]
     assert margin == pytest.approx(310e6 * math.sqrt(3) / (0.310 * pressure), rel=2e-3)
     assert outcome.summary["life_contact_cycles"] == 1e7
+    bar = outcome.summary["error_bar_life_contact_margin"]
+    exact = 310e6 * math.sqrt(3) / (0.310 * pressure)  # whose digits are worth 1e-3
+    assert abs(margin - exact) < bar + 1e-3 * margin < 5e-3 * margin
     assert "life_margin" not in outcome.summary
     assert f"endures 1e+07 cycles under {margin:.3g} times the stress" in in_words(outcome.summary)
 

@@ -32,6 +32,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.gas_bars import gas_bars
+from seatfem.study.runs.left_in import contact_margin_bar
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.lives import Stressed, lives, run_keys
@@ -40,7 +41,7 @@ from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_stress import check_stress, stress_keys, stress_pictures
-from seatfem.study.runs.stresses import stresses
+from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -139,6 +140,9 @@ def run_scene(
             here = lives(done, stressed, done.touches, done.stress)
             there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
         summary |= run_keys(done, stressed, here, there)
+        if here.below is not None and here.below[0].tensor_margin is not None:
+            bar = contact_margin_bar(done, here.below[0].tensor_margin)
+            summary |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
         with watch("life curves"):
             price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
@@ -165,7 +169,14 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
     files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *curve_files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, here), *gaps)
+    messages = (
+        *missed(done),
+        *remarks(done),
+        *stress_notes(stress),
+        *gas_notes(scene),
+        *life_notes(scene, here),
+        *gaps,
+    )
     return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 

@@ -15,6 +15,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.followed import as_marched
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
+from seatfem.structures.fields.doubt import left_by_mesh
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
 from seatfem.structures.fields.recovery import LITTLE, Largest, LargestStress, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -51,8 +52,8 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     free one from its centre; ``None`` where no [stress] is asked for, and of strikers that are no plates.
 
     Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
-    none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes, by its
-    order, and of what a quarter of the modes less change; it knows nothing of the force's own.
+    none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes at any
+    place, by its order, and of what a quarter of the modes less change; it knows nothing of the force's own.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
     if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
@@ -67,9 +68,11 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
     other = striker_of(scene, greens=coarser.greens(_lips(done), reed.damping_ratio))
-    on_coarser = largest(plate_field(done, other), force, dt)
+    there = plate_field(done, other)
+    on_coarser = largest(there, force, dt).after_contact.von_mises
+    weight = 1 / (refinement(plate, coarser) ** ORDER - 1)
+    of_mesh = left_by_mesh(field.points, found.after_contact.von_mises, there.points, on_coarser, weight)
     peak = _value(found)
-    of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
     return PlateReedStress(told, bar, worst)
 

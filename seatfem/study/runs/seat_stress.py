@@ -17,6 +17,7 @@ from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.discretise import AnyMesh, matrices
 from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.doubt import left_by_mesh
 from seatfem.structures.fields.recovery import (
     VECTORS,
     Largest,
@@ -127,8 +128,8 @@ class _Meshed:
 def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     """The stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
-    Its bar is `MESH_SAFETY` times the change by a coarser mesh over r - 1, plus the change by fewer vectors; a mesh
-    leaves as much in the tension as in von Mises' stress, and the larger change counts for both.
+    Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus that by fewer vectors; a
+    mesh leaves as much in the tension as in von Mises' stress, and the larger change counts for both.
 
     Raises:
         ModelError: a named point off the seat or at a singular edge.
@@ -148,8 +149,10 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     if coarse is None:
         bars = bars * math.nan
     else:
-        change = np.abs(_both(largest(coarse.field(None), force, dt).after_contact) - _both(found)).max()
-        bars += MESH_SAFETY * change / (refinement_of(fine.mesh, coarse.mesh) - 1)
+        there, weight = coarse.field(None), MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
+        other = largest(there, force, dt).after_contact
+        pairs = ((found.von_mises, other.von_mises), (found.principal, other.principal))
+        bars += max(left_by_mesh(field.points, own, there.points, coarser, weight) for own, coarser in pairs)
     steps = round(found.von_mises_time[worst] / dt)
     of_points = fine.field(named) if len(named) else field.at(np.zeros(0, dtype=np.int64))
     made = elements_of(fine.mesh)

@@ -5,9 +5,11 @@ The force of every run of the error budget is replayed on the same fields, at th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, p
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 
+RAW: Final = 0.1
 REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 
 
@@ -67,7 +70,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     """In the seat, and in a plate that strikes, where the scene asks for them. Raises as `seat_stress`.
 
     What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
-    with these stresses for measures.
+    with these stresses for measures. A stress in the seat that half the step changes by more than `RAW` follows the raw
+    force of a first touch, which has no limit without a law of contact that yields: no bar is known of it.
     """
     seat, reed = seat_stress(done, progress), plate_reed_stress(done)
     looks: dict[str, Callable[[Forces], Values]] = {}
@@ -83,12 +87,27 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
         return {name: value for told in looks.values() for name, value in told(forces).items()}
 
     half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
-    left = left_in(done, look, _told(seat_stress(half)))  # faster pairs answer a sharper blow
+    own, finer = _told(seat), _told(seat_stress(half))  # whose faster pairs answer a sharper blow
+    left = left_in(done, look, finer)
     if seat is not None:
-        seat = replace(seat, bar=seat.bar + left[SEAT], tension_bar=seat.tension_bar + left[TENSION])
+        raw = [math.nan if abs(finer[name] - own[name]) > RAW * own[name] else left[name] for name in (SEAT, TENSION)]
+        seat = replace(seat, bar=seat.bar + raw[0], tension_bar=seat.tension_bar + raw[1])
     if REED in looks and reed is not None:
         reed = replace(reed, bar=reed.bar + left[REED])
     return seat, reed
+
+
+def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
+    """In a sentence, why a stress of the seat has no bar."""
+    if seat is None or not (math.isnan(seat.bar) or math.isnan(seat.tension_bar)):
+        return ()
+    bars = {"peak_seat_stress_Pa": seat.bar, "peak_seat_principal_stress_Pa": seat.tension_bar}
+    names = [name for name, bar in bars.items() if math.isnan(bar)]
+    return (
+        f"no error bar of {' and '.join(names)}: half the step changes it by more than {100 * RAW:g} %, as the raw "
+        "force of a first touch does, or no coarser mesh is known; state a contact.law that yields, or a shorter "
+        "run.time_step",
+    )
 
 
 def _in_the_seat(field: StressField, forces: Forces) -> Values:
