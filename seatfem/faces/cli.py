@@ -47,10 +47,13 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
+    scene_verbs.report,
+    scene_verbs.export,
     scene_verbs.plan,
     scene_verbs.trade,
     scene_verbs.greens,
     scene_verbs.modes,
+    other_verbs.init,
     other_verbs.faces,
     other_verbs.verify,
     other_verbs.doctor,

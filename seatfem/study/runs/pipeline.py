@@ -29,6 +29,7 @@ from seatfem.study.impacts.life import Lasting, life_notes
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.gas_bars import gas_bars
@@ -66,7 +67,8 @@ GAS_FILE: Final = "gas.csv"
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes."""
+    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes, the
+    plan of the last round."""
 
     summary: Mapping[str, object]
     messages: tuple[str, ...]
@@ -74,6 +76,7 @@ class RunOutcome:
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool = True
     modes: tuple[Mode, ...] = ()
+    plan: Plan | None = None
 
 
 def run_scene(
@@ -177,7 +180,7 @@ def run_scene(
         *life_notes(scene, here),
         *gaps,
     )
-    return RunOutcome(summary, messages, files, watch.stages, done.met)
+    return RunOutcome(summary, messages, files, watch.stages, done.met, plan=done.plan)
 
 
 @dataclass(frozen=True)
