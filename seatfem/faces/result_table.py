@@ -14,6 +14,7 @@ from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, differe
 
 DEGREES: Final = "deg"
 ALONG: Final = "m"  # of places along a lip: told where angles do not tell them
+KILOGRAM: Final = "kg"
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
     ("impulse", "impulse_Ns", "N s"),
@@ -55,6 +56,7 @@ LIFE: Final = (
     ("margin on stress", "life_margin", ""),
     ("cycles to failure", "life_cycles", ""),
     ("damage per cycle", "life_damage_per_cycle", ""),
+    ("margin, several axes", "life_multiaxial_margin", ""),
     ("margin, contact", "life_contact_margin", ""),
     ("margin on speed", "life_speed_margin", ""),
 )
@@ -65,6 +67,8 @@ GAS: Final = (
     ("seating velocity", "gas_seating_velocity_m_per_s", "m/s"),
     ("seat impacts", "gas_seat_impacts", ""),
     ("stopper impacts", "gas_stopper_impacts", ""),
+    ("mass forward", "gas_mass_forward_kg", KILOGRAM),
+    ("mass back", "gas_mass_back_kg", KILOGRAM),
 )
 STRESS: Final = (
     ("largest, von Mises", "peak_seat_stress_Pa", "Pa"),
@@ -123,8 +127,11 @@ def result_table(summary: Mapping[str, object]) -> Table:
         table.add_section()
         table.add_row("gas, last cycle")
         for label, key, unit in GAS:
-            value = summary.get(key)
-            table.add_row(f" {label}", _cells({key: value[-1] if isinstance(value, list) else value}, key, unit)[0])
+            told = {name: summary.get(name) for name in (key, f"error_bar_{key}")}
+            last = {name: value[-1] if isinstance(value, list) else value for name, value in told.items()}
+            if unit == KILOGRAM:  # prefixes are those of the gram
+                last, unit = {name: 1e3 * mass for name, value in last.items() if (mass := as_number(value))}, "g"
+            table.add_row(f" {label}", _cells(last, key, unit)[0])
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
     table.add_row(f"raw{step}", style="dim")

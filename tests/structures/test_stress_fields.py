@@ -11,6 +11,7 @@ from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.doubt import left_by_mesh
 from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
 from seatfem.structures.fields.sites import at_points, on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
@@ -203,3 +204,20 @@ def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:
     mesh = mesh.with_boundaries({"fixed": lambda x: x[1] < 1e-9})
     corners = {tuple(point) for point in singular_points(mesh, ("fixed",))}
     assert corners == {(1.0, 1.0), (2.0, 0.0)}
+
+
+def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
+    """A peak of 10 that is converged, one of 9 that was 7 on the coarser mesh and may be 11; other sites there."""
+    fine, coarse = (np.column_stack([x, 0 * x]) for x in (np.arange(0.0, 60.0, 0.5), np.arange(0.25, 60.0, 1.0)))
+
+    def left(second: float, weight: float, factor: float = 1.0) -> float:
+        def peaks(points: Array, height: float) -> Array:
+            x = points[:, 0]
+            return 10 * np.exp(-(((x - 15) / 8) ** 2)) + height * np.exp(-(((x - 45) / 8) ** 2))
+
+        return left_by_mesh(fine, peaks(fine, 9.0), coarse, factor * peaks(coarse, second), weight)
+
+    assert left(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
+    assert left(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
+    assert left(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
+    assert left(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)

@@ -51,6 +51,7 @@ class ThinPlate(Moving):
     sample_opposite: ClassVar[str] = "annular"
     is_kept: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
+    has_surface_stress: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
     about: ClassVar[str] = "the plate's centre"
     """What its contact is centred on."""
@@ -185,8 +186,9 @@ class ThinPlate(Moving):
         """The modes behind its Green's function, whatever touches it; found once in a process."""
         from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
 
-        band = greens.provenance.get("bandwidth_Hz")
-        return plate_modes(self.sheet(band if isinstance(band, float) else None))
+        band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
+        asked = self.sheet(band if isinstance(band, float) else None)
+        return plate_modes(asked, coarser) if isinstance(coarser, float) else plate_modes(asked)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()

@@ -83,17 +83,8 @@ def error_budget(
     """
     result, stopper = touches.seat, touches.stopper
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found: dict[str, Terms | None] = {
-        "mesh": _of_mesh(scene, seat, problem),
-        "reduction": _of_reduction(scene, seat, problem),
-        "model": _of_model(scene, method, seat, problem),
-        "patch": _of_patch(scene, method, seat, problem),
-    }
-    if chooses_one_port(scene, method):
-        found[LIP] = _of_one_port(scene, method, seat, problem)
+    found = sources_of(scene, method, seat, problem, reed)
     of_reed = {} if reed is None else _of_reed(scene, reed, problem)
-    if reed is not None:
-        found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
     unknown = tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
 
     known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
@@ -117,6 +108,23 @@ def _threads(steps: int) -> int:
     """Runs at once: on all cores that compiled code may use, if memory holds the histories of so many ``steps``."""
     room = available_memory() / (STEP_BYTES * steps)
     return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS, room)))  # type: ignore[attr-defined]
+
+
+def sources_of(
+    scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem, reed: Solved | None = None
+) -> dict[str, Terms | None]:
+    """The variations behind `error_budget` by source; ``problem``: what was run."""
+    found: dict[str, Terms | None] = {
+        "mesh": _of_mesh(scene, seat, problem),
+        "reduction": _of_reduction(scene, seat, problem),
+        "model": _of_model(scene, method, seat, problem),
+        "patch": _of_patch(scene, method, seat, problem),
+    }
+    if chooses_one_port(scene, method):
+        found[LIP] = _of_one_port(scene, method, seat, problem)
+    if reed is not None:
+        found[STRIKER] = [term for terms in _of_reed(scene, reed, problem).values() for term in terms or ()]
+    return found
 
 
 def _finer_step(

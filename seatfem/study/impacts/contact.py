@@ -233,13 +233,13 @@ def _facing(striker: impact.Body, port: str) -> str | int:
     return port if port in striker.greens.ports else 0
 
 
-def measures_of(
+def marched(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
     flight: Callable[[impact.Body, float], Discrete] | None = None,
-) -> Values:
-    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely.
+) -> impact.ContactStepper:
+    """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies.
 
     ``flight``: the striker `in_flight` at a step [s], which several runs may share.
     """
@@ -252,6 +252,18 @@ def measures_of(
     prepared = impact.prepare(problem, dt, scene.run.duration, bodies=(flown, *targets))
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
+    return stepper
+
+
+def measures_of(
+    scene: Scene,
+    problem: impact.ContactProblem,
+    dt: float,
+    flight: Callable[[impact.Body, float], Discrete] | None = None,
+) -> Values:
+    """The measures of a run alone, of its forces as `marched`; stress only if asked for, coarsely."""
+    striker, stepper = problem.striker, marched(scene, problem, dt, flight)
+    problem = stepper.prepared.problem
     force, displacement = force_of(stepper), displacement_of(stepper)
     wanted = scene.needs_stress
     stopper = stopper_force_of(stepper)

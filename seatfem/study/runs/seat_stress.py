@@ -17,6 +17,7 @@ from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.discretise import AnyMesh, matrices
 from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.doubt import left_by_mesh
 from seatfem.structures.fields.recovery import (
     VECTORS,
     Largest,
@@ -35,6 +36,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import Level
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 
@@ -49,23 +51,30 @@ class SeatStress:
         mesh: scikit-fem's, of the body, its half section or its sector.
         sites: (P, d) on its surface, away from singular edges [m].
         peak: of each of them.
-        bar: of the largest von Mises stress [Pa]; nan where no coarser mesh is known.
+        bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa]; nan where no coarser mesh is
+            known.
+        largest_at: the field at the sites of both.
         time: (n + 1,) [s].
         points: (Q, d) that are named [m].
         named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
         snapshot: (P, 6) on the surface when it is largest [Pa].
         front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
+        field, of_points: of all sites, and of the named points, under whatever pushes.
     """
 
     mesh: Any
     sites: Array
     peak: Largest
     bar: float
+    tension_bar: float
+    largest_at: StressField
     time: Array
     points: Array
     named: Array
     snapshot: Array
     front: float
+    field: StressField
+    of_points: StressField
 
     @property
     def where(self) -> int:
@@ -119,7 +128,8 @@ class _Meshed:
 def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     """The stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
-    Its bar is `MESH_SAFETY` times the change by a coarser mesh over r - 1, plus the change by fewer vectors.
+    Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus that by fewer vectors; a
+    mesh leaves as much in the tension as in von Mises' stress, and the larger change counts for both.
 
     Raises:
         ModelError: a named point off the seat or at a singular edge.
@@ -128,20 +138,21 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     if scene.stress is None:
         return None
     fine, coarse = _meshes(done, progress)
-    dt, force = done.result.dt, -_by_port(done, len(fine.model.ports))
+    dt, force = done.result.dt, -by_port(done, done.touches, len(fine.model.ports))
     named = np.array(scene.stress.points).reshape(-1, 3)
     field = fine.field(None)
     found = largest(field, force, dt).after_contact
-    peak = float(found.von_mises.max())
     worst = int(found.von_mises.argmax())
-    fewer = largest(fine.field(None, int(FEWER * VECTORS)).at(np.array([worst])), force, dt).after_contact
-    bar = abs(float(fewer.von_mises[0]) - peak)
+    both = np.array([worst, int(found.principal.argmax())])
+    fewer = largest(fine.field(None, int(FEWER * VECTORS)).at(both), force, dt).after_contact
+    bars = np.abs(_both(fewer) - _both(found))
     if coarse is None:
-        bar = math.nan
+        bars = bars * math.nan
     else:
-        other = largest(coarse.field(None), force, dt).after_contact
-        ratio = refinement_of(fine.mesh, coarse.mesh)
-        bar += MESH_SAFETY * abs(float(other.von_mises.max()) - peak) / (ratio - 1)
+        there, weight = coarse.field(None), MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
+        other = largest(there, force, dt).after_contact
+        pairs = ((found.von_mises, other.von_mises), (found.principal, other.principal))
+        bars += max(left_by_mesh(field.points, own, there.points, coarser, weight) for own, coarser in pairs)
     steps = round(found.von_mises_time[worst] / dt)
     of_points = fine.field(named) if len(named) else field.at(np.zeros(0, dtype=np.int64))
     made = elements_of(fine.mesh)
@@ -149,13 +160,22 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         made.mesh,
         field.points,
         found,
-        bar,
+        float(bars[0]),
+        float(bars[1]),
+        field.at(both),
         done.result.time,
         of_points.points,
         np.concatenate([histories(of_points, force, dt), histories(field.at(np.array([worst])), force, dt)]),
         at_time(field, force, dt, steps),
         _front(done),
+        field,
+        of_points,
     )
+
+
+def _both(found: Largest) -> Array:
+    """(2,) the largest von Mises stress and the largest tension of all places [Pa]."""
+    return np.array([found.von_mises.max(), found.principal.max()])
 
 
 def check_stress(plan: Plan) -> None:
@@ -183,6 +203,7 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "peak_seat_stress_time_s": float(peak.von_mises_time[k]),
         "peak_seat_principal_stress_Pa": float(peak.principal.max()),
         "error_bar_peak_seat_stress_Pa": None if math.isnan(stress.bar) else stress.bar,
+        "error_bar_peak_seat_principal_stress_Pa": None if math.isnan(stress.tension_bar) else stress.tension_bar,
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
     }
 
@@ -221,9 +242,8 @@ def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
     return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
 
 
-def _by_port(done: Round, ports: int) -> Array:
-    """(n + 1, ports) contact forces; of a seat that is struck as a whole, shared by the rings as a pressure is."""
-    touches = done.touches
+def by_port(done: Round, touches: Touches, ports: int) -> Array:
+    """(n + 1, ports) contact forces of a run; on a seat struck as a whole, shared by the rings as a pressure is."""
     if touches.parts is not None:
         return touches.parts.force
     shares = Division.of(done.seat.greens).shares if ports > 1 else np.ones(1)

@@ -173,8 +173,9 @@ class Scene(Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Whether the reed's stress is asked for, by a measure or for its life."""
-        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.of_bending)
+        """Whether the reed's stress is asked for while it strikes, by a measure or for its life."""
+        for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
+        return any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
@@ -314,9 +315,13 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _stopper_beyond_the_reed(self) -> Self:
-        """The stopper meets the reed where it has a place, and not before the start."""
+        self.check_start()
+        return self
+
+    def check_start(self) -> None:
+        """The stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
         if (stopper := self.stopper) is None:
-            return self
+            return
         self.reed.check_contact(stopper.at, "stopper.at")
         if stopper.parts != Division() and not self.reed.meets_lips:
             key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
@@ -345,7 +350,6 @@ class Scene(Table):
                 f"place there, inside the stopper (limit: {key}); make the {key.removeprefix('stopper.')} at least "
                 f"{1e3 * (start + more):.6g} mm, or release the reed from a smaller deflection",
             )
-        return self
 
     @model_validator(mode="after")
     def _lip_of_a_seat(self) -> Self:
