@@ -1,0 +1,128 @@
+"""How a body answers its ports, for stress: one static solution a port, and modes or Ritz pairs of a Krylov space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from impact.bodies.body import Body
+from impact.greens.modal import ModalGreens, Residual
+from seatfem.structures.damping import Damping
+from seatfem.structures.method import BEYOND
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from seatfem.structures.reduction.factorization import FactorizationError, factorize
+from seatfem.structures.reduction.krylov_basis import KrylovBasis
+from seatfem.structures.reduction.modes import solve_modes
+
+VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at most, at a fillet that is struck
+MORE: Final = 20  # for each port more
+MOST_PORTS: Final = 8  # of a Krylov space: of more ports so many blocks that all modes in the band are fewer
+MOST: Final = 400
+FEWER: Final = 0.75  # of the vectors, for the error bar
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Modes by their coefficients (k, M) in the first k vectors of a space."""
+
+    body: Body
+    coefficients: Array
+
+    def modes(self, vectors: Array) -> Array:
+        """(n, M) their shapes."""
+        return np.asarray(vectors[:, : len(self.coefficients)] @ self.coefficients)
+
+
+@dataclass(frozen=True)
+class Response:
+    """A body's answers to forces on its ports.
+
+    Attributes:
+        rest: (n, p) displacement under a force at rest on each.
+        vectors: (n, k) M-orthonormal.
+        pairs: modes or Ritz pairs in these.
+        fewer: the same of `FEWER` of the vectors.
+    """
+
+    rest: Array
+    vectors: Array
+    pairs: Pairs
+    fewer: Pairs
+
+    @staticmethod
+    def of(
+        model: SecondOrderModel,
+        *,
+        bandwidth: float,
+        dt: float,
+        damping_ratio: float = 0.0,
+        vectors: int | None = None,
+        resting: bool = False,
+    ) -> Response:
+        """Of a model.
+
+        Args:
+            model: M, K, ports and a damping that does not couple modes.
+            bandwidth: [Hz] at which the space is right; of more than `MOST_PORTS` ports, all modes up to `BEYOND` times
+                it.
+            dt: step of the forces [s]; pairs above pi/dt, which a step would step over, are in the static part alone.
+            damping_ratio: uniform, added to the model's own.
+            vectors: of the Krylov space; default `VECTORS`, and `MORE` for each port but the first.
+            resting: a body without slower pairs than pi/dt follows its forces at once, instead of being refused.
+
+        Raises:
+            ModelError: a body that nothing holds, damping that couples modes, a step too long.
+        """
+        damping = model.damping.plus(damping_ratio)
+        if refusal := damping.refusal:
+            raise ModelError(f"stress by modes: {refusal}")
+        try:
+            rest = factorize(model.K, name="K").solve(model.port_matrix)  # its factor is gone before the next one
+        except FactorizationError as error:
+            raise ModelError(
+                f"stress of a body that nothing holds is not known: clamp a face of it ({error})"
+            ) from error
+        step, ports = (dt, resting), len(model.ports)
+        if ports > MOST_PORTS:
+            found = solve_modes(model, up_to_hz=BEYOND * bandwidth)
+            count = len(found.omega)
+            pairs, fewer = (
+                _pairs(model, damping, found.shapes, found.omega[:k], np.eye(k), step)
+                for k in (count, max(1, int(FEWER * count)))
+            )
+            return Response(rest, found.shapes, pairs, fewer)
+        shift = 2 * math.pi * bandwidth
+        most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
+        basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
+        basis.grow(most)
+        pairs, fewer = (
+            _pairs(model, damping, basis.V, *basis.ritz(k)[::2], step)
+            for k in (basis.size, max(1, int(FEWER * basis.size)))
+        )
+        return Response(rest, basis.V, pairs, fewer)
+
+
+def _pairs(
+    model: SecondOrderModel,
+    damping: Damping,
+    vectors: Array,
+    omega: Array,
+    coefficients: Array,
+    step: tuple[float, bool],
+) -> Pairs:
+    """Those slower than pi/dt."""
+    dt, resting = step
+    kept = omega * dt < math.pi
+    if stiff := not kept.any():
+        if not resting:
+            raise ModelError(f"dt = {dt:g} s: no mode of the body is slower than pi/dt; shorten the step")
+        kept[0] = True
+    chosen = coefficients[:, kept]
+    modes = vectors[:, : len(chosen)] @ chosen
+    zeta = damping.ratios(omega[kept], None if damping.loss is None else damping.losses(modes))
+    zeta = np.maximum(zeta, 1.0) if stiff else zeta
+    shapes = modes.T @ model.port_matrix
+    return Pairs(Body(ModalGreens(omega[kept], zeta, shapes, Residual.none(shapes.shape[1]), model.port_names)), chosen)
