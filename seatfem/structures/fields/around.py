@@ -110,6 +110,9 @@ class RingField:
         return out
 
 
+AnyField = StressField | RingField
+
+
 def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
     """(ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
     out = np.zeros((len(patches), len(rings), 2))

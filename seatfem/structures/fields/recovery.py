@@ -119,7 +119,7 @@ def field_of(response: Response, functional: Any, points: Array, *, fewer: bool 
     pairs = response.fewer if fewer else response.pairs
     static = np.asarray(functional @ response.rest).reshape(len(points), 6, -1)
     modal = np.asarray(functional @ pairs.modes(response.vectors)).reshape(len(points), 6, -1)
-    return StressField(points, static, modal, pairs.body)
+    return StressField(points, static, modal, Body(pairs.greens))
 
 
 def histories(field: Field, force: Array, dt: float) -> Array:

@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from impact.bodies.body import Body
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import BEYOND
@@ -28,7 +27,7 @@ FEWER: Final = 0.75  # of the vectors, for the error bar
 class Pairs:
     """Modes by their coefficients (k, M) in the first k vectors of a space."""
 
-    body: Body
+    greens: ModalGreens
     coefficients: Array
 
     def modes(self, vectors: Array) -> Array:
@@ -125,4 +124,4 @@ def _pairs(
     zeta = damping.ratios(omega[kept], None if damping.loss is None else damping.losses(modes))
     zeta = np.maximum(zeta, 1.0) if stiff else zeta
     shapes = modes.T @ model.port_matrix
-    return Pairs(Body(ModalGreens(omega[kept], zeta, shapes, Residual.none(shapes.shape[1]), model.port_names)), chosen)
+    return Pairs(ModalGreens(omega[kept], zeta, shapes, Residual.none(shapes.shape[1]), model.port_names), chosen)

@@ -36,7 +36,8 @@ from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_fields import check_stress
+from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures, write_spots
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -103,7 +104,7 @@ def run_scene(
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
         plan = ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
-        check_stress(plan)
+        check_stress(plan, progress)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
@@ -127,6 +128,7 @@ def run_scene(
             stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    spots = write_spots(stress, folder)
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
@@ -143,7 +145,7 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *spots, *drawn)
     summary |= timing_keys(watch, start)
     messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met)
