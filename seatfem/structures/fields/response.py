@@ -85,9 +85,7 @@ class Response:
                 f"stress of a body that nothing holds is not known: clamp a face of it ({error})"
             ) from error
         step, ports = (dt, resting), len(model.ports)
-        if ports > MOST_PORTS:
-            found = solve_modes(model, up_to_hz=BEYOND * bandwidth)
-            count = len(found.omega)
+        if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=BEYOND * bandwidth)).omega)):
             pairs, fewer = (
                 _pairs(model, damping, found.shapes, found.omega[:k], np.eye(k), step)
                 for k in (count, max(1, int(FEWER * count)))
