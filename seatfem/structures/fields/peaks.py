@@ -151,7 +151,8 @@ def principal(stress: Array) -> Array:
 
 @njit(cache=True)
 def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where no bound rules it out."""
+    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where top I - stress, by its leading
+    minors, is not positive definite."""
     points, _, count = stress.shape
     for p in range(points):
         mises, top = found[0, p] ** 2, found[2, p]
@@ -163,12 +164,15 @@ def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: n
             if 3 * second > mises:
                 mises = 3 * second
                 found[0, p], found[1, p] = np.sqrt(mises), times[m]
+            x, y, z = top - xx[m], top - yy[m], top - zz[m]
+            minor = x * y - f * f
+            if x > 0 and minor > 0 and minor * z - x * d * d - y * e * e - 2 * d * e * f > 0:
+                continue
             reach = 2 * np.sqrt(second / 3)
-            if mean + reach > top:
-                third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
-                size = 0.5 * reach**3
-                angle = np.arccos(min(1.0, max(-1.0, 2 * third / size))) / 3 if size > 0 else 0.0
-                value = mean + reach * np.cos(angle)
-                if value > top:
-                    top = value
-                    found[2, p], found[3, p] = value, times[m]
+            third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
+            size = 0.5 * reach**3
+            angle = np.arccos(min(1.0, max(-1.0, 2 * third / size))) / 3 if size > 0 else 0.0
+            value = mean + reach * np.cos(angle)
+            if value > top:
+                top = value
+                found[2, p], found[3, p] = value, times[m]

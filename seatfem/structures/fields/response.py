@@ -20,6 +20,7 @@ VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at mos
 MORE: Final = 20  # for each port more
 MOST_PORTS: Final = 8  # of a Krylov space: of more ports so many blocks that all modes in the band are fewer
 MOST: Final = 400
+EXACT: Final = 1e-10  # relative residual of static solutions
 FEWER: Final = 0.75  # of the vectors, for the error bar
 
 
@@ -78,48 +79,53 @@ class Response:
         damping = model.damping.plus(damping_ratio)
         if refusal := damping.refusal:
             raise ModelError(f"stress by modes: {refusal}")
-        try:
-            rest = factorize(model.K, name="K").solve(model.port_matrix)  # its factor is gone before the next one
-        except FactorizationError as error:
-            raise ModelError(
-                f"stress of a body that nothing holds is not known: clamp a face of it ({error})"
-            ) from error
-        step, ports = (dt, resting), len(model.ports)
+        vectors_of, ports = (model, damping, dt, resting), len(model.ports)
         if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=BEYOND * bandwidth)).omega)):
-            pairs, fewer = (
-                _pairs(model, damping, found.shapes, found.omega[:k], np.eye(k), step)
-                for k in (count, max(1, int(FEWER * count)))
-            )
-            return Response(rest, found.shapes, pairs, fewer)
-        shift = 2 * math.pi * bandwidth
-        most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
-        basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
-        basis.grow(most)
-        pairs, fewer = (
-            _pairs(model, damping, basis.V, *basis.ritz(k)[::2], step)
-            for k in (basis.size, max(1, int(FEWER * basis.size)))
-        )
-        return Response(rest, basis.V, pairs, fewer)
+            V, shapes = found.shapes, found.shapes.T @ model.port_matrix
+            ritz = [(found.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
+        else:
+            most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
+            V, ritz = _krylov(model, 2 * math.pi * bandwidth, most)
+        pairs, fewer = (_pairs(*vectors_of, V, *each) for each in ritz)
+        return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer)
+
+
+Ritz = tuple[Array, Array, Array]
+"""(k,) angular frequencies, (k, p) shapes at the ports, (k, k) coefficients in a space."""
+
+
+def _krylov(model: SecondOrderModel, shift: float, most: int) -> tuple[Array, list[Ritz]]:
+    """Vectors, and the Ritz pairs of all and of `FEWER`; the factor, most of the memory, ends here."""
+    basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
+    basis.grow(most)
+    return basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
+
+
+def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
+    """(n, p) K^-1 B. Galerkin's solution in a Krylov space is that of conjugate gradients after as many steps, with few
+    ports exact to round-off; where it is not, a factor of K makes it."""
+    if omega.all():
+        found = np.asarray(V @ (coefficients @ (shapes / omega[:, None] ** 2)))
+        B = model.port_matrix
+        if np.linalg.norm(model.K @ found - B) < EXACT * np.linalg.norm(B):
+            return found
+    try:
+        return factorize(model.K, name="K").solve(model.port_matrix)
+    except FactorizationError as error:
+        raise ModelError(f"stress of a body that nothing holds is not known: clamp a face of it ({error})") from error
 
 
 def _pairs(
-    model: SecondOrderModel,
-    damping: Damping,
-    vectors: Array,
-    omega: Array,
-    coefficients: Array,
-    step: tuple[float, bool],
+    model: SecondOrderModel, damping: Damping, dt: float, resting: bool, V: Array, omega: Array, shapes: Array, C: Array
 ) -> Pairs:
-    """Those slower than pi/dt."""
-    dt, resting = step
+    """Those slower than pi/dt, by their coefficients C."""
     kept = omega * dt < math.pi
     if stiff := not kept.any():
         if not resting:
             raise ModelError(f"dt = {dt:g} s: no mode of the body is slower than pi/dt; shorten the step")
         kept[0] = True
-    chosen = coefficients[:, kept]
-    modes = vectors[:, : len(chosen)] @ chosen
-    zeta = damping.ratios(omega[kept], None if damping.loss is None else damping.losses(modes))
+    loss = None if damping.loss is None else damping.losses(V[:, : len(C)] @ C[:, kept])
+    zeta = damping.ratios(omega[kept], loss)
     zeta = np.maximum(zeta, 1.0) if stiff else zeta
-    shapes = modes.T @ model.port_matrix
-    return Pairs(ModalGreens(omega[kept], zeta, shapes, Residual.none(shapes.shape[1]), model.port_names), chosen)
+    greens = ModalGreens(omega[kept], zeta, shapes[kept], Residual.none(shapes.shape[1]), model.port_names)
+    return Pairs(greens, C[:, kept])

@@ -136,8 +136,8 @@ class SeatMesh:
         both = []
         for each, (sites, turns) in zip(found, places, strict=True):
             angles = np.broadcast_to(turns, (len(sites), turns.shape[-1]))
-            one, two = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
-            both.append((one, two))
+            full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
+            both.append((full, less))
         return both
 
     @property
