@@ -21,7 +21,7 @@ from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.model import Array
 from seatfem.structures.reduction.ring_patches import RingPatch
 
-HELD: Final = 0.99  # of the forces, the root of their mean square around the ring, that the harmonics have
+LEFT: Final = 0.05  # of the pressure, root of its mean square around the ring, that harmonics left out may have
 UNFELT: Final = 1e-9  # of all forces: amplitude of a harmonic that nothing excites
 _BY_COS: Final = [0, 1, 2, 4]
 _BY_SIN: Final = [3, 5]
@@ -124,8 +124,8 @@ def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int)
 
 
 def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:
-    """Numbers of the harmonics, up to ``most``, that have `HELD` of the forces (n + 1, ports) together, without those
-    that nothing excites."""
+    """Numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1, ports), without
+    those that nothing excites."""
     rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
     pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
     far = max(4 * most, 4 * len(patches) // len(rings))
@@ -135,6 +135,7 @@ def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]
             for n in range(far + 1)
         ]
     )
-    squares = np.cumsum((sizes**2)[::-1])[::-1]  # of this one and all beyond
-    last = min(most, int(np.flatnonzero(squares > (1 - HELD**2) * squares[0]).max(initial=0)))
+    squares = np.where(np.arange(far + 1) > 0, 2.0, 1.0) * sizes**2  # Parseval's
+    beyond = np.cumsum(squares[::-1])[::-1]  # of this one and all further ones
+    last = min(most, int(np.flatnonzero(beyond > LEFT**2 * beyond[0]).max(initial=0)))
     return [n for n in range(last + 1) if n == 0 or sizes[n] > UNFELT * sizes.max()]
