@@ -101,11 +101,11 @@ BELOW = '["0 mm", "4.5 mm", "1.5 mm"]'
 def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_path: Path) -> None:
     """A mass on a soft spring: the force is that of a mass on a spring to 1e-3, on one port or shared by eight."""
     found = []
-    for name, ports in (("whole", ""), ("arcs", "ports = 8")):
+    for name, ports, points in (("whole", "", ""), ("arcs", "ports = 8", f"points = [{BELOW}]\n")):
         folder = tmp_path / name
         folder.mkdir()
         model = "" if ports else "model = 'axisymmetric'\n"
-        file = scene(folder, f"points = [{BELOW}]\ndistance = '0.1 mm'\napart = '0.6 mm'", RING + model)
+        file = scene(folder, f"{points}distance = '0.1 mm'\napart = '0.6 mm'", RING + model)
         file.write_text(file.read_text().replace("[contact]", f"[contact]\n{ports}"))
         pipeline.run_scene(load_scene(file), folder, pictures=False)
         found.append(json.loads((folder / "summary.json").read_text()))

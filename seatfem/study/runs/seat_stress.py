@@ -89,9 +89,9 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     fine = SeatMesh(done.plan, drawn)
     dt, force, waves = done.result.dt, force_by_port(done), Waves.of(fine, force_by_port(done))
     points = np.array(scene.stress.points).reshape(-1, 3)
-    named = fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None]
-    where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named
-    (field, fewer), (of_points, _) = fine.fields(done, [where, named], waves)
+    named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
+    where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
+    (field, fewer), *of_points = fine.fields(done, [where, *named], waves)
     found = largest(field, force, dt).after_contact
     worst = int(found.von_mises.argmax())
     peak, site = float(found.von_mises[worst]), np.array([worst])
@@ -101,10 +101,10 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         bar = math.nan
     else:
         coarse = SeatMesh(done.plan, coarser)
-        there = (coarse.surface(), where[1]) if scene.stress.surface else (coarse.named(), named[1])
-        ((other, _),) = coarse.fields(done, [there], waves)
+        there = coarse.surface() if scene.stress.surface else coarse.named()
+        ((other, _),) = coarse.fields(done, [(there, where[1])], waves)
         bar += MESH_SAFETY * abs(_peak(other, force, dt) - peak) / (refinement_of(fine.mesh, coarse.mesh) - 1)
-    in_time = [histories(each, force, dt) for each in (of_points, field.at(site))]
+    kept = [*(each for each, _ in of_points), field.at(site)]
     singular = edge_distances(where[0].points, fine.singular)
     angles = len(field.points) // len(singular)
     return SeatStress(
@@ -117,7 +117,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         bar,
         done.result.time,
         points,
-        np.concatenate(in_time),
+        np.concatenate([histories(each, force, dt) for each in kept]),
         at_time(field, force, dt, round(found.von_mises_time[worst] / dt)),
         _front(done),
     )
