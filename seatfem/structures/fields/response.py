@@ -9,8 +9,6 @@ from typing import Final
 import numpy as np
 
 from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.damping import Damping
-from seatfem.structures.method import BEYOND
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import FactorizationError, factorize
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
@@ -20,6 +18,7 @@ VECTORS: Final = 80  # of the Krylov space, for a body of one port: 0.4 % at mos
 MORE: Final = 20  # for each port more
 MOST_PORTS: Final = 8  # of a Krylov space: of more ports so many blocks that all modes in the band are fewer
 MOST: Final = 400
+MODES: Final = 3.0  # times the band, up to which all modes are kept
 EXACT: Final = 1e-10  # relative residual of static solutions
 FEWER: Final = 0.75  # of the vectors, for the error bar
 
@@ -66,7 +65,7 @@ class Response:
 
         Args:
             model: M, K, ports and a damping that does not couple modes.
-            bandwidth: [Hz] at which the space is right; of more than `MOST_PORTS` ports, all modes up to `BEYOND` times
+            bandwidth: [Hz] at which the space is right; of more than `MOST_PORTS` ports, all modes up to `MODES` times
                 it.
             dt: step of the forces [s]; pairs above pi/dt, which a step would step over, are in the static part alone.
             damping_ratio: uniform, added to the model's own.
@@ -76,17 +75,16 @@ class Response:
         Raises:
             ModelError: a body that nothing holds, damping that couples modes, a step too long.
         """
-        damping = model.damping.plus(damping_ratio)
-        if refusal := damping.refusal:
+        if refusal := model.damping.plus(damping_ratio).refusal:
             raise ModelError(f"stress by modes: {refusal}")
-        vectors_of, ports = (model, damping, dt, resting), len(model.ports)
-        if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=BEYOND * bandwidth)).omega)):
+        ports = len(model.ports)
+        if ports > MOST_PORTS and (count := len((found := solve_modes(model, up_to_hz=MODES * bandwidth)).omega)):
             V, shapes = found.shapes, found.shapes.T @ model.port_matrix
             ritz = [(found.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
         else:
             most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
             V, ritz = _krylov(model, 2 * math.pi * bandwidth, most)
-        pairs, fewer = (_pairs(*vectors_of, V, *each) for each in ritz)
+        pairs, fewer = (_pairs(model, damping_ratio, (dt, resting), V, each) for each in ritz)
         return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer)
 
 
@@ -115,10 +113,9 @@ def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coe
         raise ModelError(f"stress of a body that nothing holds is not known: clamp a face of it ({error})") from error
 
 
-def _pairs(
-    model: SecondOrderModel, damping: Damping, dt: float, resting: bool, V: Array, omega: Array, shapes: Array, C: Array
-) -> Pairs:
+def _pairs(model: SecondOrderModel, damping_ratio: float, step: tuple[float, bool], V: Array, ritz: Ritz) -> Pairs:
     """Those slower than pi/dt, by their coefficients C."""
+    (dt, resting), (omega, shapes, C), damping = step, ritz, model.damping.plus(damping_ratio)
     kept = omega * dt < math.pi
     if stiff := not kept.any():
         if not resting:
