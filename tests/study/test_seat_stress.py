@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.model import ModelError
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
 from seatfem.study.scene import load_scene
@@ -67,8 +66,12 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
 
 
 def test_places_that_cannot_be_are_refused(tmp_path: Path) -> None:
-    for point, message in (('["50 mm", "1 mm", "1.5 mm"]', "off the body"), ('["1 mm", "0 mm", "0.1 mm"]', "distance")):
-        with pytest.raises(ModelError, match=message):
+    cases = (
+        ('["50 mm", "1 mm", "1.5 mm"]', r"stress\.points\.0: .*off the seat"),
+        ('["1 mm", "0 mm", "0.1 mm"]', "distance"),
+    )
+    for point, message in cases:
+        with pytest.raises(SceneError, match=message):
             pipeline.run_scene(load_scene(scene(tmp_path, f"points = [{point}]")), tmp_path, pictures=False)
 
 
@@ -79,15 +82,54 @@ def test_what_has_no_elements_or_no_places_is_refused(tmp_path: Path) -> None:
         load_scene(scene(tmp_path, "surface = false"))
 
 
-def test_a_seat_in_arcs_is_refused_before_the_run(tmp_path: Path) -> None:
-    ring = """
+RING = """
 kind = "annular"
 bore_radius = "4 mm"
 lip_width = "1 mm"
-material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+lip_height = "0.5 mm"
+lip_edge_radius = "0 mm"
+outer_radius = "8 mm"
+thickness = "3 mm"
+damping_ratio = 0.05
+mesh = { size = "1.5 mm", contact_size = "0.5 mm" }
 greens = { bandwidth = "100 kHz" }
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
 """
-    file = scene(tmp_path, "", ring)
-    file.write_text(file.read_text().replace("[contact]", "[contact]\nports = 8"))
-    with pytest.raises(ModelError, match=r"contact\.ports = 1"):
+BELOW = '["0 mm", "4.5 mm", "1.5 mm"]'
+
+
+def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_path: Path) -> None:
+    """A mass on a soft spring: the force is that of a mass on a spring to 1e-3, on one port or shared by eight."""
+    found = []
+    for name, ports, points in (("whole", "", ""), ("arcs", "ports = 8", f"points = [{BELOW}]\n")):
+        folder = tmp_path / name
+        folder.mkdir()
+        model = "" if ports else "model = 'axisymmetric'\n"
+        file = scene(folder, f"{points}distance = '0.1 mm'\napart = '0.6 mm'", RING + model)
+        file.write_text(file.read_text().replace("[contact]", f"[contact]\n{ports}"))
+        pipeline.run_scene(load_scene(file), folder, pictures=False)
+        found.append(json.loads((folder / "summary.json").read_text()))
+    whole, arcs = found
+    assert arcs["peak_seat_stress_Pa"] == pytest.approx(whole["peak_seat_stress_Pa"], rel=0.01)
+    assert arcs["error_bar_peak_seat_stress_Pa"] == pytest.approx(whole["error_bar_peak_seat_stress_Pa"], rel=0.1)
+    spots = arcs["seat_stress_hot_spots"]
+    assert spots[0]["von_mises_Pa"] == arcs["peak_seat_stress_Pa"]
+    assert [spot["von_mises_Pa"] for spot in spots] == sorted((s["von_mises_Pa"] for s in spots), reverse=True)
+    places = np.array([spot["at_m"] for spot in spots])
+    apart = np.linalg.norm(places[:, None] - places, axis=2) + np.eye(len(places))
+    assert apart.min() >= 0.6e-3
+    assert min(spot["edge_distance_m"] for spot in spots) >= 0.1e-3
+    rows = (tmp_path / "arcs" / "hot_spots.csv").read_text().splitlines()
+    assert rows[0] == "von_mises_Pa,time_s,x_m,y_m,z_m,edge_distance_m"
+    assert len(rows) == len(spots) + 1
+    assert float(rows[1].split(",")[0]) == pytest.approx(spots[0]["von_mises_Pa"], rel=1e-8)
+
+
+def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pipeline, "rounds", lambda *_, **__: pytest.fail("the contact was run"))
+    file = scene(tmp_path, 'points = [["4.5 mm", "0 mm", "1 mm"], ["9 mm", "0 mm", "1 mm"]]', RING)
+    with pytest.raises(
+        SceneError, match=r"stress\.points\.1: \(9, 0, 1\) mm lies off the seat.* 1\.02 mm away"
+    ) as caught:
         pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
+    assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]

@@ -8,17 +8,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.stresses import coordinates
 from impact.greens.base import Array
 from impact.life.multiaxial import deviators
-from seatfem.structures.fields.recovery import TIMES_PER_RADIAN, StressField, histories, pushes_of
+from seatfem.structures.fields.peaks import TIMES_PER_RADIAN, Field
+from seatfem.structures.fields.recovery import StressField, histories
 
 EACH: Final = 4  # of the points of a region
-_POINTS: Final = 512
 _HELD: Final = 16  # points whose whole histories are held at once
 
 
-def mises_range(field: StressField, force: Array, dt: float, *, since: int = 0) -> Array:
+def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Array:
     """(P,) sqrt 3 times the diagonal of the box, in Ilyushin's space, that holds the deviators of each point [Pa].
 
     Under proportional stress it is the von Mises stress of the difference of the two states furthest apart, otherwise
@@ -30,19 +29,26 @@ def mises_range(field: StressField, force: Array, dt: float, *, since: int = 0) 
         force, dt: as in `seatfem.structures.fields.recovery.histories`.
         since: number of the step from which on.
     """
-    greens = field.body.greens.modal
-    assert greens is not None
-    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(greens.omega.max()) * dt)))
-    parts = [part.T for part in coordinates(pushes_of(field, force), dt, field.body, stride)]
-    course = np.concatenate(parts, axis=1)[:, since // stride :].astype(np.float32)
-    found = np.zeros(len(field.points))
-    for first in range(0, len(field.points), _POINTS):
-        fields = field.at(np.arange(first, min(first + _POINTS, len(found)))).fields
-        paths = np.swapaxes(fields, 1, 2).reshape(-1, 6)
-        turned = deviators(paths).reshape(len(fields), -1, 5).swapaxes(1, 2).astype(np.float32)
-        for number, each in enumerate(turned):
-            found[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(each @ course, axis=1)))
+    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(field.radians.max()) * dt)))
+    parts = [part.T for part in field.coordinates(force, dt, stride)]
+    course, found = np.concatenate(parts, axis=1)[:, since // stride :], np.zeros(len(field.points))
+    single = course.astype(np.float32)
+    for first in range(0, len(found), _HELD):
+        some = field.at(np.arange(first, min(first + _HELD, len(found))))
+        for number, path in enumerate(_paths(some, course, single)):
+            found[first + number] = np.sqrt(3) * float(np.linalg.norm(np.ptp(path, axis=1)))
     return found
+
+
+def _paths(field: Field, course: Array, single: NDArray[np.float32]) -> Iterator[Array]:
+    """(5, m) deviators of each point, of coordinates (K, m); ``single``: these in single precision."""
+    if isinstance(field, StressField):
+        turned = deviators(np.swapaxes(field.fields, 1, 2).reshape(-1, 6)).reshape(len(field.points), -1, 5)
+        yield from (np.asarray(each.T.astype(np.float32) @ single, dtype=np.float64) for each in turned)
+        return
+    every = np.arange(len(field.bounds)), np.arange(len(field.radians))
+    stress = field.stress(every[0], course, every[1]).reshape(len(field.points), 6, -1)
+    yield from (deviators(each.T).T for each in stress)
 
 
 def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
@@ -51,7 +57,7 @@ def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArr
     return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)
 
 
-def tensor_histories(field: StressField, force: Array, dt: float) -> Iterator[Array]:
+def tensor_histories(field: Field, force: Array, dt: float) -> Iterator[Array]:
     """(n + 1, 6) of each of its points, one after the other; memory holds a few of them."""
     for first in range(0, len(field.points), _HELD):
         some = np.arange(first, min(first + _HELD, len(field.points)))

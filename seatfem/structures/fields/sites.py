@@ -48,6 +48,11 @@ class Sites:
     def __len__(self) -> int:
         return len(self.points)
 
+    def at(self, chosen: NDArray[np.bool_]) -> Sites:
+        """Those that are chosen (P,), numbered anew."""
+        kept, number = chosen[self.site], np.cumsum(chosen) - 1
+        return Sites.of(self.points[chosen], number[self.site[kept]], self.element[kept], self.inside[:, kept])
+
 
 def at_points(made: Discretization, points: Array) -> Sites:
     """The elements around points (P, d) [m].

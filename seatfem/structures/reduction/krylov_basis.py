@@ -75,9 +75,12 @@ class KrylovBasis:
         self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
-    def ritz(self) -> tuple[Array, Array, Array]:
-        """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V."""
-        first, k = self.rigid, self.size
+    def ritz(self, size: int | None = None) -> tuple[Array, Array, Array]:
+        """(omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V.
+
+        ``size``: on so many of its first vectors.
+        """
+        first, k = self.rigid, self.size if size is None else size
         values, vectors = np.linalg.eigh(self._stiffness[first:k, first:k])
         if values[0] < -1e-8 * self.shift**2:
             raise ModelError(f"K is indefinite: it has the Ritz value {values[0]:.2e} 1/s^2 relative to M")

@@ -17,7 +17,8 @@ from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, b
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes, struck_by, touched_points
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, by_port
+from seatfem.study.runs.seat_fields import force_by_port
+from seatfem.study.runs.seat_stress import SeatStress
 
 OF_SEAT = 12  # points of its surface that are judged
 BESIDE = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
@@ -95,7 +96,7 @@ def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
 
 def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
     """Where stress changes most on the surface, and at the points that the scene names."""
-    force, dt = -by_port(done, touches, seat.field.static.shape[2]), touches.seat.dt
+    force, dt = force_by_port(done, touches), touches.seat.dt
     ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
     surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for found in (surface, seat.of_points):

@@ -41,7 +41,8 @@ from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import check_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_fields import check_stress
+from seatfem.study.runs.seat_stress import stress_keys, stress_pictures, write_spots
 from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -111,7 +112,7 @@ def run_scene(
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
         plan = ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
-        check_stress(plan)
+        check_stress(plan, progress)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
@@ -159,6 +160,7 @@ def run_scene(
             curve_files = write_curves(curves, folder)
         summary |= curve_keys(curves)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    spots = write_spots(stress, folder)
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
@@ -176,7 +178,7 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *curve_files, *drawn)
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *spots, *curve_files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (
         *missed(done),

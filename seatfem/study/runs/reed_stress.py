@@ -16,8 +16,9 @@ from impact.march.followed import as_marched
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.doubt import left_by_mesh
+from seatfem.structures.fields.peaks import LITTLE
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
-from seatfem.structures.fields.recovery import LITTLE, Largest, LargestStress, StressField, largest
+from seatfem.structures.fields.recovery import Largest, LargestStress, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.mesh.sheet import CLAMPED

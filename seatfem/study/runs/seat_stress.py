@@ -5,42 +5,34 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
+from impact.files.atomic import write_whole
 from impact.greens.base import Array
 from impact.progress import Progress, silent
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
-from seatfem.structures.discretise import AnyMesh, matrices
-from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.around import AnyField, RingField
 from seatfem.structures.fields.doubt import left_by_mesh
-from seatfem.structures.fields.recovery import (
-    VECTORS,
-    Largest,
-    StressField,
-    at_time,
-    histories,
-    largest,
-    recover,
-    von_mises,
-)
-from seatfem.structures.fields.sites import Sites, at_points, on_surface
-from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
+from seatfem.structures.fields.peaks import Largest
+from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
+from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
-from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
-from seatfem.structures.method import Level
-from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_fields import SeatMesh, Waves, force_by_port
 
-FEWER: Final = 0.75  # of the vectors, for the error bar
+FEWER_HARMONICS: Final = 0.75  # for the error bar
+MOST_SPOTS: Final = 20
+LEAST_SPOT: Final = 0.1  # of the largest stress
+SPOTS_FILE: Final = "hot_spots.csv"
 
 
 @dataclass(frozen=True)
@@ -49,32 +41,41 @@ class SeatStress:
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
-        sites: (P, d) on its surface, away from singular edges [m].
+        sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
+            arcs, whose components are then rr, tt, zz, tz, rz, rt.
+        section: (P,) which of them are on the section that ``mesh`` shows.
+        singular: (P,) distance of each from the nearest singular edge [m].
+        spots: the numbers of the hot spots among them, the largest first.
         peak: of each of them.
         bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa]; nan where no coarser mesh is
             known.
-        largest_at: the field at the sites of both.
         time: (n + 1,) [s].
         points: (Q, d) that are named [m].
         named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
         snapshot: (P, 6) on the surface when it is largest [Pa].
         front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
         field, of_points: of all sites, and of the named points, under whatever pushes.
+        largest_at: the field at the sites of the largest von Mises stress and of the largest tension.
+        division: of the struck patch, part by part the ports of these fields.
     """
 
     mesh: Any
     sites: Array
+    section: NDArray[np.bool_]
+    singular: Array
+    spots: NDArray[np.int64]
     peak: Largest
     bar: float
     tension_bar: float
-    largest_at: StressField
     time: Array
     points: Array
     named: Array
     snapshot: Array
     front: float
-    field: StressField
-    of_points: StressField
+    field: AnyField
+    of_points: AnyField
+    largest_at: AnyField
+    division: Division
 
     @property
     def where(self) -> int:
@@ -82,94 +83,65 @@ class SeatStress:
         return int(self.peak.von_mises.argmax())
 
 
-@dataclass(frozen=True)
-class _Meshed:
-    """A mesh of the seat and what it takes to recover stress on it."""
-
-    done: Round
-    level: Level
-    mesh: AnyMesh
-    model: SecondOrderModel
-
-    def field(self, points: Array | None, vectors: int = VECTORS) -> StressField:
-        """At points (Q, 3) or, for ``None``, on the surface away from singular edges."""
-        scene, body = self.done.plan.scene, self.done.plan.scene.seat
-        assert isinstance(body, Elastic)
-        assert scene.stress is not None
-        made, distance = elements_of(self.mesh), scene.stress.distance
-        singular = singular_points(self.mesh, body.held)
-        sites = on_surface(made) if points is None else at_points(made, self._own(points))
-        close = near(sites.points, singular, distance)
-        if points is None:
-            sites = _some(sites, ~close)
-        elif close.any():
-            place = ", ".join(f"{1e3 * x:.4g}" for x in points[int(np.argmax(close))])
-            raise ModelError(
-                f"stress.points: ({place}) mm is within stress.distance = {1e3 * distance:.4g} mm of an edge where "
-                "elasticity knows no stress: move the point away, or round the edge"
-            )
-        functional = solid_stress(made, body.solids(regions_of(self.mesh)), self.model, sites)
-        return recover(
-            self.model,
-            functional,
-            sites.points,
-            bandwidth=self.done.plan.method.seat.bandwidth or 1 / scene.run.filter_width,
-            dt=self.done.result.dt,
-            damping_ratio=body.damping_ratio,
-            vectors=vectors + 20 * (len(self.model.ports) - 1),
-        )
-
-    def _own(self, points: Array) -> Array:
-        """In the mesh's coordinates."""
-        flat = elements_of(self.mesh).places.shape[1] == 2
-        return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if flat else points
-
-
 def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     """The stress in the seat of a round, on a mesh that is drawn again; ``None`` where the scene asks for none.
 
-    Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus that by fewer vectors; a
-    mesh leaves as much in the tension as in von Mises' stress, and the larger change counts for both.
+    Its bar is `MESH_SAFETY` times the change by a coarser mesh at any place over r - 1, plus the changes by fewer
+    vectors and by fewer harmonics; a mesh leaves as much in the tension as in von Mises' stress, and the larger change
+    counts for both.
 
     Raises:
-        ModelError: a named point off the seat or at a singular edge.
+        SceneError: a named point off the seat or at a singular edge.
     """
-    scene = done.plan.scene
+    scene, body = done.plan.scene, done.plan.scene.seat
     if scene.stress is None:
         return None
-    fine, coarse = _meshes(done, progress)
-    dt, force = done.result.dt, -by_port(done, done.touches, len(fine.model.ports))
-    named = np.array(scene.stress.points).reshape(-1, 3)
-    field = fine.field(None)
+    assert isinstance(body, Elastic)
+    drawn, coarser = body.meshes(done.plan.method.seat, progress)
+    fine = SeatMesh(done.plan, drawn)
+    dt, force = done.result.dt, force_by_port(done, done.touches)
+    waves = Waves.of(fine, force)
+    points = np.array(scene.stress.points).reshape(-1, 3)
+    named = [(fine.named(), np.arctan2(points[:, 1], points[:, 0])[:, None])] if len(points) else []
+    where = (fine.surface(), np.zeros(1) if waves is None else waves.angles) if scene.stress.surface else named[0]
+    (field, fewer), *of_points = fine.fields(done, [where, *named], waves)
     found = largest(field, force, dt).after_contact
     worst = int(found.von_mises.argmax())
-    both = np.array([worst, int(found.principal.argmax())])
-    fewer = largest(fine.field(None, int(FEWER * VECTORS)).at(both), force, dt).after_contact
-    bars = np.abs(_both(fewer) - _both(found))
-    if coarse is None:
+    both = field.at(np.array([worst, int(found.principal.argmax())]))
+    others = [fewer.at(np.array([worst, int(found.principal.argmax())])), *_without(both)]
+    bars = np.sum([np.abs(_both(largest(other, force, dt).after_contact) - _both(found)) for other in others], axis=0)
+    if coarser is None:
         bars = bars * math.nan
     else:
-        there, weight = coarse.field(None), MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
+        coarse = SeatMesh(done.plan, coarser)
+        places = coarse.surface() if scene.stress.surface else coarse.named()
+        ((there, _),) = coarse.fields(done, [(places, where[1])], waves)
+        weight = MESH_SAFETY / (refinement_of(fine.mesh, coarse.mesh) - 1)
         other = largest(there, force, dt).after_contact
         pairs = ((found.von_mises, other.von_mises), (found.principal, other.principal))
-        bars += max(left_by_mesh(field.points, own, there.points, coarser, weight) for own, coarser in pairs)
-    steps = round(found.von_mises_time[worst] / dt)
-    of_points = fine.field(named) if len(named) else field.at(np.zeros(0, dtype=np.int64))
-    made = elements_of(fine.mesh)
+        bars += max(left_by_mesh(field.points, own, there.points, theirs, weight) for own, theirs in pairs)
+    named_fields = [each for each, _ in of_points]
+    kept = [*named_fields, both.at(np.array([0]))]
+    singular = edge_distances(where[0].points, fine.singular)
+    angles = len(field.points) // len(singular)
     return SeatStress(
-        made.mesh,
+        elements_of(fine.mesh).mesh,
         field.points,
+        np.arange(len(field.points)) % angles == worst % angles,
+        np.repeat(singular, angles),
+        local_maxima(field.points, found.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
         found,
         float(bars[0]),
         float(bars[1]),
-        field.at(both),
         done.result.time,
-        of_points.points,
-        np.concatenate([histories(of_points, force, dt), histories(field.at(np.array([worst])), force, dt)]),
-        at_time(field, force, dt, steps),
+        points,
+        np.concatenate([histories(each, force, dt) for each in kept]),
+        at_time(field, force, dt, round(found.von_mises_time[worst] / dt)),
         _front(done),
         field,
-        of_points,
+        named_fields[0] if named_fields else field.at(np.zeros(0, dtype=np.int64)),
+        both,
+        Division.of(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
     )
 
 
@@ -178,16 +150,12 @@ def _both(found: Largest) -> Array:
     return np.array([found.von_mises.max(), found.principal.max()])
 
 
-def check_stress(plan: Plan) -> None:
-    """Raise `ModelError` where a plan strikes the seat in a way in which its stress is not known."""
-    body, method = plan.scene.seat, plan.method.seat
-    if plan.scene.stress is None or not isinstance(body, Elastic):
-        return
-    if method.in_arcs or body.elements_of(method) == "harmonics":
-        raise ModelError(
-            "stress: the seat is struck in arcs of its lip, whose stress is not known; set contact.ports = 1, or "
-            "remove [stress]"
-        )
+def _without(field: AnyField) -> list[AnyField]:
+    """The same with `FEWER_HARMONICS` of its harmonics, where it is a sum of several."""
+    if not isinstance(field, RingField) or len(field.harmonics) < 2:
+        return []
+    count = max(1, int(FEWER_HARMONICS * len(field.harmonics)))
+    return [RingField(field.section, field.angles, field.harmonics[:count])]
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
@@ -205,7 +173,36 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "error_bar_peak_seat_stress_Pa": None if math.isnan(stress.bar) else stress.bar,
         "error_bar_peak_seat_principal_stress_Pa": None if math.isnan(stress.tension_bar) else stress.tension_bar,
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
+        "seat_stress_hot_spots": _spots(stress),
     }
+
+
+def _spots(stress: SeatStress) -> list[dict[str, object]]:
+    """Value, time, place and distance to the nearest singular edge of each hot spot, the largest first."""
+    peak = stress.peak
+    return [
+        {
+            "von_mises_Pa": float(peak.von_mises[k]),
+            "time_s": float(peak.von_mises_time[k]),
+            "at_m": [float(x) for x in stress.sites[k]],
+            "edge_distance_m": float(stress.singular[k]) if math.isfinite(stress.singular[k]) else None,
+        }
+        for k in stress.spots
+    ]
+
+
+def write_spots(stress: SeatStress | None, folder: Path) -> tuple[Path, ...]:
+    """hot_spots.csv: the hot spots of the seat, the largest first; none where no stress is known."""
+    if stress is None:
+        return ()
+    places = ("r_m", "z_m") if stress.sites.shape[1] == 2 else ("x_m", "y_m", "z_m")
+    lines = [",".join(("von_mises_Pa", "time_s", *places, "edge_distance_m"))]
+    for k in stress.spots:
+        values = [stress.peak.von_mises[k], stress.peak.von_mises_time[k], *stress.sites[k], stress.singular[k]]
+        lines.append(",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in values))
+    path = folder / SPOTS_FILE
+    write_whole(path, ("\n".join(lines) + "\n").encode("utf-8"))
+    return (path,)
 
 
 def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
@@ -215,11 +212,14 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
     k, peak = stress.where, stress.peak
     places = [*stress.points, stress.sites[k]]
     labels = tuple("(" + ", ".join(f"{1e3 * x:.3g}" for x in place) + ") mm" for place in places)
+    sites = stress.sites[stress.section]
+    if stress.mesh.dim() == 2:
+        sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites
     draw = partial(
         plot_stress,
         stress.mesh,
-        stress.sites,
-        von_mises(stress.snapshot),
+        sites,
+        von_mises(stress.snapshot[stress.section]),
         stress.time,
         von_mises(np.moveaxis(stress.named, 1, 2)),
         (*labels[:-1], f"largest, {labels[-1]}"),
@@ -230,36 +230,9 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
     return [("seat_stress.png", lambda path: draw(path)), ("seat_stress.vtu", lambda path: write(path))]
 
 
-def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
-    body, method = done.plan.scene.seat, done.plan.method.seat
-    assert isinstance(body, Elastic)
-    level = body.elements_of(method)
-    mesh, coarse = body.meshes(method, progress)
-    rings = method.rings or 1
-    fine = _Meshed(done, level, mesh, matrices(body, mesh, level, rings=rings))
-    if coarse is None:
-        return fine, None
-    return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
-
-
-def by_port(done: Round, touches: Touches, ports: int) -> Array:
-    """(n + 1, ports) contact forces of a run; on a seat struck as a whole, shared by the rings as a pressure is."""
-    if touches.parts is not None:
-        return touches.parts.force
-    shares = Division.of(done.seat.greens).shares if ports > 1 else np.ones(1)
-    return np.asarray(touches.seat.force[:, None] * shares)
-
-
 def _front(done: Round) -> float:
     """rho c_0 v of the first touch [Pa]."""
     body, speed = done.plan.scene.seat, abs(measures.impact_velocity(done.result))
     assert isinstance(body, Elastic)
     solid = body.material.solid
     return math.sqrt(float(np.max(solid.young)) * solid.density) * speed or math.nan
-
-
-def _some(sites: Sites, chosen: NDArray[np.bool_]) -> Sites:
-    """Those of the sites, numbered anew."""
-    kept = chosen[sites.site]
-    number = np.cumsum(chosen) - 1
-    return Sites.of(sites.points[chosen], number[sites.site[kept]], sites.element[kept], sites.inside[:, kept])

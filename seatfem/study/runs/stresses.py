@@ -76,7 +76,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     seat, reed = seat_stress(done, progress), plate_reed_stress(done)
     looks: dict[str, Callable[[Forces], Values]] = {}
     if seat is not None:
-        looks[SEAT] = partial(_in_the_seat, seat.largest_at)
+        looks[SEAT] = partial(_in_the_seat, seat)
     if reed is not None and reed.found.after_contact is not None:
         looks[REED] = partial(_in_the_reed, done, reed.largest_at)
     if not looks or not np.any(done.result.force):
@@ -110,8 +110,8 @@ def stress_notes(seat: SeatStress | None) -> tuple[str, ...]:
     )
 
 
-def _in_the_seat(field: StressField, forces: Forces) -> Values:
-    found = largest(field, -forces.by(Division(1, field.static.shape[2])), forces.dt).after_contact
+def _in_the_seat(seat: SeatStress, forces: Forces) -> Values:
+    found = largest(seat.largest_at, -forces.by(seat.division), forces.dt).after_contact
     return {SEAT: float(found.von_mises.max()), TENSION: float(found.principal.max())}
 
 

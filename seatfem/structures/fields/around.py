@@ -1,0 +1,141 @@
+"""Stress of a body of revolution that is struck in arcs of a ring, harmonic by harmonic.
+
+    sigma(r, th, z) = sum_n A_n cos n th + B_n sin n th     rr, tt, zz, rz
+                      sum_n A_n sin n th - B_n cos n th     tz, rt
+
+with A_n the amplitudes under the ring forces sum_i s_ni cos(n th_i) F_i, B_n under those by sin(n th_i) (`RingPatch`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.structures.fields.peaks import Integers, norms
+from seatfem.structures.fields.recovery import StressField
+from seatfem.structures.model import Array
+from seatfem.structures.reduction.ring_patches import RingPatch
+
+LEFT: Final = 0.05  # of the pressure, root of its mean square around the ring, that harmonics left out may have
+UNFELT: Final = 1e-9  # of all forces: amplitude of a harmonic that nothing excites
+_BY_COS: Final = [0, 1, 2, 4]
+_BY_SIN: Final = [3, 5]
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """One of them.
+
+    Attributes:
+        number: n.
+        field: its amplitudes at G places of the half section, by its rings' forces.
+        mixing: (ports, rings, 2) what the ports' forces are on the rings, by cos and by sin.
+    """
+
+    number: int
+    field: StressField
+    mixing: Array
+
+
+@dataclass(frozen=True)
+class RingField:
+    """Stress at G places of a half section, each at A angles; its components rr, tt, zz, tz, rz, rt.
+
+    Attributes:
+        section: (G, 2) r and z of the places [m].
+        angles: (G, A) [rad].
+        harmonics: what it is the sum of.
+    """
+
+    section: Array
+    angles: Array
+    harmonics: tuple[Harmonic, ...]
+
+    @property
+    def points(self) -> Array:
+        r, z = (np.broadcast_to(x[:, None], self.angles.shape) for x in self.section.T)
+        return np.stack([r * np.cos(self.angles), r * np.sin(self.angles), z], axis=-1).reshape(-1, 3)
+
+    @property
+    def radians(self) -> Array:
+        return np.concatenate([harmonic.field.radians for harmonic, _ in self._waves])
+
+    @property
+    def bounds(self) -> Array:
+        found = []
+        for harmonic, _ in self._waves:
+            fields = np.swapaxes(harmonic.field.fields, 1, 2)
+            parts = [norms(np.where(np.isin(np.arange(6), of), fields, 0.0)) for of in (_BY_COS, _BY_SIN)]
+            found.append(np.maximum(*parts))  # the root of cos^2 |one|^2 + sin^2 |other|^2 is no larger
+        return np.concatenate(found, axis=1)
+
+    @cached_property
+    def _waves(self) -> list[tuple[Harmonic, int]]:
+        """Harmonics by cos (0) and by sin (1) that forces may excite."""
+        return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
+
+    def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> RingField:
+        """Of some of its points, each at its own angle."""
+        place, angle = np.divmod(np.arange(self.angles.size)[which], self.angles.shape[1])
+        some = tuple(replace(harmonic, field=harmonic.field.at(place)) for harmonic in self.harmonics)
+        return RingField(self.section[place], self.angles[place, angle][:, None], some)
+
+    def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
+        pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
+        parts = [wave.field.coordinates(pushes @ wave.mixing[:, :, k], dt, stride) for wave, k in self._waves]
+        return (np.concatenate(blocks, axis=1) for blocks in zip(*parts, strict=True))
+
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
+        ends = np.cumsum([len(harmonic.field.radians) for harmonic, _ in self._waves])
+        borders = np.searchsorted(kept, np.append(0, ends))
+        heard = [w for w in range(len(ends)) if borders[w + 1] > borders[w]]
+        amplitudes = np.empty((len(heard), len(which), 6, values.shape[1]))
+        turns = np.empty((2, len(which), self.angles.shape[1], len(heard)))
+        for row, w in enumerate(heard):
+            (harmonic, by_sin), own = self._waves[w], slice(borders[w], borders[w + 1])
+            first = ends[w] - len(harmonic.field.radians)
+            amplitudes[row] = harmonic.field.stress(which, values[own], kept[own] - first)[:, 0]
+            phase = harmonic.number * self.angles[which]
+            cos, sin = np.cos(phase), np.sin(phase)
+            turns[:, :, :, row] = (sin, -cos) if by_sin else (cos, sin)
+        out = np.empty((len(which), self.angles.shape[1], 6, values.shape[1]))
+        for turn, of in zip(turns, (_BY_COS, _BY_SIN), strict=True):
+            flat = np.moveaxis(amplitudes[:, :, of], 0, 1).reshape(len(which), len(heard), -1)
+            out[:, :, of] = (turn @ flat).reshape(len(which), -1, len(of), values.shape[1])
+        return out
+
+
+AnyField = StressField | RingField
+
+
+def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
+    """(ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
+    out = np.zeros((len(patches), len(rings), 2))
+    for i, patch in enumerate(patches.values()):
+        turn = harmonic * patch.angle
+        wave = np.array([np.cos(turn), np.sin(turn) if harmonic else 0.0])
+        out[i, rings.index(patch.boundary)] = patch.coefficients(harmonic) * wave
+    return out
+
+
+def felt(patches: Mapping[str, RingPatch], force: Array, most: int) -> list[int]:
+    """Numbers of the harmonics, up to ``most``, that leave out `LEFT` of the pressure of forces (n + 1, ports), without
+    those that nothing excites."""
+    rings = list(dict.fromkeys(patch.boundary for patch in patches.values()))
+    pushes = np.asarray(force, dtype=float).reshape(len(force), -1)
+    far = max(4 * most, 4 * len(patches) // len(rings))
+    sizes = np.array(
+        [
+            np.abs(np.tensordot(pushes, mixing_of(patches, rings, n), axes=1)).max(axis=0, initial=0.0).max()
+            for n in range(far + 1)
+        ]
+    )
+    squares = np.where(np.arange(far + 1) > 0, 2.0, 1.0) * sizes**2  # Parseval's
+    beyond = np.cumsum(squares[::-1])[::-1]  # of this one and all further ones
+    last = min(most, int(np.flatnonzero(beyond > LEFT**2 * beyond[0]).max(initial=0)))
+    return [n for n in range(last + 1) if n == 0 or sizes[n] > UNFELT * sizes.max()]

@@ -1,0 +1,181 @@
+"""The largest stress of many points over a long record, in blocks of times: memory does not grow with the run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from impact.after.stresses import first_touch
+from seatfem.structures.model import Array
+
+TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
+LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
+CHANGE: Final = 10
+_BLOCK: Final = 256  # times held at once
+_POINTS: Final = 1024
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Largest:
+    """Of each of P points the largest von Mises and the largest (tensile) principal stress [Pa] and their times [s]."""
+
+    von_mises: Array
+    von_mises_time: Array
+    principal: Array
+    principal_time: Array
+
+
+@dataclass(frozen=True)
+class LargestStress:
+    """Before the first touch, and since."""
+
+    initial: Largest
+    after_contact: Largest
+
+
+class Field(Protocol):
+    """Stress at G places, each at A angles [one], as a sum of K coordinates in time."""
+
+    @property
+    def points(self) -> Array:
+        """(G A, d) where [m]."""
+
+    @property
+    def radians(self) -> Array:
+        """(K,) angular frequency of each coordinate; 0 of a force that is followed [rad/s]."""
+
+    @property
+    def bounds(self) -> Array:
+        """(G, K) the largest norm of the stress that each coordinate makes at a place, at any angle."""
+
+    def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> Field:
+        """Of some of its points, each at its own angle."""
+
+    def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
+        """(..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
+
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
+        """(g, A, 6, m) stress at some places by ``values`` (k, m) of the coordinates ``kept`` (k,) [Pa]."""
+
+
+def largest(field: Field, force: Array, dt: float) -> LargestStress:
+    """The largest stress at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
+
+    The force as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum of every
+    coordinate's share is below what a place has seen are passed over there.
+    """
+    radians, bounds = field.radians, field.bounds
+    stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
+    touch = first_touch(force)
+    found = np.zeros((2, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    for number, part in _parts(field, force, dt, stride):
+        times = number * stride
+        for after in (0, 1):
+            chosen = np.flatnonzero((times > touch) == bool(after))
+            if len(chosen):
+                when = dt * times[chosen].astype(np.float64)
+                _look(field, part[chosen], when, radians * dt * stride, bounds, found[after])
+    before, since = (Largest(*each.reshape(4, -1)) for each in found)
+    return LargestStress(before, since)
+
+
+def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple[Integers, Array]]:
+    """Numbers of the times and (m, K) coordinates, `_BLOCK` at once."""
+    first = 0
+    for part in field.coordinates(force, dt, stride):
+        for start in range(0, len(part), _BLOCK):
+            some = part[start : start + _BLOCK]
+            yield first + start + np.arange(len(some), dtype=np.int64), some
+        first += len(part)
+
+
+def _look(field: Field, part: Array, times: Array, radians: Array, bounds: Array, found: Array) -> None:
+    """Into ``found`` (4, G, A) what these times bring, ``radians`` (K,) of each coordinate apart.
+
+    Coordinates that add up to less than `LITTLE` of the largest stress so far are left out, and of what then varies
+    slowly fewer times are looked at.
+    """
+    little = LITTLE * max(found[0].max(initial=0.0), found[2].max(initial=0.0))
+    part, times, kept = _thinned(part, times, radians, bounds.max(axis=0, initial=0.0), little)
+    if not kept.size:
+        return
+    seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
+    near = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > seen)
+    values, at_once = np.ascontiguousarray(part.T), max(1, _POINTS // found.shape[2])
+    for start in range(0, len(near), at_once):
+        some = near[start : start + at_once]
+        stress = field.stress(some, values, kept)
+        of_some = found[:, some].reshape(4, -1)
+        _largest(stress.reshape(-1, 6, len(times)), times, of_some)
+        found[:, some] = of_some.reshape(4, len(some), -1)
+
+
+def _thinned(part: Array, times: Array, radians: Array, bound: Array, little: float) -> tuple[Array, Array, Integers]:
+    """Fewer times and coordinates, and which of these: what is left out is below ``little`` [Pa] everywhere.
+
+    Between the times that are looked at the followed forces change by `CHANGE` times ``little`` at most.
+    """
+    weight = bound * np.abs(part).max(axis=0)
+    order = np.argsort(weight)
+    kept = np.sort(order[np.cumsum(weight[order]) >= little]).astype(np.int64)
+    fastest, followed = float(radians[kept].max(initial=0.0)), radians == 0
+    jump = float(bound[followed] @ np.abs(np.diff(part[:, followed], axis=0)).max(axis=0, initial=0.0))
+    apart = min(
+        1 / (TIMES_PER_RADIAN * fastest) if fastest else np.inf, CHANGE * little / jump if jump else np.inf, len(part)
+    )
+    step = max(1, int(apart))
+    return part[::step, kept], times[::step], kept
+
+
+def norms(stress: Array) -> Array:
+    """(...) Frobenius norm of (..., 6): no principal stress is larger, and sqrt(3/2) of it no von Mises stress."""
+    return np.asarray(np.sqrt(np.sum(stress[..., :3] ** 2, axis=-1) + 2 * np.sum(stress[..., 3:] ** 2, axis=-1)))
+
+
+def von_mises(stress: Array) -> Array:
+    """(...) of (..., 6) [Pa]."""
+    deviator = stress[..., :3] - stress[..., :3].mean(axis=-1, keepdims=True)
+    return np.asarray(np.sqrt(1.5 * np.sum(deviator**2, axis=-1) + 3 * np.sum(stress[..., 3:] ** 2, axis=-1)))
+
+
+def principal(stress: Array) -> Array:
+    """(..., 3) principal stresses of (..., 6), the largest last [Pa]."""
+    tensors = stress[..., [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(*stress.shape[:-1], 3, 3)
+    return np.asarray(np.linalg.eigvalsh(tensors))
+
+
+@njit(cache=True)
+def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where top I - stress, by its leading
+    minors, is not positive definite."""
+    points, _, count = stress.shape
+    for p in range(points):
+        mises, top = found[0, p] ** 2, found[2, p]
+        xx, yy, zz, yz, xz, xy = stress[p]
+        for m in range(count):
+            mean = (xx[m] + yy[m] + zz[m]) / 3
+            a, b, c, d, e, f = xx[m] - mean, yy[m] - mean, zz[m] - mean, yz[m], xz[m], xy[m]
+            second = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
+            if 3 * second > mises:
+                mises = 3 * second
+                found[0, p], found[1, p] = np.sqrt(mises), times[m]
+            x, y, z = top - xx[m], top - yy[m], top - zz[m]
+            minor = x * y - f * f
+            if x > 0 and minor > 0 and minor * z - x * d * d - y * e * e - 2 * d * e * f > 0:
+                continue
+            reach = 2 * np.sqrt(second / 3)
+            third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
+            size = 0.5 * reach**3
+            angle = np.arccos(min(1.0, max(-1.0, 2 * third / size))) / 3 if size > 0 else 0.0
+            value = mean + reach * np.cos(angle)
+            if value > top:
+                top = value
+                found[2, p], found[3, p] = value, times[m]

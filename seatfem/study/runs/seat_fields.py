@@ -1,0 +1,238 @@
+"""The seat meshed again, and the fields of stress on it under the contact forces of a round."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from impact.progress import Progress
+from seatfem.structures.discretise import AnyMesh, draw, matrices
+from seatfem.structures.face_lip import FaceLip
+from seatfem.structures.fields.around import AnyField, Harmonic, RingField, felt, mixing_of
+from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.recovery import StressField, field_of
+from seatfem.structures.fields.response import MORE, VECTORS, Response
+from seatfem.structures.fields.sites import Sites, at_points, on_surface
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.lip import Lip
+from seatfem.structures.mesh.meridian import MeridianMesh
+from seatfem.structures.method import BEYOND, COARSENING
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction.ring_patches import RingPatch
+from seatfem.structures.rings import Division, ring_names
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.round import Round
+from seatfem.study.scene.problems import Problem, SceneError
+
+FIRST: Final = 4  # harmonics of a full space at least: the lowest frequency first falls, then rises with n
+STATIC: Final = 10  # vectors for each port of harmonics without waves in the band
+FEWEST_ANGLES: Final = 16
+
+Fields = tuple[AnyField, AnyField]
+"""And the same of fewer vectors."""
+
+
+@dataclass(frozen=True)
+class SeatMesh:
+    """A mesh of the seat of a plan.
+
+    Attributes:
+        plan: whose seat it is.
+        mesh: drawn, or as the file has it.
+    """
+
+    plan: Plan
+    mesh: AnyMesh
+
+    @property
+    def body(self) -> Elastic:
+        """The seat."""
+        body = self.plan.scene.seat
+        assert isinstance(body, Elastic)
+        return body
+
+    @property
+    def singular(self) -> Array:
+        """(k, d) points of its singular edges [m]."""
+        return singular_points(self.mesh, self.body.held)
+
+    @property
+    def distance(self) -> float:
+        """From these within which no stress is told [m]."""
+        assert self.plan.scene.stress is not None
+        return self.plan.scene.stress.distance
+
+    def surface(self) -> Sites:
+        """All nodes of the surface away from singular edges."""
+        sites = on_surface(elements_of(self.mesh))
+        return sites.at(~near(sites.points, self.singular, self.distance))
+
+    def named(self) -> Sites:
+        """At ``stress.points``. Raises `SceneError` of those off the seat, or at a singular edge."""
+        assert self.plan.scene.stress is not None
+        made, wanted = elements_of(self.mesh), self.plan.scene.stress.points
+        own, problems = self._own(np.array(wanted).reshape(-1, 3)), []
+        close = near(own, self.singular, self.distance)
+        for number, point in enumerate(wanted):
+            path, told = ("stress", "points", number), ""
+            try:
+                at_points(made, own[[number]])
+            except ModelError:
+                surface = on_surface(made).points
+                away = np.linalg.norm(surface - own[number], axis=1)
+                node = _in_mm(surface[int(away.argmin())])
+                told = (
+                    f"{_in_mm(point)} mm lies off the seat: its nearest node, at {node} mm"
+                    f"{' in (r, z)' if self.flat else ''}, is {1e3 * away.min():.3g} mm away; name a point in the "
+                    "seat or on its surface, in its own coordinates"
+                )
+            if close[number] and not told:
+                told = (
+                    f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
+                    "elasticity knows no stress: move the point away, round the edge, or lower stress.distance"
+                )
+            if told:
+                problems.append(Problem(None, 0, f"stress.points.{number}", told, path))
+        if problems:
+            raise SceneError(tuple(problems))
+        return at_points(made, own)
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a half section."""
+        return isinstance(self.mesh, MeridianMesh)
+
+    def _own(self, points: Array) -> Array:
+        """In the mesh's coordinates."""
+        return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]]) if self.flat else points
+
+    # Fields
+
+    def fields(self, done: Round, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
+        """At several sets of places, each at angles (A,), or (G, 1) of its own, where there are ``waves`` around."""
+        if waves is None:
+            model = self._matrices()
+            response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
+            return [self._both(model, response, sites) for sites, _ in places]
+        found: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
+        rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
+        for n in waves.numbers:
+            model = self._matrices(harmonic=n)
+            waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
+            most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
+            response = self._response(model, done, most, resting=n > 0)
+            slowest = float(response.pairs.greens.omega.min())
+            mixing = mixing_of(waves.patches, rings, n)
+            for each, (sites, _) in zip(found, places, strict=True):
+                one, two = self._both(model, response, sites, harmonic=n)
+                each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
+        both = []
+        for each, (sites, turns) in zip(found, places, strict=True):
+            angles = np.broadcast_to(turns, (len(sites), turns.shape[-1]))
+            full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
+            both.append((full, less))
+        return both
+
+    @property
+    def bandwidth(self) -> float:
+        """Of the seat's own response [Hz]."""
+        return self.plan.method.seat.bandwidth or 1 / self.plan.scene.run.filter_width
+
+    def _matrices(self, harmonic: int = 0) -> SecondOrderModel:
+        method, body = self.plan.method.seat, self.body
+        lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
+        return matrices(body, self.mesh, body.elements_of(method), rings=method.rings or 1, harmonic=harmonic, lip=lip)
+
+    def _response(self, model: SecondOrderModel, done: Round, vectors: int, *, resting: bool = False) -> Response:
+        return Response.of(
+            model,
+            bandwidth=self.bandwidth,
+            dt=done.result.dt,
+            damping_ratio=self.body.damping_ratio,
+            vectors=vectors,
+            resting=resting,
+        )
+
+    def _both(
+        self, model: SecondOrderModel, response: Response, sites: Sites, harmonic: int = 0
+    ) -> tuple[StressField, StressField]:
+        solids = self.body.solids(regions_of(self.mesh))
+        functional = solid_stress(elements_of(self.mesh), solids, model, sites, harmonic=harmonic)
+        one, two = (field_of(response, functional, sites.points, fewer=fewer) for fewer in (False, True))
+        return one, two
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Around a body of revolution that is struck in arcs of its ring.
+
+    Attributes:
+        patches: by port.
+        numbers: of the harmonics.
+        angles: (A,) at which the surface is looked at [rad].
+    """
+
+    patches: dict[str, RingPatch]
+    numbers: list[int]
+    angles: Array
+
+    @staticmethod
+    def of(seat: SeatMesh, force: Array) -> Waves | None:
+        """Of a seat under forces by port; ``None`` where no harmonics are needed.
+
+        Harmonics up to two elements of the struck ring a wave, which the mesh resolves.
+        """
+        method, body = seat.plan.method.seat, seat.body
+        if body.elements_of(method) != "harmonics" or not isinstance(seat.mesh, MeridianMesh):
+            return None
+        faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, seat.mesh.mesh
+        if method.in_arcs and isinstance(lip, Lip):
+            turns, width = [float(angle) for angle in lip.angles], 2 * math.pi / lip.arcs
+        else:
+            turns, width = [0.0], body.struck_arc or 2 * math.pi
+        names = Division(len(turns), len(faces)).names
+        patches = [RingPatch(turn, width, face) for turn in turns for face in faces]
+        by_port = dict(zip(names, patches, strict=True))
+        ends = mesh.p[:, mesh.facets[:, mesh.boundaries[body.struck_face]]]
+        size = float(np.hypot(*(ends[:, 1] - ends[:, 0])).mean())
+        numbers = felt(by_port, force, max(1, int(math.pi * float(ends[0].mean()) / size)))
+        arcs, wanted = len(turns), max(2 * numbers[-1] + 1, FEWEST_ANGLES if numbers[-1] else 1)
+        count = arcs * math.ceil(wanted / arcs) if numbers[-1] else 1
+        angles = turns[0] + 2 * math.pi * np.arange(count) / count
+        return Waves(by_port, numbers, angles)
+
+
+def check_stress(plan: Plan, progress: Progress) -> None:
+    """Raise `SceneError` of named points that are off the seat or at a singular edge, on a mesh coarser by
+    `COARSENING` where the seat is drawn."""
+    scene, body, method = plan.scene, plan.scene.seat, plan.method.seat
+    if scene.stress is None or not scene.stress.points or not isinstance(body, Elastic):
+        return
+    if isinstance(body, Drawn):
+        spec, level = body.mesh_spec(method), body.elements_of(method)
+        spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+        mesh = draw(body, spec, level, progress, method=method)
+    else:
+        mesh = body.meshes(method, progress)[0]
+    SeatMesh(plan, mesh).named()
+
+
+def force_by_port(done: Round, touches: Touches) -> Array:
+    """(n + 1, ports) forces of a run on the seat; of one that is struck as a whole, shared by its rings as a pressure
+    is [N]."""
+    if touches.parts is not None:
+        return -touches.parts.force
+    return np.asarray(-touches.seat.force[:, None] * Division.of(done.seat.greens).shares)
+
+
+def _in_mm(point: Sequence[float] | Array) -> str:
+    return "(" + ", ".join(f"{1e3 * x:.4g}" for x in point) + ")"

@@ -1,0 +1,182 @@
+"""Stress of bodies struck in arcs: harmonics against one axisymmetric model and a solid one, rotation, many ports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import pytest
+import skfem
+
+from impact.greens.base import Array
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.fields import response, solids
+from seatfem.structures.fields.around import Harmonic, RingField, felt, mixing_of
+from seatfem.structures.fields.peaks import largest, principal, von_mises
+from seatfem.structures.fields.recovery import at_time, field_of, histories, recover
+from seatfem.structures.fields.response import Response
+from seatfem.structures.fields.sites import at_points, on_surface
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.materials import Material
+from seatfem.structures.reduction.ring_patches import RingPatch
+from tests.ring_mesh import around
+
+STEEL = Material(200e9, 0.3, 7850.0)
+BAND, ZETA, STEP = 100e3, 0.02, 0.1e-6
+INNER, OUTER, HEIGHT = 4e-3, 7e-3, 5e-3
+TIME = STEP * np.arange(251)
+PULSE = np.where(TIME < 20e-6, np.sin(np.pi * TIME / 20e-6) ** 2, 0.0)
+
+
+def meridian() -> skfem.MeshQuad:
+    """The lip is the innermost third of the upper side."""
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, 4), np.linspace(0, HEIGHT, 5))
+    lip = INNER + (OUTER - INNER) / 3
+    return mesh.with_boundaries(
+        {
+            "contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < lip + 1e-9),
+            "fixed": lambda x: np.isclose(x[1], 0.0),
+        }
+    )
+
+
+def ring(patches: Sequence[RingPatch], points: Array, angles: Array, numbers: Sequence[int]) -> RingField:
+    """Stress at points (G, 2) of the section by harmonics."""
+    by_port, parts = {str(k): patch for k, patch in enumerate(patches)}, []
+    made = elements_of(meridian(), 2)
+    for n in numbers:
+        model = assemble_axisymmetric(meridian(), STEEL, harmonic=n, order=2)
+        functional = solid_stress(made, STEEL, model, at_points(made, points), harmonic=n)
+        field = recover(model, functional, points, bandwidth=BAND, dt=STEP, damping_ratio=ZETA, vectors=30)
+        parts.append(Harmonic(n, field, mixing_of(by_port, ["contact"], n)))
+    return RingField(points, np.broadcast_to(angles, (len(points), len(angles))), tuple(parts))
+
+
+def arcs(count: int) -> list[RingPatch]:
+    return [RingPatch(2 * math.pi * (k + 0.5) / count, 2 * math.pi / count) for k in range(count)]
+
+
+POINTS = np.array([(INNER, 0.4 * HEIGHT), (5.5e-3, 0.5 * HEIGHT), (OUTER, 0.5 * HEIGHT), (5e-3, 1e-3)])
+
+
+def test_one_force_on_all_arcs_is_that_of_the_axisymmetric_body() -> None:
+    angles = np.array([0.1, 2.0])
+    field = ring(arcs(6), POINTS, angles, range(5))
+    model = assemble_axisymmetric(meridian(), STEEL, order=2)
+    made = elements_of(meridian(), 2)
+    functional = solid_stress(made, STEEL, model, at_points(made, POINTS))
+    one = recover(model, functional, POINTS, bandwidth=BAND, dt=STEP, damping_ratio=ZETA, vectors=30)
+    whole = histories(one, PULSE, STEP)
+    found = histories(field, np.repeat(PULSE[:, None] / 6, 6, axis=1), STEP).reshape(len(POINTS), 2, 6, -1)
+    np.testing.assert_allclose(found, np.broadcast_to(whole[:, None], found.shape), atol=1e-9 * np.abs(whole).max())
+    assert felt({str(k): patch for k, patch in enumerate(arcs(6))}, np.ones((3, 6)), 40) == [0]
+
+
+def test_as_many_harmonics_as_the_pressure_needs() -> None:
+    """1 + cos th over the arcs is harmonics 0 and 1, and their steps aliases n = 23, 25, ... of 1/n, together less than
+    5 %; of one arc of 15 degrees 100 harmonics leave more than that."""
+    patches = {str(k): patch for k, patch in enumerate(arcs(24))}
+    turns = np.array([patch.angle for patch in arcs(24)])
+    assert felt(patches, 1 + np.cos(turns)[None], 100) == [0, 1]
+    one = np.eye(24)[:1]
+    assert felt(patches, one, 100)[-1] == 100
+    assert felt(patches, one, 3) == [0, 1, 2, 3]
+
+
+def test_a_turned_force_makes_a_turned_stress() -> None:
+    count, turn = 8, 3
+    angles = 2 * math.pi * (np.arange(count) + 0.3) / count
+    field = ring(arcs(count), POINTS, angles, range(6))
+    force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
+    here, there = (
+        histories(field, pushed, STEP).reshape(len(POINTS), count, 6, -1)
+        for pushed in (force, np.roll(force, turn, axis=1))
+    )
+    np.testing.assert_allclose(np.roll(here, turn, axis=1), there, atol=1e-9 * np.abs(here).max())
+    assert np.abs(here - there).max() > 0.1 * np.abs(here).max()
+
+
+ARC = RingPatch(math.pi / 8, math.pi / 4)  # an eighth from the x axis on
+
+
+@cache
+def solid_mesh(slices: int) -> skfem.MeshHex2:
+    """The same section in slices, the arc struck."""
+
+    def struck(x: Array) -> Array:
+        on_lip = np.isclose(x[2], HEIGHT) & (np.hypot(x[0], x[1]) < INNER + (OUTER - INNER) / 3)
+        return on_lip & (np.mod(np.arctan2(x[1], x[0]), 2 * math.pi) < math.pi / 4)
+
+    return around(meridian(), slices).with_boundaries({"contact": struck, "fixed": lambda x: np.isclose(x[2], 0.0)})
+
+
+def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
+    """The same quadratic functions in the section, the mean over the elements that meet there on both. Left are the
+    slices, whose stress errs by (2 pi n/slices)^2/12 of a harmonic n: 5 % of n = 4 with 32, a fifth of the whole there,
+    and of n = 8 all of its little with 16, so that it falls a bit slower yet than with their square."""
+    angles = math.pi / 8 * np.array([2.0, 4.0, 9.0])
+    field = ring([ARC], POINTS, angles, range(15))
+    turns = np.tile(angles, len(POINTS))
+    flat = np.repeat(POINTS, len(angles), axis=0)
+    places = np.column_stack([flat[:, 0] * np.cos(turns), flat[:, 0] * np.sin(turns), flat[:, 1]])
+    np.testing.assert_allclose(field.points, places)
+    found = np.moveaxis(histories(field, PULSE, STEP), 1, 2)
+    errors = []
+    for slices in (16, 32):
+        model, made = assemble(solid_mesh(slices), STEEL), elements_of(solid_mesh(slices))
+        functional = solid_stress(made, STEEL, model, at_points(made, places))
+        body = recover(model, functional, places, bandwidth=BAND, dt=STEP, damping_ratio=ZETA, vectors=60)
+        exact = np.moveaxis(histories(body, PULSE, STEP), 1, 2)
+        size = np.linalg.norm(exact, axis=(1, 2)).reshape(len(POINTS), -1).max(axis=1)
+        tz = np.cos(turns)[:, None] * exact[..., 3] - np.sin(turns)[:, None] * exact[..., 4]  # of yz and xz
+        off = [found[..., 3] - tz, principal(found) - principal(exact)]
+        errors.append([float((np.linalg.norm(o.reshape(len(o), -1), axis=1) / size.repeat(3)).max()) for o in off])
+        assert np.linalg.norm(tz) > 0.04 * np.linalg.norm(exact)
+    coarse, fine = np.array(errors)
+    assert (fine < 0.02).all(), errors
+    assert (coarse > 1.8 * fine).all(), errors
+
+
+def test_the_largest_of_a_ring_is_that_of_its_histories() -> None:
+    angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
+    field = ring(arcs(8), POINTS, angles, range(6))
+    force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
+    found, at_once = largest(field, force, STEP).after_contact, np.moveaxis(histories(field, force, STEP), 1, 2)
+    np.testing.assert_allclose(found.von_mises, von_mises(at_once).max(axis=1), rtol=5e-3)
+    np.testing.assert_allclose(found.principal, principal(at_once)[..., 2].max(axis=1), atol=5e-3 * at_once.max())
+    worst = int(found.von_mises.argmax())
+    some = field.at(np.array([worst]))
+    np.testing.assert_allclose(some.points, field.points[[worst]])
+    then = at_time(some, force, STEP, round(found.von_mises_time[worst] / STEP))
+    assert von_mises(then)[0] == pytest.approx(found.von_mises[worst], rel=5e-3)
+
+
+def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One port, by a Krylov space and by all modes up to six times the pulse's band: what modes leave out of the
+    dynamics is (w/w_k)^2 of each, 3 % at most of little. All of them are closer than three quarters."""
+    model, made = assemble_axisymmetric(meridian(), STEEL, order=2), elements_of(meridian(), 2)
+    functional = solid_stress(made, STEEL, model, at_points(made, POINTS))
+    found = []
+    for most in (8, 0):
+        monkeypatch.setattr(response, "MOST_PORTS", most)
+        answers = Response.of(model, bandwidth=2 * BAND, dt=STEP, damping_ratio=ZETA)
+        found += [histories(field_of(answers, functional, POINTS, fewer=k), PULSE, STEP) for k in (False, True)]
+    krylov, _, modes, fewer = found
+    assert 3 < answers.vectors.shape[1] < 40
+    off, more = (np.abs(each - krylov).max() / np.abs(krylov).max() for each in (modes, fewer))
+    assert off < 0.01
+    assert off < more
+
+
+def test_rows_in_blocks_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = elements_of(solid_mesh(16))
+    model = assemble(solid_mesh(16), STEEL)
+    operator = solid_stress(made, STEEL, model, on_surface(made))
+    unknowns = np.random.default_rng(1).normal(size=(model.size, 2))
+    whole = operator @ unknowns
+    monkeypatch.setattr(solids, "_BLOCK", 173)
+    np.testing.assert_allclose(operator @ unknowns, whole, rtol=1e-12)
+    np.testing.assert_allclose(operator @ unknowns[:, 0], whole[:, 0], rtol=1e-12)

@@ -1,0 +1,60 @@
+"""Search for the largest stress, and for its hot spots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from impact.greens.base import Array
+from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
+from seatfem.structures.fields.peaks import Integers, largest, norms, von_mises
+
+
+class Two:
+    """One place, two coordinates that are the forces themselves."""
+
+    points, radians = np.zeros((1, 3)), np.array([0.0, 1.0])
+
+    def __init__(self, *tensors: tuple[float, float, float]) -> None:
+        self.tensors = np.array([(*each, 0.0, 0.0, 0.0) for each in tensors])
+
+    @property
+    def bounds(self) -> Array:
+        return norms(self.tensors)[None]
+
+    def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
+        return iter([force[::stride]])
+
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
+        return np.asarray((self.tensors[kept].T @ values)[None, None])
+
+
+def test_no_block_is_passed_over_that_holds_the_largest() -> None:
+    """First 1.9 in tension along one axis; then (1, -1, -1), whose von Mises stress of 2 is twice its principal one."""
+    field, force = Two((1.9, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
+    force[100, 0] = force[900, 1] = 1.0
+    found = largest(field, force, 0.5).after_contact
+    assert found.von_mises[0] == 2.0
+    assert found.von_mises_time[0] == 450.0
+    assert found.principal[0] == 1.9
+
+
+def test_norms_bound_von_mises_and_principal_stress() -> None:
+    stress = np.random.default_rng(3).normal(size=(1000, 6))
+    assert (von_mises(stress) <= np.sqrt(1.5) * norms(stress) * (1 + 1e-12)).all()
+    shear = np.array([[0, 0, 0, 0, 0, 1.0]])
+    np.testing.assert_allclose(von_mises(shear), np.sqrt(1.5) * norms(shear))
+
+
+def test_hot_spots_are_the_tops_of_hills() -> None:
+    """On a line three hills; the shoulder of the first, higher than the others, is no top."""
+    x = np.linspace(0, 10, 1001)
+    values = 3 * np.exp(-((x - 2) ** 2)) + 1.0 * np.exp(-((x - 6) ** 2)) + 0.2 * np.exp(-((x - 9.5) ** 2))
+    points = np.column_stack([x, 0 * x, 0 * x])
+    np.testing.assert_allclose(x[local_maxima(points, values, 0.5)], [2, 6, 9.5], atol=0.02)
+    np.testing.assert_allclose(x[local_maxima(points, values, 0.5, least=0.1)], [2, 6], atol=0.02)
+    np.testing.assert_allclose(x[local_maxima(points, values, 3.7)], [2], atol=0.02)
+    assert len(local_maxima(points, np.ones(1001), 20.0)) == 1
+    np.testing.assert_allclose(edge_distances(points[:3], points[[2]]), [0.02, 0.01, 0.0])
+    assert np.isinf(edge_distances(points, np.zeros((0, 3)))).all()
