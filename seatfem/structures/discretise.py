@@ -62,8 +62,8 @@ def draw_both(
         if not coarser:
             return mesh, None
         with watch("mesh error"):
-            sizes = {"size": COARSENING * spec.size, "contact_size": COARSENING * spec.patch_size}
-            coarse = replace(spec, **sizes, fillets=spec.fillets / COARSENING)
+            coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+            coarse = replace(coarse, fillets=spec.fillets / COARSENING)
             return mesh, draw(body, coarse, level, gmsh=gmsh, method=method)
 
 

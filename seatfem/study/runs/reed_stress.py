@@ -15,6 +15,7 @@ from seatfem.structures.mesh.sheet import CLAMPED
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import Division
 from seatfem.structures.sheets import patches_of
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.lips import lip_of, on_the_reed
 
@@ -22,12 +23,25 @@ from seatfem.study.scene.lips import lip_of, on_the_reed
 def plate_reed_stress(done: Round) -> ReedStress | None:
     """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root.
 
-    ``None`` where no [stress] is asked for, of strikers that are no clamped plates, with a stopper, whose port the
-    plate's modes do not know, and under loads that depend on the lift. Within one thickness of sharp corners, of the
-    ends of the clamp and of what touches no stress is told: a plate has none there.
+    ``None`` where no [stress] is asked for, and where `plate_field` knows none.
+    """
+    field = None if done.plan.scene.stress is None else plate_field(done)
+    if field is None:
+        return None
+    found = largest(field, plate_pushes(done, done.touches), done.result.dt)
+    after = _peak(field.points, found.after_contact) if np.any(done.result.force) else None
+    return ReedStress(_peak(field.points, found.initial), after)
+
+
+def plate_field(done: Round) -> StressField | None:
+    """Stress in the face z = h/2 of the plate that strikes, at its nodes; the opposite in the other one.
+
+    ``None`` of strikers that are no clamped plates, with a stopper, whose port the plate's modes do not know, and under
+    loads that depend on the lift. Within one thickness of sharp corners, of the ends of the clamp and of what touches
+    no stress is told: a plate has none there.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
-    if scene.stress is None or not isinstance(reed, ThinPlate) or reed.loose or scene.is_blown_by_lift:
+    if not isinstance(reed, ThinPlate) or reed.loose or scene.is_blown_by_lift:
         return None
     plate, greens = reed.plate(done.striker.greens), done.striker.greens.modal
     if scene.stopper is not None or greens is None or not greens.omega.all():
@@ -42,10 +56,7 @@ def plate_reed_stress(done: Round) -> ReedStress | None:
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in (rest, modes))
     touching = np.concatenate([patch.points for patch in patches_of(sheet, lips).values()])
     singular = np.concatenate([touching, _ends(plate.mesh), sharp_nodes(plate.mesh)])
-    field = StressField(sites.points, static, modal, done.striker).at(~near(sites.points, singular, thickness))
-    found = largest(field, _pushes(done), done.result.dt)
-    after = _peak(field.points, found.after_contact) if np.any(done.result.force) else None
-    return ReedStress(_peak(field.points, found.initial), after)
+    return StressField(sites.points, static, modal, done.striker).at(~near(sites.points, singular, thickness))
 
 
 def _peak(points: Array, found: Largest) -> PeakStress:
@@ -59,11 +70,11 @@ def _ends(mesh: PlateMesh) -> Array:
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]]
 
 
-def _pushes(done: Round) -> Array:
-    """(n + 1, ports) forces on the ports of the striker, away from the seat [N]."""
-    greens, parts = done.striker.greens, done.touches.parts
+def plate_pushes(done: Round, touches: Touches) -> Array:
+    """(n + 1, ports) forces of a run on the ports of the striker, away from the seat [N]."""
+    greens, parts = done.striker.greens, touches.parts
     names = Division.of(done.seat.greens).names if parts is not None else ("",)
-    each = done.touches.seat.force[:, None] if parts is None else parts.force
+    each = touches.seat.force[:, None] if parts is None else parts.force
     force = np.zeros((len(each), len(greens.ports)))
     for name, pushed in zip(names, each.T, strict=True):
         force[:, greens.port_index(name) if name in greens.ports else 0] += pushed

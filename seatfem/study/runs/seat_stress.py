@@ -35,6 +35,7 @@ from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.method import Level
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.round import Round
 
@@ -47,6 +48,8 @@ class SeatStress:
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
+        model: on it.
+        field: stress at its sites.
         sites: (P, d) on its surface, away from singular edges [m].
         peak: of each of them.
         bar: of the largest von Mises stress [Pa]; nan where no coarser mesh is known.
@@ -58,6 +61,8 @@ class SeatStress:
     """
 
     mesh: Any
+    model: SecondOrderModel
+    field: StressField
     sites: Array
     peak: Largest
     bar: float
@@ -128,7 +133,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     if scene.stress is None:
         return None
     fine, coarse = _meshes(done, progress)
-    dt, force = done.result.dt, -_by_port(done, len(fine.model.ports))
+    dt, force = done.result.dt, -by_port(done, done.touches, len(fine.model.ports))
     named = np.array(scene.stress.points).reshape(-1, 3)
     field = fine.field(None)
     found = largest(field, force, dt).after_contact
@@ -147,6 +152,8 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     made = elements_of(fine.mesh)
     return SeatStress(
         made.mesh,
+        fine.model,
+        field,
         field.points,
         found,
         bar,
@@ -221,9 +228,8 @@ def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
     return fine, _Meshed(done, level, coarse, matrices(body, coarse, level, rings=rings))
 
 
-def _by_port(done: Round, ports: int) -> Array:
-    """(n + 1, ports) contact forces; of a seat that is struck as a whole, shared by the rings as a pressure is."""
-    touches = done.touches
+def by_port(done: Round, touches: Touches, ports: int) -> Array:
+    """(n + 1, ports) contact forces of a run; of a seat struck as a whole, shared by the rings as a pressure is."""
     if touches.parts is not None:
         return touches.parts.force
     shares = Division.of(done.seat.greens).shares if ports > 1 else np.ones(1)
