@@ -7,7 +7,7 @@ import subprocess
 import sys
 import warnings
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ Image = NDArray[np.uint8]
 
 ABOVE, BELOW = (0.45, -1.0, 0.62), (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
+LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
+"""Of bodies whose colours are values: they stay what they are in the shade."""
 
 
 _PROBE = """

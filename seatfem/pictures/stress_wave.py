@@ -16,6 +16,7 @@ from impact.pictures.drawing import PictureError, scaled, text
 from seatfem.pictures.plots import album
 from seatfem.pictures.rendering import (
     ABOVE,
+    LIGHT,
     Image,
     aim,
     crop,
@@ -39,7 +40,7 @@ UNTOLD: Final = "#D8DADD"
 SIZE: Final = (760, 560)
 SHOWN: Final = 12  # on a sheet
 MILLISECONDS: Final = 150  # of each picture
-ALMOST: Final = 0.995  # of all that is seen at all times is below the end of the colour scale
+ALMOST: Final = 0.98  # of all that is seen at all times is below the end of the colour scale
 OWN: Final = 60  # of 256 colours, for the scale
 STRESS: Final = "von Mises [Pa]"
 _BAR: Final = {
@@ -53,7 +54,6 @@ _BAR: Final = {
     "height": 0.09,
     "color": "black",
 }
-_LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +179,7 @@ def _drawn(wave: StressWave, frames: Any, title: str) -> list[Image]:
             smooth_shading=True,
             split_sharp_edges=True,
             show_scalar_bar=False,
-            **_LIGHT,
+            **LIGHT,
         )
         if title:
             plotter.add_scalar_bar(name, mapper=drawn.mapper, **_BAR)

@@ -37,7 +37,7 @@ from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
-from seatfem.study.runs.stress_wave import wave_pictures
+from seatfem.study.runs.stress_wave import after_touch, wave_pictures
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -135,7 +135,7 @@ def run_scene(
             more = [
                 *lip_pictures(done, baseline.touches),
                 *gas_pictures(scene, done.touches),
-                *stress_pictures(stress, scene.title or "Stress in the seat"),
+                *stress_pictures(stress, scene.title or "Stress in the seat", after_touch(done)),
                 *wave_pictures(done, stress),
             ]
             results = (done.result, baseline.result)

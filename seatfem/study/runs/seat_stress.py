@@ -194,8 +194,10 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
     }
 
 
-def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
-    """seat_stress.png and seat_stress.vtu; none where no stress is known."""
+def stress_pictures(
+    stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
+) -> list[Picture]:
+    """seat_stress.png and seat_stress.vtu; none where no stress is known. ``unsure``: as `plot_stress` has it."""
     if stress is None:
         return []
     k, peak = stress.where, stress.peak
@@ -211,9 +213,10 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
         (*labels[:-1], f"largest, {labels[-1]}"),
         at=float(peak.von_mises_time[k]),
         title=title,
+        unsure=unsure,
     )
     write = partial(write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
-    return [("seat_stress.png", lambda path: draw(path)), ("seat_stress.vtu", lambda path: write(path))]
+    return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
 
 
 def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:

@@ -108,6 +108,12 @@ def _touch(done: Round) -> float:
     return float(groups[0][0]) if len(groups) else math.nan
 
 
+def after_touch(done: Round) -> tuple[float, float]:
+    """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
+    touch = _touch(done)
+    return touch, touch + done.plan.scene.run.filter_width
+
+
 def _steps(done: Round, first: float, last: float) -> range:
     """Numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
     asked, dt = done.plan.scene.stress, done.result.dt
