@@ -51,6 +51,7 @@ LIFE: Final = (
     ("margin on stress", "life_margin", ""),
     ("cycles to failure", "life_cycles", ""),
     ("damage per cycle", "life_damage_per_cycle", ""),
+    ("margin, several axes", "life_multiaxial_margin", ""),
     ("margin, contact", "life_contact_margin", ""),
     ("margin on speed", "life_speed_margin", ""),
 )

@@ -88,23 +88,25 @@ def lasting(summary: Mapping[str, object]) -> str:
         bar = as_number(summary.get("error_bar_life_margin"))
         assert wanted is not None
         assert share is not None
+        body = str(summary["life_at"]).partition(",")[0]
         asked_for = f"{wanted:.3g} cycles with {100 * share:.6g} % survival"
         more = "" if bar is None else f" +- {bar:.2g}"
         if margin is None:
             told.append(f"no stress, however large, uses up {asked_for}")
         elif margin >= 1:
-            told.append(f"the reed endures {asked_for}, and would under {margin:.3g}{more} times the stress")
+            told.append(f"the {body} endures {asked_for}, and would under {margin:.3g}{more} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {cycles:.3g} of {asked_for}"
-            told.append(f"the reed fails {lived}; it would endure {margin:.3g}{more} of the stress")
+            told.append(f"the {body} fails {lived}; it would endure {margin:.3g}{more} of the stress")
         told[-1] += f" ({summary['life_at']}; {summary['life_criterion']}; {summary['life_strength_source']})"
-    if (below := as_number(summary.get("life_contact_margin"))) is not None:
-        wanted = as_number(summary.get("life_contact_cycles"))
+    for name in ("multiaxial", "contact"):
+        if (margin := as_number(summary.get(f"life_{name}_margin"))) is None:
+            continue
+        wanted, at = as_number(summary.get(f"life_{name}_cycles")), str(summary[f"life_{name}_at"])
         through = "the cycles of the two limits" if wanted is None else f"{wanted:.3g} cycles"
-        told.append(
-            f"the contact endures {through} under {below:.3g} times the stress ({summary['life_contact_at']}; "
-            f"{summary['life_contact_criterion']}; {summary['life_strength_source']})"
-        )
+        body = name if name == "contact" else at.partition(",")[0]
+        by = f"{at}; {summary[f'life_{name}_criterion']}; {summary['life_strength_source']}"
+        told.append(f"the {body} endures {through} under {margin:.3g} times the stress ({by})")
     if (speed := as_number(summary.get("life_speed_margin"))) is not None:
         closing, limit = (as_number(summary[f"life_speed_{key}"]) for key in ("m_per_s", "limit_m_per_s"))
         told.append(

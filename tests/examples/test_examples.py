@@ -185,7 +185,7 @@ def test_life_of_a_flapper(tmp_path: Path) -> None:
     before, after = summary["initial_reed_stress_Pa"], summary["peak_reed_stress_after_contact_Pa"]
     amplitude, mean = (after + before) / 2, abs(after - before) / 2
     assert summary["life_margin"] == pytest.approx(1 / (amplitude / allowed + mean / 1800e6), rel=1e-3)
-    assert summary["life_at"] == f"root, face {'towards' if before > after else 'away from'} the seat"
+    assert summary["life_at"] == f"reed, root, face {'towards' if before > after else 'away from'} the seat"
     assert summary["life_design_cycles"] == 4.5e9
     assert summary["life_speed_margin"] == pytest.approx(8 / SPEED, rel=2e-3)  # a step of 125 ns
     assert summary["life_strength_source"] == "invented for this example; not a material"

@@ -251,7 +251,7 @@ LIFE: dict[str, object] = {
     "error_bar_life_margin": 0.05,
     "life_cycles": 2.3e12,
     "life_damage_per_cycle": 1 / 2.3e12,
-    "life_at": "root, face away from the seat",
+    "life_at": "reed, root, face away from the seat",
     "life_design_cycles": 4.5e9,
     "life_survival": 0.999,
     "life_criterion": "goodman",
@@ -268,7 +268,7 @@ def test_the_life_of_the_reed() -> None:
     assert not any("fatigue" in line for line in printed())
     assert lasting(LIFE) == (
         "fatigue: the reed endures 4.5e+09 cycles with 99.9 % survival, and would under 1.35 +- 0.05 times the stress "
-        "(root, face away from the seat; goodman; invented)"
+        "(reed, root, face away from the seat; goodman; invented)"
     )
     short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})
     assert "the reed fails after 1.2e+06 of 4.5e+09 cycles with 99.9 % survival; it would endure 0.7 +- 0.05" in short

@@ -133,13 +133,13 @@ def histories(field: StressField, force: Array, dt: float) -> Array:
     normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force presses a seat: give ``-force``."""
     count, fields = len(field.points), field.fields
     flat = fields.reshape(6 * count, fields.shape[2])
-    found = [flat @ part.T for part in coordinates(_pushes(field, force), dt, field.body, 1)]
+    found = [flat @ part.T for part in coordinates(pushes_of(field, force), dt, field.body, 1)]
     return np.concatenate(found, axis=1).reshape(count, 6, sum(part.shape[1] for part in found))
 
 
 def at_time(field: StressField, force: Array, dt: float, steps: int) -> Array:
     """(P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
-    pushes = _pushes(field, force)[:, : steps + 1]
+    pushes = pushes_of(field, force)[:, : steps + 1]
     last = [part[-1] for part in coordinates(pushes, dt, field.body, max(1, steps))][-1]
     return np.asarray(field.fields @ last)
 
@@ -169,7 +169,7 @@ def largest(field: StressField, force: Array, dt: float) -> LargestStress:
 def _parts(field: StressField, force: Array, dt: float, stride: int) -> Iterator[tuple[NDArray[np.int64], Array]]:
     """Numbers of the times and (m, M + p) coordinates, `_BLOCK` at once."""
     first = 0
-    for part in coordinates(_pushes(field, force), dt, field.body, stride):
+    for part in coordinates(pushes_of(field, force), dt, field.body, stride):
         for start in range(0, len(part), _BLOCK):
             some = part[start : start + _BLOCK]
             yield first + start + np.arange(len(some), dtype=np.int64), some
@@ -239,7 +239,7 @@ def principal(stress: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(_tensors(stress)))
 
 
-def _pushes(field: StressField, force: Array) -> Array:
+def pushes_of(field: StressField, force: Array) -> Array:
     """(p, n + 1) forces on the ports."""
     pushes, ports = np.atleast_2d(np.asarray(force, dtype=float).T), field.static.shape[2]
     if len(pushes) != ports:

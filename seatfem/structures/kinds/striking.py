@@ -33,7 +33,9 @@ class Striking(Table):
     has_weight: ClassVar[bool] = False
     """Whether `weight` is known."""
     has_stress: ClassVar[bool] = False
-    """Whether its bending stress is known."""
+    """Whether its bending stress is known while it strikes."""
+    has_surface_stress: ClassVar[bool] = False
+    """Whether stress in its surface is recovered from its elements when the forces are known."""
 
     def stand_in(self, duration: float, face: Face) -> GreensFunction | None:
         """What stands for the Green's function of one that `is_solved` in pre-runs; ``None``: nothing does.

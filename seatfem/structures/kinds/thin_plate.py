@@ -50,6 +50,7 @@ class ThinPlate(Moving):
     needs_gmsh: ClassVar[bool] = True
     is_kept: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
+    has_surface_stress: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")
     about: ClassVar[str] = "the plate's centre"
     """What its contact is centred on."""

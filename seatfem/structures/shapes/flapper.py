@@ -118,6 +118,10 @@ class Flapper(Flat):
     def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         return np.asarray(np.abs(points[:, 0]) < 1e-6 * self.length)
 
+    def regions(self, points: NDArray[np.float64]) -> NDArray[np.str_]:
+        ends = np.array([self.taper_length, self.neck_length])
+        return np.array(["root", "neck", "paddle"])[np.searchsorted(ends, points[:, 0])]
+
     @property
     def patches(self) -> Patches:
         return {**super().patches, "fixed": (PlaneFace((-1.0, 0.0, 0.0), 0.0),)}

@@ -59,6 +59,10 @@ class Flat(Shape):
         """Which of (n, 2) points [m] lie where it is clamped."""
         return np.zeros(len(points), dtype=bool)
 
+    def regions(self, points: NDArray[np.float64]) -> NDArray[np.str_]:
+        """What the part of it is called on which each of (n, 2) points [m] lies."""
+        return np.full(len(points), "plate")
+
     @abstractmethod
     def sheet(self, occ: Any) -> int:
         """Tag of the outline's surface (millimetres), added to the given gmsh OpenCASCADE model."""

@@ -1,60 +1,94 @@
-"""How long the reed of a run lives: its histories of stress, judged as [life] asks."""
+"""How long the bodies of a run live: histories of stress, judged as [life] asks, whatever they were computed by."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
 from typing import Final
 
 import impact
 from impact.after.measures import largest_impact_velocity
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
-from impact.life.damage import Life
-from impact.life.places import Judged, judged, left_of
+from impact.life.critical_plane import normal_stresses
+from impact.life.places import Demand, Judged, judged, left_of
 from impact.life.pressed import hertz_path
 from impact.life.strength import SpeedMargin, Strength, speed_margin
-from impact.runs.budget import Budget
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import Scene
 from seatfem.study.scene.life import turn_of
 
+Histories = Iterable[tuple[str, Array]]
+"""Places by name, their body first, with (n + 1,) stress of one axis or (n + 1, 6) tensors over the whole run [Pa]."""
 STRESS: Final = "stress"
-"""The measure whose error bar is that of the margin."""
+"""The measure whose error bar is that of the margin of a beam."""
 
 
 @dataclass(frozen=True)
 class Lasting:
-    """What one run leaves of the reed's life, as far as the scene asks for it.
+    """What one run leaves of its bodies' life, as far as the scene asks for it.
 
     Attributes:
-        found: the worst places; ``None`` without a file of strength.
-        strength: by which; likewise.
+        bodies: the worst places of each, and by which strength.
+        below: the same below a contact of Hertz; ``None`` where nobody asked.
         speed: allowed and largest speed of closing; ``None`` where no limit is stated, or nothing closed.
     """
 
-    found: Judged | None = None
-    strength: Strength | None = None
+    bodies: tuple[tuple[Judged, Strength], ...] = ()
+    below: tuple[Judged, Strength] | None = None
     speed: SpeedMargin | None = None
 
+    @property
+    def of_one_axis(self) -> tuple[Judged, Strength] | None:
+        """Of the body with the least margin over the design life."""
+        found = [each for each in self.bodies if each[0].life is not None]
+        return min(found, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
 
-def lasting(scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None) -> Lasting:
-    """The reed's life under the block of stress of one run.
+    @property
+    def of_several_axes(self) -> tuple[Judged, Strength] | None:
+        """Of the body with the least margin by the criterion of several axes."""
+        found = [each for each in self.bodies if each[0].tensor_at is not None]
+        return min(found, key=lambda each: each[0].tensor_margin or 0.0, default=None)
 
-    Args:
-        stress: its largest ones; their places are among those that are judged.
-    """
-    if scene.life is None:
+
+def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = ()) -> Lasting:
+    """The life of the bodies under the block of stress of one run; tensors are judged on their critical planes, and by
+    the criterion of several axes where one is asked for."""
+    life = scene.life
+    if life is None:
         return Lasting()
-    demand, allowed = scene.life.demand(), scene.life.allowed_speed()
-    closing = largest_impact_velocity(touches.seat)
+    allowed, closing = life.allowed_speed(), largest_impact_velocity(touches.seat)
     speed = None if allowed is None or math.isnan(closing) else speed_margin(closing, allowed)
-    if demand is None:
-        return Lasting(speed=speed)
-    histories = chain(blocks(scene, striker, touches, stress), below_contact(scene, touches))
-    return Lasting(judged(histories, demand), demand.strength, speed)
+    first, bodies = block_from(scene, touches), []
+    for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
+        if demand is not None and life.of_bending:
+            found = judged(_both(((name, each[first:]) for name, each in histories), demand), demand)
+            bodies.append((found, demand.strength))
+    contact = life.demand("contact")
+    below = None if contact is None else (judged(below_contact(scene, touches), contact), contact.strength)
+    return Lasting(tuple(bodies), below, speed)
+
+
+def of_beam(
+    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
+) -> Iterator[tuple[str, Array]]:
+    """Of a reed whose bending is known while it strikes; none of others. ``stress``: its largest ones, whose places are
+    among those that are judged."""
+    if scene.life is not None and scene.life.demand() is not None:
+        force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
+        also = () if stress is None else (stress.initial.at, stress.largest.at)
+        for name, history in scene.reed.stress_histories(force, dt, striker, scene.contact_at, also):
+            yield f"reed, {name}", history
+
+
+def block_from(scene: Scene, touches: Touches) -> int:
+    """The step from which the block of stress is taken that repeats: the whole run, or the crank's last turn."""
+    if scene.life is None or scene.life.block != "last cycle":
+        return 0
+    turn = turn_of(scene)
+    assert turn is not None
+    return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
 
 
 def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]:
@@ -65,81 +99,79 @@ def below_contact(scene: Scene, touches: Touches) -> Iterator[tuple[str, Array]]
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 
 
-def blocks(
-    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
-) -> Iterator[tuple[str, Array]]:
-    """Names of places with the block of stress that repeats there: the whole run, or the crank's last turn."""
-    force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
-    also = () if stress is None else (stress.initial.at, stress.largest.at)
-    first = 0
-    if scene.life is None or not scene.life.of_bending:
-        return
-    if scene.life.block == "last cycle":
-        turn = turn_of(scene)
-        assert turn is not None
-        first = max(0, len(touches.seat.time) - 1 - round(turn / dt))
-    for name, history in scene.reed.stress_histories(force, dt, striker, scene.contact_at, also):
-        yield name, history[first:]
+def _both(histories: Histories, demand: Demand) -> Iterator[tuple[str, Array]]:
+    """Tensors as they are where a criterion of several axes is to judge them, and on their planes."""
+    for name, history in histories:
+        if history.ndim == 1:
+            yield name, history
+        else:
+            yield from normal_stresses(name, history)
+            yield from [(name, history)] if demand.several_axes is not None else []
 
 
 def life_keys(lasting: Lasting) -> dict[str, object]:
     """For summary.json; ``None`` for a margin or a life without end."""
     keys: dict[str, object] = {}
-    found, speed = lasting.found, lasting.speed
-    if found is not None and found.life is not None:
+    if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
         keys |= {
-            "life_margin": _finite(found.life.margin),
-            "life_cycles": _finite(found.life.blocks),
-            "life_damage_per_cycle": _finite(found.life.damage),
-            "life_at": found.at,
+            "life_margin": _finite(worst[0].life.margin),
+            "life_cycles": _finite(worst[0].life.blocks),
+            "life_damage_per_cycle": _finite(worst[0].life.damage),
+            "life_at": worst[0].at,
         }
-    if found is not None and found.tensor_at is not None:
-        margin = math.inf if found.tensor_margin is None else found.tensor_margin
-        keys |= {"life_contact_margin": _finite(margin), "life_contact_at": found.tensor_at}
-    if speed is not None:
-        keys |= {"life_speed_margin": _finite(speed.margin), "life_speed_m_per_s": speed.speed}
+    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if found is not None and found[0].tensor_margin is not None:
+            keys |= {
+                f"life_{name}_margin": _finite(found[0].tensor_margin),
+                f"life_{name}_at": found[0].tensor_at,
+            }
+    if lasting.speed is not None:
+        keys |= {"life_speed_margin": _finite(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
     return keys
 
 
-def run_keys(scene: Scene, here: Lasting, there: Lasting, left: Budget, without: tuple[str, ...]) -> dict[str, object]:
-    """All of a run: the seat's, those of the spring in its place, what was asked, and the error bar."""
-    beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
-    return life_keys(here) | beside | asked_keys(scene, here, left, without)
+def asked_keys(scene: Scene, lasting: Lasting, bars: Mapping[str, float]) -> dict[str, object]:
+    """What was asked of the life, by which numbers, and the error bar of its margin, that of the stress.
 
+    Margins are inversely proportional to stress: `impact.life.places.left_of`.
 
-def asked_keys(scene: Scene, lasting: Lasting, left: Budget, without: tuple[str, ...]) -> dict[str, object]:
-    """What was asked of the reed's life, by which numbers, and the error bar of its margin, that of the stress.
-
-    Margins are inversely proportional to stress: `impact.life.places.left_of`. Where the stress has no bar, as
-    without contact, nor has the margin.
+    Args:
+        bars: of the stress in the bodies, by their names, relative; where there is none, as without contact, the margin
+            has none, either.
     """
     keys: dict[str, object] = {}
     if scene.life is None:
         return keys
-    if lasting.found is not None and lasting.found.life is not None and lasting.strength is not None:
-        known = left.values.get(STRESS, 0.0) > 0 and STRESS not in without
-        bar = left_of(lasting.found.life.margin, left.relative(STRESS)) if known else math.inf
+    for name, found in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+        if found is not None:
+            criterion = scene.life.multiaxial if name == "multiaxial" else scene.life.contact_criterion
+            keys[f"life_{name}_criterion"] = criterion
+            keys[f"life_{name}_cycles"] = found[1].limit_cycles
+            keys["life_strength_source"] = found[1].source
+    if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
+        bar = bars.get(body_of(worst[0].at or ""), math.inf)
         keys |= {
             "life_criterion": scene.life.criterion,
-            "life_survival": lasting.found.life.survival,
+            "life_survival": worst[0].life.survival,
             "life_design_cycles": scene.life.blocks,
             "life_block": scene.life.block,
-            "life_strength_source": lasting.strength.source,
-            "error_bar_life_margin": _finite(bar),
+            "life_strength_source": worst[1].source,
+            "error_bar_life_margin": _finite(left_of(worst[0].life.margin, bar)),
         }
-    if lasting.found is not None and lasting.found.tensor_at is not None and lasting.strength is not None:
-        keys["life_contact_criterion"] = scene.life.contact_criterion
-        keys["life_contact_cycles"] = lasting.strength.limit_cycles
-        keys["life_strength_source"] = lasting.strength.source
     if lasting.speed is not None:
         keys |= {"life_speed_limit_m_per_s": lasting.speed.allowed, "life_speed_source": lasting.speed.source}
     return keys
 
 
+def body_of(place: str) -> str:
+    """The body that a place is on."""
+    return place.split(",")[0]
+
+
 def life_notes(scene: Scene, lasting: Lasting) -> tuple[str, ...]:
     """In sentences: what breaks at once, and a life that nothing closed on."""
-    life: Life | None = None if lasting.found is None else lasting.found.life
-    told = [f"life: {advice}" for advice in life.advice] if life is not None else []
+    worst = lasting.of_one_axis
+    told = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if scene.life is not None and lasting.speed is None and scene.life.allowed_speed() is not None:
         told.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
     return tuple(told)

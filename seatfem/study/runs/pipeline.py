@@ -25,13 +25,15 @@ from seatfem.structures.rings import Division, as_a_whole, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys, gas_notes
-from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
+from seatfem.study.impacts.life import Lasting, life_notes
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
+from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
+from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
@@ -109,9 +111,7 @@ def run_scene(
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
             baseline = _baseline(done, watch)
-        lives = _lives(scene, done, baseline, watch)
-        told = run_keys(scene, *lives, done.left, done.without_bar)
-        summary = _summary(scene, done, baseline, watch) | told
+        summary = _summary(scene, done, baseline, watch)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
             others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
@@ -128,6 +128,20 @@ def run_scene(
             stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
+    if scene.life is not None:
+        with watch("life"):
+            stressed = Stressed.of(done, stress)
+            here = lives(done, stressed, done.touches, done.stress)
+            there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
+        summary |= run_keys(done, stressed, here, there)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+        with watch("life curves"):
+            price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
+            curves = life_curves(done, stressed, price=price, tell=tell)
+            curve_files = write_curves(curves, folder)
+        summary |= curve_keys(curves)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
@@ -137,6 +151,7 @@ def run_scene(
                 *gas_pictures(scene, done.touches),
                 *stress_pictures(stress, scene.title or "Stress in the seat", after_touch(done)),
                 *wave_pictures(done, stress),
+                *curve_pictures(curves),
             ]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
@@ -145,9 +160,9 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
+    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *curve_files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
+    messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, here), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met)
 
 
@@ -217,15 +232,6 @@ def _write_gas(scene: Scene, done: Round, folder: Path) -> tuple[Path, ...]:
     path = folder / GAS_FILE
     write_whole(path, gas_csv(GasRun.of(scene, done.touches)).encode("utf-8"))
     return (path,)
-
-
-def _lives(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> tuple[Lasting, Lasting]:
-    """Of the reed on the seat, and on the spring, where the scene asks for it."""
-    if scene.life is None:
-        return Lasting(), Lasting()
-    with watch("life"):
-        here = lasting(scene, done.striker, done.touches, done.stress)
-        return here, lasting(scene, done.striker, baseline.touches, baseline.stress)
 
 
 def _measured(touches: Touches, width: float, stress: ReedStress | None) -> dict[str, object]:

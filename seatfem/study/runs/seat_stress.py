@@ -49,7 +49,6 @@ class SeatStress:
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
         model: on it.
-        field: stress at its sites.
         sites: (P, d) on its surface, away from singular edges [m].
         peak: of each of them.
         bar: of the largest von Mises stress [Pa]; nan where no coarser mesh is known.
@@ -58,11 +57,11 @@ class SeatStress:
         named: (Q + 1, 6, n + 1) their stress, and last that of the site of the largest [Pa].
         snapshot: (P, 6) on the surface when it is largest [Pa].
         front: rho c_0 v, c_0^2 = E/rho, of the first touch [Pa]; nan without one.
+        field, of_points: of all sites, and of the named points, under whatever pushes.
     """
 
     mesh: Any
     model: SecondOrderModel
-    field: StressField
     sites: Array
     peak: Largest
     bar: float
@@ -71,6 +70,8 @@ class SeatStress:
     named: Array
     snapshot: Array
     front: float
+    field: StressField
+    of_points: StressField
 
     @property
     def where(self) -> int:
@@ -153,7 +154,6 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     return SeatStress(
         made.mesh,
         fine.model,
-        field,
         field.points,
         found,
         bar,
@@ -162,6 +162,8 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
         np.concatenate([histories(of_points, force, dt), histories(field.at(np.array([worst])), force, dt)]),
         at_time(field, force, dt, steps),
         _front(done),
+        field,
+        of_points,
     )
 
 
@@ -232,7 +234,7 @@ def _meshes(done: Round, progress: Progress) -> tuple[_Meshed, _Meshed | None]:
 
 
 def by_port(done: Round, touches: Touches, ports: int) -> Array:
-    """(n + 1, ports) contact forces of a run; of a seat struck as a whole, shared by the rings as a pressure is."""
+    """(n + 1, ports) contact forces of a run; on a seat struck as a whole, shared by the rings as a pressure is."""
     if touches.parts is not None:
         return touches.parts.force
     shares = Division.of(done.seat.greens).shares if ports > 1 else np.ones(1)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import ExistingFile, Fraction, KeyProblem, PoissonRatio, Pressure, Speed, Table, default
+from seatfem.study.scene.life_curves import Curves
 
 if TYPE_CHECKING:
     from impact.life.places import Demand
@@ -16,22 +17,30 @@ if TYPE_CHECKING:
 
 OF_SPEED: Final = frozenset({"impact_speed_limit", "source"})
 """Keys that need no strength."""
+Of = Literal["reed", "seat", "contact"]
 TURNS: Final = 2  # of the crank at least, for the last one to be none of the start
 
 
 class LifeTable(Table):
-    """Fatigue of the reed under its bending stress. One run is one block of stress that repeats: closed upon itself, so
-    that whatever bends the reed at the start, as its release, comes again with every block. Where loads repeat with the
-    crank, `block = "last cycle"` takes its last turn alone, without the transient of the start. summary.json has
-    life_margin, the factor on all stresses at which the damage over the design life is 1; life_cycles, blocks to
-    failure; life_damage_per_cycle; life_at, where; and life_speed_margin, allowed over largest speed of closing. The
-    page [life.md](life.md) tells how.
+    """Fatigue of the reed under its bending stress, and of the seat's surface (`seat_strength`). Stress tensors, of
+    plates and finite elements, are judged on their critical planes. One run is one block of stress that repeats: closed
+    upon itself, so that whatever bends the reed at the start, as its release, comes again with every block. Where loads
+    repeat with the crank, `block = "last cycle"` takes its last turn alone, without the transient of the start.
+    summary.json has life_margin, the factor on all stresses at which the damage over the design life is 1; life_cycles,
+    blocks to failure; life_damage_per_cycle; life_at, which body and where; and life_speed_margin, allowed over largest
+    speed of closing. The page [life.md](life.md) tells how.
     """
 
     strength: ExistingFile | None = Field(None, description="file of measured strength of the reed's material")
+    seat_strength: ExistingFile | None = Field(
+        None, description="the same of the seat's, whose surface is judged, too; needs [stress]"
+    )
     criterion: str = Field("goodman", description="for mean stress: goodman, gerber, morrow, walker or swt")
+    multiaxial: str = Field(
+        "", description="for stress tensors of plates and seats, beside it: crossland, dang_van, papadopoulos"
+    )
     survival: Fraction | None = Field(
-        None, description="share of reeds that survive, as 0.999; that of the S-N curve where absent"
+        None, description="share of parts that survive, as 0.999; that of the S-N curve where absent"
     )
     cycles: float | None = Field(None, gt=0, description="blocks to be survived; or give hours and rpm")
     hours: float | None = Field(None, gt=0, description="of running to be survived, with rpm")
@@ -45,6 +54,7 @@ class LifeTable(Table):
         None, description="E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
     contact_poisson: PoissonRatio = default(0.3, "of the body whose strength it is")
+    curves: Curves | None = Field(None, description="margins over other speeds, tilts and lifts")
     impact_speed_limit: Speed | None = Field(
         None, description="largest speed of closing that experience allows; that of the strength file where absent"
     )
@@ -56,7 +66,9 @@ class LifeTable(Table):
             raise KeyProblem("source", "required key is missing: citation of impact_speed_limit")
         if self.source and self.impact_speed_limit is None:
             raise KeyProblem("source", "there is no impact_speed_limit; remove the key")
-        if self.strength is None:
+        if self.strength is None and self.contact_criterion:
+            raise KeyProblem("strength", "required key is missing: a file of strength, for contact_criterion")
+        if self.strength is None and self.seat_strength is None:
             if idle := [key for key in type(self).model_fields if key in self.model_fields_set - OF_SPEED]:
                 raise KeyProblem(idle[0], "there is no strength to judge by; give life.strength, or remove the key")
             if self.impact_speed_limit is None:
@@ -72,33 +84,34 @@ class LifeTable(Table):
             raise KeyProblem("hours" if self.rpm is not None else "cycles", f"required key is missing: {words}")
         if self.hours is not None and self.rpm is None:
             raise KeyProblem("rpm", f"required key is missing: blocks a minute, for hours = {self.hours:g}")
-        self.demand()
+        for of in ("reed", "seat", "contact"):
+            self.demand(of)
         return self
 
     @property
     def of_bending(self) -> bool:
-        """Whether the reed's bending stress is to be judged."""
-        return self.strength is not None and self.blocks > 0
+        """Whether the stress of bodies is to be judged."""
+        return (self.strength or self.seat_strength) is not None and self.blocks > 0
 
     @property
     def blocks(self) -> float:
         """Design number of repetitions."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
-    def measured(self) -> Strength | None:
-        """As its file has it; ``None`` where there is none. Raises `KeyProblem` for what is wrong with it."""
+    def measured(self, key: str = "strength") -> Strength | None:
+        """As a key's file has it; ``None`` where there is none. Raises `KeyProblem` for what is wrong with it."""
         from seatfem.study.scene.problems import SceneError
         from seatfem.study.scene.strength import load_strength  # it reads tables as scenes are read
 
-        if self.strength is None:
+        if (path := getattr(self, key)) is None:
             return None
         try:
-            return load_strength(self.strength)
+            return load_strength(path)
         except SceneError as problem:
-            raise KeyProblem("strength", str(problem)) from None
+            raise KeyProblem(key, str(problem)) from None
 
-    def demand(self) -> Demand | None:
-        """What the reed and its contact have to endure; ``None`` where no strength is given.
+    def demand(self, of: Of = "reed") -> Demand | None:
+        """What a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.
 
         Raises:
             KeyProblem: a file of strength that is wrong, or lacks what the criterion or the survival needs.
@@ -108,23 +121,24 @@ class LifeTable(Table):
         from impact.life.multiaxial import multiaxial
         from impact.life.places import Demand
 
-        if (strength := self.measured()) is None:
+        file = "seat_strength" if of == "seat" else "strength"
+        bends, asked = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
+        if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
             return None
-        key, judge, below = "strength", None, None
+        key, judge, axes = file, None, None
         try:
-            if self.of_bending:
+            if bends:
                 [curve] = strength.needed("a life", "curve")
                 key = "criterion"
                 judge = mean_stress(self.criterion, strength)
                 key = "survival"
                 curve.stress(self.blocks, self.survival)
-            if self.contact_criterion:
-                key = "contact_criterion"
-                below = multiaxial(self.contact_criterion, strength)
+            if criterion := getattr(self, asked):
+                key = asked
+                axes = multiaxial(criterion, strength)
         except LifeError as problem:
-            assert self.strength is not None
-            raise KeyProblem(key, f"{problem} (strength: {self.strength.name})") from None
-        return Demand(strength, judge, self.blocks, self.survival, below)
+            raise KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
+        return Demand(strength, judge, self.blocks, self.survival, axes)
 
     def allowed_speed(self) -> Strength | None:
         """The largest speed of closing allowed, as strength with its source; ``None`` where none is stated."""
@@ -140,13 +154,24 @@ class LifeTable(Table):
         if self.contact_criterion and (scene.contact.law.of_a_sphere is None or scene.contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings: state one, or remove the key"
             raise KeyProblem("contact_criterion", words)
-        if self.of_bending and not scene.reed.has_stress:
+        bends = scene.reed.has_stress or scene.reed.has_surface_stress
+        judged = self.of_bending and self.strength is not None
+        if judged and not bends:
             words = f"of a body of kind {scene.reed.kind!r} no bending stress is known: remove it, or use a cantilever"
-            raise KeyProblem("strength", words)
-        if self.of_bending and scene.is_blown_by_lift:
+            raise KeyProblem("strength", f"{words} or a plate")
+        if self.seat_strength is not None and scene.stress is None:
+            raise KeyProblem("seat_strength", "stress in the seat is not looked for: add the table [stress]")
+        if self.multiaxial and not (self.seat_strength or scene.reed.has_surface_stress):
+            raise KeyProblem(
+                "multiaxial",
+                f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength",
+            )
+        if judged and scene.is_blown_by_lift:
             raise KeyProblem(
                 "strength", "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key"
             )
+        if self.curves is not None:
+            self.curves.check(scene)
         if self.block == "last cycle":
             turn = turn_of(scene)
             if turn is None:

@@ -18,6 +18,7 @@ from seatfem.study.scene.film import Film
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.laws import ContactLaw, law_as_text, laws
 from seatfem.study.scene.life import LifeTable
+from seatfem.study.scene.life_curves import STEEPEST
 from seatfem.study.scene.measures import all_measures, any_needs_stress
 from seatfem.study.scene.stopper import Stopper
 from seatfem.study.scene.stress import Stress
@@ -32,7 +33,6 @@ else:
     Measure = Literal[tuple(all_measures())]
 BODIES: Final = ("seat", "reed")
 """The roles of every scene: tables that take any kind of structure."""
-STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 
 class Contact(Table):
@@ -172,8 +172,9 @@ class Scene(Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Whether the reed's stress is asked for, by a measure or for its life."""
-        return any_needs_stress(self.accuracy.measures) or (self.life is not None and self.life.of_bending)
+        """Whether the reed's stress is asked for while it strikes, by a measure or for its life."""
+        for_life = self.life is not None and self.life.demand() is not None and self.reed.has_stress
+        return any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")
     @classmethod
@@ -313,9 +314,13 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _stopper_beyond_the_reed(self) -> Self:
-        """The stopper meets the reed where it has a place, and not before the start."""
+        self.check_start()
+        return self
+
+    def check_start(self) -> None:
+        """The stopper meets the reed where it has a place, and not before the start; raises `KeyProblem`."""
         if (stopper := self.stopper) is None:
-            return self
+            return
         self.reed.check_contact(stopper.at, "stopper.at")
         by_lift = stopper.lift is not None
         if by_lift and self.has_two_places and self.contact.gap > 0:
@@ -340,7 +345,6 @@ class Scene(Table):
                 f"place there, inside the stopper (limit: {key}); make the {key.removeprefix('stopper.')} at least "
                 f"{1e3 * (start + more):.6g} mm, or release the reed from a smaller deflection",
             )
-        return self
 
     @model_validator(mode="after")
     def _lip_of_a_seat(self) -> Self:

@@ -123,3 +123,35 @@ def test_a_sine_is_as_many_cycles_as_it_has_periods(periods: int) -> None:
 def test_what_is_no_history(history: list[float]) -> None:
     with pytest.raises(LifeError, match=r"one row|not finite"):
         rainflow(history)
+
+
+@given(histories, st.sampled_from([1e-3, 0.5, 4.0, 1e6]))
+def test_stress_in_other_units_has_the_same_cycles(history: np.ndarray, factor: float) -> None:
+    found, expected = rainflow(factor * history), rainflow(history)
+    np.testing.assert_allclose(np.sort(found.ranges), factor * np.sort(expected.ranges), rtol=1e-9)
+    assert found.counts.sum() == expected.counts.sum()
+
+
+@given(histories, st.integers(2, 4))
+def test_a_block_taken_several_times_has_so_many_times_its_cycles(history: np.ndarray, times: int) -> None:
+    assert rows(rainflow(np.tile(history, times))) == sorted(rows(rainflow(history)) * times)
+
+
+@given(histories, st.integers(1, 5))
+def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
+    """Nor do values between two turning points."""
+    held = np.repeat(history, samples)
+    between = np.insert(history, 1, (history[0] + history[min(1, len(history) - 1)]) / 2)
+    assert rows(rainflow(held)) == rows(rainflow(history))
+    np.testing.assert_allclose(np.sort(rainflow(between).ranges), np.sort(rainflow(history).ranges), rtol=1e-12)
+
+
+@pytest.mark.parametrize("repeated", [True, False])
+@pytest.mark.parametrize("history", [[3.0], [3.0, 3.0], [0.0] * 5])
+def test_what_rests_has_no_cycles(history: list[float], repeated: bool) -> None:
+    assert rows(rainflow(history, repeated=repeated)) == []
+
+
+def test_a_mean_shifts_means_alone() -> None:
+    shifted = [(size, mean + 7, count) for size, mean, count in rows(rainflow(ASTM))]
+    assert rows(rainflow(np.array(ASTM) + 7)) == shifted

@@ -186,3 +186,40 @@ def test_they_are_known_by_name() -> None:
     assert {each.name for each in kinds(Multiaxial)} == {"crossland", "dang_van", "papadopoulos"}  # type: ignore[type-abstract]
     with pytest.raises(LifeError, match=r"crossland needs torsion_limit of the material \(a report\)"):
         multiaxial("crossland", Strength("a report", bending_limit=BENDING))
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(1, 12), st.integers(0, 10**6))
+def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
+    """Blocks taken twice, held, begun elsewhere, backwards, or with points between its own: the path is the same."""
+    stress = 1e8 * np.random.default_rng(seed).normal(size=(number, 6))
+    path = np.concatenate([stress, stress[:1]])
+    between = np.concatenate([path[:-1] + share * np.diff(path, axis=0) for share in (0.0, 0.3, 0.6)])
+    same = [np.tile(stress, (2, 1)), np.repeat(stress, 3, axis=0), np.roll(stress, number // 2, axis=0), stress[::-1]]
+    for judge in (Crossland(TORSION, BENDING), DangVan(TORSION, BENDING)):
+        expected = judge.value(stress)
+        assert [judge.value(each) for each in [*same, between]] == pytest.approx([expected] * 5, rel=1e-6)
+    planes = Papadopoulos(TORSION, BENDING, tolerance=1e-3)
+    expected = planes.value(stress)
+    assert [planes.value(each) for each in [*same, between]] == pytest.approx([expected] * 5, rel=3e-3)
+
+
+@pytest.mark.parametrize("lag", [0.0, np.pi / 4, np.pi / 2])
+@pytest.mark.parametrize("ta", [75.0, 150.0, 250.0])
+def test_bending_and_torsion_in_closed_form(ta: float, lag: float) -> None:
+    """Of Papadopoulos sqrt(sa^2/3 + ta^2) + (3 t/f - sqrt 3) sa/3 at any lag; of Crossland the longer half axis of the
+    ellipse in place of the root, its square the larger eigenvalue of ((a^2, a t cos), (a t cos, t^2)), a = sa/sqrt 3."""
+    stress, slant = bending_and_torsion(300, ta, lag=lag), (3 * TORSION / BENDING - np.sqrt(3)) * 100
+    a, cross = 300 / np.sqrt(3), 300 / np.sqrt(3) * ta * np.cos(lag)
+    radius = np.sqrt(np.linalg.eigvalsh([[a**2, cross], [cross, ta**2]])[1])
+    crossland, planes = (kind(TORSION, BENDING).value(stress) / 1e6 for kind in (Crossland, Papadopoulos))
+    assert crossland == pytest.approx(radius + slant, rel=2e-5)
+    assert planes == pytest.approx(np.hypot(a, ta) + slant, rel=2e-5)
+
+
+@pytest.mark.parametrize("kind", CRITERIA)
+def test_one_sample_bears_its_pressure_alone(kind: type[Multiaxial]) -> None:
+    judge, stress = kind(TORSION, BENDING), np.array([[3e8, 0, 0, 0, 0, 1e8]])
+    slant = 3 * TORSION / BENDING - (1.5 if kind is DangVan else np.sqrt(3))
+    assert judge.value(stress) == pytest.approx(slant * 1e8, rel=1e-9)
+    assert judge.value(np.repeat(stress, 4, axis=0)) == pytest.approx(slant * 1e8, rel=1e-9)

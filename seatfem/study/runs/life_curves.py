@@ -1,0 +1,189 @@
+"""Margins of a life over values of one quantity: of a run over speed, tilt and lift, at the method of the run."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+from scipy.optimize import brentq
+
+from impact.files.atomic import whole_file
+from impact.life.places import left_of
+from impact.progress import Tell
+from seatfem.pictures.apart import Picture
+from seatfem.pictures.margin_plot import plot_margins
+from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
+from seatfem.study.impacts.life import body_of
+from seatfem.study.runs.lives import Stressed, bars_of, lives
+from seatfem.study.runs.reed_stress import struck_by
+from seatfem.study.runs.round import Round
+from seatfem.study.scene.life_curves import UNITS, varied
+
+MARGIN: Final = "life_margin"
+NEAR: Final = 1e-3  # of the allowed value, relative
+MOST: Final = 20  # runs that look for it
+OF_A_RUN: Final = 4  # the same beside the values that the scene names
+FARTHEST: Final = 20.0  # |log margin|: further out it is as good as none, or infinite
+
+
+@dataclass(frozen=True)
+class MarginCurve:
+    """Margins by the values of one key, in the order of the values.
+
+    Attributes:
+        key, unit: dotted; "" of pure numbers.
+        values: in that unit.
+        margins: factors on stress, ``inf`` where nothing fails; of the key ``margin`` in summary.json.
+        bars: their error bars; ``None``: not known.
+        allowed: the value at which the margin is 1, the first one; ``None`` where no two values enclose one.
+        margin: which one.
+    """
+
+    key: str
+    unit: str
+    values: tuple[float, ...]
+    margins: tuple[float, ...]
+    bars: tuple[float | None, ...]
+    allowed: float | None
+    margin: str = MARGIN
+
+    @property
+    def label(self) -> str:
+        """Of an axis."""
+        return f"{self.key} [{self.unit}]" if self.unit else self.key
+
+
+def traced(
+    key: str,
+    unit: str,
+    values: Sequence[float],
+    run: Callable[[float], tuple[float, float | None]],
+    *,
+    margin: str = MARGIN,
+    most: int = MOST,
+) -> MarginCurve:
+    """Run at rising values, and where two of them enclose a margin of 1, look for the value there.
+
+    By Brent's method, to `NEAR` of it or in ``most`` runs; they are on the curve, too.
+
+    Args:
+        run: margin and error bar at a value.
+    """
+    found: dict[float, tuple[float, float | None]] = {}
+
+    def excess(value: float) -> float:
+        """log(margin)."""
+        if value not in found:
+            found[value] = run(value)
+        spare = found[value][0]
+        return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
+
+    signs = [(value, excess(value)) for value in values]
+    allowed: float | None = next((value for value, off in signs if off == 0.0), None)
+    for (low, one), (high, other) in pairwise(signs):
+        if allowed is None and one * other < 0:
+            near = NEAR * max(abs(low), abs(high)) / 2
+            allowed = float(brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False))
+    points = sorted(found)
+    margins, bars = zip(*(found[value] for value in points), strict=True)
+    return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
+
+
+def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
+    """The curves that [life] asks a run for, each value a contact at the run's own method; none where nobody asks.
+
+    Args:
+        stressed: of the run.
+        price: of one contact and its life, as the run took it [s].
+        tell: hears of the price before, and of every value.
+    """
+    life = done.plan.scene.life
+    if life is None or life.curves is None:
+        return ()
+    asked = dict(life.curves.asked())
+    count = sum(map(len, asked.values()))
+    least, most = (price * number for number in (count, count + OF_A_RUN * len(asked)))
+    tell(f"life.curves: {count} contacts and their lives, more where 1 is crossed: {least:.2g} to {most:.2g} s")
+    curves = []
+    for name, values in asked.items():
+        unit, factor = UNITS[name]
+        run = partial(_margin_at, done, stressed, tell, name)
+        curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_RUN))
+    return tuple(curves)
+
+
+def again(done: Round, name: str, value: float) -> Round:
+    """A round with another speed [m/s], tilt [rad] or lift [m] at its own method; its errors are those of the round.
+
+    Raises:
+        KeyProblem: a value that the scene cannot have.
+    """
+    scene = varied(done.plan.scene, name, value)
+    reed = None if done.reed is None else done.reed.greens
+    striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
+    touches = run_contacts(scene, striker, done.seat.greens, done.result.dt)
+    force, met = touches.seat.force, touches.stopper_force
+    stress = stress_of(scene, striker, force, touches.seat.dt, coarsely=True, stopper=met)
+    return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
+
+
+def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
+    start, (unit, factor) = time.perf_counter(), UNITS[name]
+    there = again(done, name, value / factor)
+    touches, field = there.touches, None if stressed.reed is None else struck_by(stressed.reed, there.striker)
+    worst = lives(there, replace(stressed, reed=field), touches, there.stress).of_one_axis
+    margin, bar, at = math.inf, math.inf, "no place"
+    if worst is not None and worst[0].life is not None:
+        margin, at = worst[0].life.margin, worst[0].at or at
+        bar = left_of(margin, bars_of(done, stressed).get(body_of(at), math.inf))
+    seconds = time.perf_counter() - start
+    tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {seconds:.2g} s")
+    return margin, bar if math.isfinite(bar) else None
+
+
+def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
+    """For summary.json: the value that each curve allows; ``None`` where it does not reach a margin of 1."""
+    named = {"speed": "life_allowed_speed_m_per_s", "tilt": "life_allowed_tilt_deg", "lift": "life_allowed_lift_mm"}
+    return {named[curve.key]: curve.allowed for curve in curves}
+
+
+def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
+    """margin_over_speed.csv, ...; returns the files."""
+    files = tuple(folder / f"margin_over_{curve.key}.csv" for curve in curves)
+    for curve, file in zip(curves, files, strict=True):
+        write_curve(curve, file)
+    return files
+
+
+def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
+    """margin_over_speed.png, ..."""
+    for curve in curves:
+        draw = partial(_draw, curve)
+        yield f"margin_over_{curve.key}.png", draw
+
+
+def _draw(curve: MarginCurve, path: Path) -> None:
+    plot_margins(
+        curve.values,
+        curve.margins,
+        curve.bars,
+        path,
+        label=curve.label,
+        allowed=curve.allowed,
+        title=f"Margin on stress over {curve.key}",
+    )
+
+
+def write_curve(curve: MarginCurve, path: Path) -> None:
+    """As CSV: value, margin, error bar."""
+    rows = zip(curve.values, curve.margins, curve.bars, strict=True)
+    lines = [f"{curve.label},{curve.margin},error_bar"]
+    lines += [f"{value:.9g},{margin:.9g},{'' if bar is None else f'{bar:.3g}'}" for value, margin, bar in rows]
+    with whole_file(path) as temporary:
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")

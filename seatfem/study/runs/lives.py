@@ -1,0 +1,99 @@
+"""The life of the bodies of a run: beams, plates and finite elements give histories of stress in the same form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.after.stresses import ReedStress
+from seatfem.structures.fields.corners import near
+from seatfem.structures.fields.hot_spots import hottest, mises_range, tensor_histories
+from seatfem.structures.fields.recovery import StressField
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
+from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs.reed_stress import plate_field, plate_pushes, touched_points
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress, by_port
+
+OF_SEAT = 12  # points of its surface that are judged
+BESIDE = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
+
+
+@dataclass(frozen=True)
+class Stressed:
+    """What is needed for the stress in the bodies of a round, whatever they are touched by.
+
+    Attributes:
+        reed: of a plate, in one of its faces; ``None`` of others.
+        seat: ``None`` where its stress is not looked for.
+    """
+
+    reed: StressField | None
+    seat: SeatStress | None
+
+    @classmethod
+    def of(cls, done: Round, seat: SeatStress | None) -> Stressed:
+        """Of a round, as far as its life is asked for."""
+        life = done.plan.scene.life
+        reed = None if life is None or life.demand() is None else plate_field(done)
+        return cls(reed, None if life is None or life.demand("seat") is None else seat)
+
+
+def lives(
+    done: Round, stressed: Stressed, touches: Touches, stress: ReedStress | None, *, with_seat: bool = True
+) -> Lasting:
+    """The life under the forces of one run: the round's own, or one on a spring, ``with_seat=False``."""
+    scene = done.plan.scene
+    beam, plate = of_beam(scene, done.striker, touches, stress), stressed.reed
+    reed = beam if plate is None else _of_plate(done, plate, touches)
+    seat = () if stressed.seat is None or not with_seat else _of_seat(done, stressed.seat, touches)
+    return lasting(scene, touches, reed, seat)
+
+
+def run_keys(done: Round, stressed: Stressed, here: Lasting, there: Lasting) -> dict[str, object]:
+    """All of a run: the seat's, those of the spring in its place, what was asked, and the error bar."""
+    beside = {f"spring_{key}": value for key, value in life_keys(there).items()}
+    return life_keys(here) | beside | asked_keys(done.plan.scene, here, bars_of(done, stressed))
+
+
+def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
+    """Relative error bars of the stress in reed and seat, where they are known."""
+    bars = {}
+    if done.left.values.get(STRESS, 0.0) > 0 and STRESS not in done.without_bar:
+        bars["reed"] = done.left.relative(STRESS)
+    if (seat := stressed.seat) is not None and math.isfinite(seat.bar):
+        bars["seat"] = seat.bar / float(seat.peak.von_mises.max())
+    return bars
+
+
+def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
+    """In both faces where stress changes most in each part of the plate."""
+    reed, force, dt = done.plan.scene.reed, plate_pushes(done, touches), touches.seat.dt
+    assert isinstance(reed, ThinPlate)
+    beside = near(field.points, touched_points(done), BESIDE * reed.thickness)
+    regions = np.where(beside, "beside the contact", reed.geometry().regions(field.points))
+    ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
+    spots = hottest(ranges, regions)
+    chosen = field.at(spots)
+    for point, part, stress in zip(chosen.points, regions[spots], tensor_histories(chosen, force, dt), strict=True):
+        place = f"reed, {part}, {_millimetres(point)}"
+        yield f"{place}, face away from the seat", stress
+        yield f"{place}, face towards the seat", -stress
+
+
+def _of_seat(done: Round, seat: SeatStress, touches: Touches) -> Histories:
+    """Where stress changes most on the surface, and at the points that the scene names."""
+    force, dt = -by_port(done, touches, seat.field.static.shape[2]), touches.seat.dt
+    ranges = mises_range(seat.field, force, dt, since=block_from(done.plan.scene, touches))
+    surface = seat.field.at(hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
+    for found in (surface, seat.of_points):
+        for point, stress in zip(found.points, tensor_histories(found, force, dt), strict=True):
+            yield f"seat, {_millimetres(point)}", stress
+
+
+def _millimetres(point: NDArray[np.float64]) -> str:
+    return "(" + ", ".join(f"{1e3 * x:.3g}" for x in point) + ") mm"

@@ -1,0 +1,78 @@
+"""[life] curves: the values of speed, tilt and lift over which a margin is wanted, and the scene at each of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table
+
+if TYPE_CHECKING:
+    from seatfem.study.scene.models import Scene
+
+STEEPEST = math.radians(30)
+"""Tilt, of a face that still lands flat."""
+UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
+"""Of each curve in tables and pictures, and how many of them are one SI unit."""
+
+
+class Curves(Table):
+    """Margins over other values of a key: for each value the contact is run again, at the same method; every other key
+    stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
+    a margin of 1, where the curve reaches it."""
+
+    speed: tuple[Speed, ...] = Field((), description="of the reed at its start, towards the seat, as [1, 2, 4] m/s")
+    tilt: tuple[Angle, ...] = Field((), description="of the reed on the seat's lip: contact.tilt")
+    lift: tuple[Gap, ...] = Field((), description="to the stopper: its gap, or its lift where that is stated")
+
+    @model_validator(mode="after")
+    def _two_each(self) -> Self:
+        asked = {name: getattr(self, name) for name in UNITS if getattr(self, name)}
+        if not asked:
+            raise KeyProblem("speed", "no curve is asked for: give speed, tilt or lift, or remove the table")
+        for name, values in asked.items():
+            if len(set(values)) < 2:
+                raise KeyProblem(name, f"a curve needs two values or more, not {len(set(values))}")
+        return self
+
+    def asked(self) -> Iterator[tuple[str, tuple[float, ...]]]:
+        """Names with their values in SI, each once, rising."""
+        yield from ((name, tuple(sorted(set(values)))) for name in UNITS if (values := getattr(self, name)))
+
+    def check(self, scene: Scene) -> None:
+        """Raises `KeyProblem` of a value that the scene cannot have."""
+        for name, values in self.asked():
+            for value in values:
+                try:
+                    varied(scene, name, value).check_start()
+                except KeyProblem as problem:
+                    number = value * UNITS[name][1]
+                    raise KeyProblem(f"curves.{name}", f"{number:g} {UNITS[name][0]}: {problem}") from None
+
+
+def varied(scene: Scene, name: str, value: float) -> Scene:
+    """The scene with another speed [m/s], tilt [rad] or lift [m]. Raises `KeyProblem` of one that has no such key."""
+    reed, contact, stopper = scene.reed, scene.contact, scene.stopper
+    if name == "tilt":
+        from seatfem.study.scene.lips import usual_ports  # it reads whole scenes
+
+        if scene.seat.no_lip or not reed.meets_lips or (contact.ports or usual_ports(scene)) == 1:
+            raise KeyProblem("tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt")
+        if abs(value) > STEEPEST:
+            raise KeyProblem("tilt", f"it is more than {math.degrees(STEEPEST):g} deg")
+        return scene.model_copy(update={"contact": contact.model_copy(update={"tilt": value})})
+    if name == "lift":
+        if stopper is None:
+            raise KeyProblem("lift", "the scene has no [stopper]")
+        key = "gap" if stopper.lift is None else "lift"
+        return scene.model_copy(update={"stopper": stopper.model_copy(update={key: value})})
+    release = getattr(reed, "release", None)
+    if getattr(reed, "velocity", None) is not None:
+        return scene.model_copy(update={"reed": reed.model_copy(update={"velocity": -abs(value)})})
+    if getattr(release, "velocity", None) is not None:
+        thrown = release.model_copy(update={"velocity": -abs(value)})  # type: ignore[union-attr]
+        return scene.model_copy(update={"reed": reed.model_copy(update={"release": thrown})})
+    raise KeyProblem("speed", "the reed does not start with a velocity: state one, or run over loads instead")

@@ -1,0 +1,75 @@
+"""Planes of stress tensors: proportional stress exactly, whatever its axes; turning stress within the grid."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from impact.life.critical_plane import _normals, normal_stresses, on_planes
+from impact.life.curves import LifeError, basquin
+from impact.life.mean_stress import Goodman
+from impact.life.places import Demand, judged
+from impact.life.strength import Strength
+
+DEMAND = Demand(
+    Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0)), Goodman(1800e6), 4.5e9
+)
+WALK = 40e6 * np.cumsum(np.random.default_rng(3).standard_normal(300)) / 4
+PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+def proportional(course: np.ndarray, tensor: np.ndarray) -> np.ndarray:
+    return np.outer(course, [tensor[place] for place in PLACES])
+
+
+def margin(stress: np.ndarray) -> float:
+    life = judged(on_planes([("root", stress)]), DEMAND).life
+    assert life is not None
+    return life.margin
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_one_axis_however_it_lies(seed: int) -> None:
+    turn = Rotation.random(rng=seed).as_matrix()
+    assert margin(proportional(WALK, turn @ np.diag([1.0, 0, 0]) @ turn.T)) == pytest.approx(margin(WALK), rel=1e-9)
+
+
+def test_torsion_is_judged_by_its_principal_stress_and_pressure_by_its_own() -> None:
+    shear = np.zeros((3, 3))
+    shear[0, 1] = shear[1, 0] = 1.0
+    both = min(margin(WALK), margin(-WALK))  # tension on one plane, compression on the other
+    assert margin(proportional(WALK, shear)) == pytest.approx(both, rel=1e-9)
+    assert margin(proportional(WALK, np.eye(3))) == pytest.approx(margin(WALK), rel=1e-9)
+
+
+def test_a_stress_that_turns_is_right_within_the_grid() -> None:
+    """Bending with torsion 90 degrees behind, ta = sa/2: on the plane at angle a off the axis the amplitude is
+    sa sqrt(cos^4 a + sin^2 a cos^2 a) = sa |cos a|, so that the axis' own plane is the worst."""
+    time = 2 * np.pi * np.arange(720) / 720
+    stress = np.zeros((720, 6))
+    stress[:, 0], stress[:, 5] = 250e6 * np.sin(time), 125e6 * np.cos(time)
+    expected = 1 / (250e6 / DEMAND.strength.curve.stress(4.5e9))  # type: ignore[union-attr]
+    assert margin(stress) == pytest.approx(expected, rel=0.008)
+    amplitudes = [np.ptp(each) / 2 for _, each in normal_stresses("root", stress)]
+    assert 0.992 * 250e6 < max(amplitudes) <= 250e6 * (1 + 1e-9)
+
+
+def test_normals_lie_ten_degrees_apart() -> None:
+    normals = _normals()
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=1e-12)
+    random = np.random.default_rng(1).normal(size=(5000, 3))
+    random /= np.linalg.norm(random, axis=1)[:, None]
+    off = np.degrees(np.arccos(np.clip(np.abs(random @ normals.T).max(axis=1), 0, 1)))
+    assert off.max() < 7.5  # half the diagonal of a cell of 10 by 10
+    apart = np.abs(normals @ normals.T) - np.eye(len(normals))
+    assert np.degrees(np.arccos(apart.max())) > 5  # none twice
+
+
+@pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.full((2, 6), np.nan)])
+def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
+    with pytest.raises(LifeError, match=r"root: .*(\(n, 6\)|not finite)"):
+        list(normal_stresses("root", stress))
+
+
+def test_a_stress_that_rests_has_no_end() -> None:
+    assert margin(np.tile([1e8, 2e8, 0, 0, 0, 5e7], (4, 1))) == np.inf
+    assert margin(np.zeros((1, 6))) == np.inf

@@ -1,0 +1,193 @@
+"""[life] of plates and of finite elements: margins from their tensors, where, curves over speed, tilt and lift.
+
+All strengths are invented.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impact.life.curves import basquin
+from seatfem.faces.verdict import lasting as in_words
+from seatfem.structures.fields.hot_spots import hottest, mises_range
+from seatfem.structures.fields.recovery import histories, largest, von_mises
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.lives import Stressed
+from seatfem.study.runs.reed_stress import plate_field
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress
+from seatfem.study.scene import SceneError, load_scene
+
+CURVE = basquin(400e6, 1e7, 12.0)
+STRENGTH = 'source = "invented for tests"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n'
+STRENGTH += '[curve]\nknee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\n'
+SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
+REED = """[reed]
+kind = "flapper"
+root_width = "6 mm"
+taper_length = "1 mm"
+neck_width = "6 mm"
+neck_length = "14 mm"
+paddle_diameter = "12 mm"
+thickness = "0.3 mm"
+material = { young = "200 GPa", poisson = 0.0, density = "7850 kg/m^3" }
+greens = { bandwidth = "4 kHz" }
+"""
+THROWN = REED + 'release = { velocity = "-2 m/s" }\n'
+RUN = '[run]\nduration = "{} ms"\ntime_step = "2 us"\nfilter_width = "20 us"\n[accuracy]\ntarget = 0.9\n'
+LIFE = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
+
+
+def run(
+    folder: Path, text: str, monkeypatch: pytest.MonkeyPatch | None = None
+) -> tuple[dict[str, object], list[Round]]:
+    """Summary, and the round."""
+    (folder / "strength.toml").write_text(STRENGTH, encoding="utf-8")
+    (folder / "scene.toml").write_text(text, encoding="utf-8")
+    kept: list[Round] = []
+    if monkeypatch is not None:
+        of = Stressed.of
+
+        def keep(done: Round, seat: SeatStress | None) -> Stressed:
+            kept.append(done)
+            return of(done, seat)
+
+        monkeypatch.setattr(Stressed, "of", keep)
+    outcome = pipeline.run_scene(load_scene(folder / "scene.toml"), folder / "out", pictures=False)
+    return dict(outcome.summary), kept
+
+
+def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One mode without Poisson's ratio: its largest von Mises stress is of one axis and fully reversed, so that the
+    margin is S(N) over it, and Crossland's t/(sqrt(J2a) + k pmax) = f over it."""
+    text = SPRING + THROWN + '[contact]\ngap = "9 mm"\n' + RUN.format(12) + LIFE + 'multiaxial = "crossland"\n'
+    keys, (done,) = run(tmp_path, text, monkeypatch)
+    field = plate_field(done)
+    assert field is not None
+    peak = float(largest(field, np.zeros((len(done.result.time), 1)), done.result.dt).initial.von_mises.max())
+    periods = 12e-3 * float(done.striker.greens.modal.omega[0]) / (2 * np.pi)  # type: ignore[union-attr]
+    assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9 * periods) / peak, rel=0.01)
+    assert keys["life_multiaxial_margin"] == pytest.approx(500e6 / peak, rel=0.01)
+    assert (keys["life_multiaxial_criterion"], keys["life_multiaxial_cycles"]) == ("crossland", 1e7)
+    assert str(keys["life_at"]).startswith("reed, root, (")
+    assert keys["error_bar_life_margin"] is None
+    assert "the reed endures 1e+07 cycles under" in in_words(keys)
+
+
+def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
+    _, (done,) = run(tmp_path, SPRING + THROWN + RUN.format(0.4) + LIFE, monkeypatch)
+    field = plate_field(done)
+    assert field is not None
+    some = field.at(np.arange(0, len(field.points), 40))
+    ranges = mises_range(some, done.result.force, done.result.dt)
+    stress = np.moveaxis(histories(some, done.result.force, done.result.dt), 1, 2)
+    true = [max(float(von_mises(each - state).max()) for state in each[::2]) for each in stress]
+    assert np.all(ranges > 0.97 * np.array(true))  # at its coarser times
+    assert np.all(ranges < np.sqrt(5) * np.array(true))
+    regions = np.array(["a", "b"] * len(ranges))[: len(ranges)]
+    chosen = hottest(ranges, regions, 2)
+    assert sorted(regions[chosen]) == ["a", "a", "b", "b"]
+    assert ranges.max() == ranges[chosen].max()
+
+
+def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
+    """A linear reed on a linear seat it touches from the start: margin * speed stays, and is the allowed one."""
+    text = SPRING + THROWN + RUN.format(1.2) + LIFE + 'curves = { speed = ["1 m/s", "2 m/s", "16 m/s"] }\n'
+    keys, _ = run(tmp_path, text)
+    rows = (tmp_path / "out" / "margin_over_speed.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "speed [m/s],life_margin,error_bar"
+    speeds, margins = np.array([[float(x) for x in row.split(",")[:2]] for row in rows[1:]]).T
+    np.testing.assert_allclose(speeds * margins, speeds[0] * margins[0], rtol=1e-7)
+    assert keys["life_margin"] == pytest.approx(margins[speeds == 2.0][0], rel=1e-9)
+    assert keys["life_allowed_speed_m_per_s"] == pytest.approx(speeds[0] * margins[0], rel=0.05)  # 4 more runs
+
+
+def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -> None:
+    beam = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { mode = 1, velocity = "-2 m/s" }\n'
+    stop = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\nlift = "{} mm"\n'
+    curve = 'curves = { lift = ["0.5 mm", "3 mm"] }\n'
+    keys, _ = run(tmp_path, SPRING + beam + stop.format(1) + RUN.format(6) + LIFE + curve)
+    rows = (tmp_path / "out" / "margin_over_lift.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "lift [mm],life_margin,error_bar"
+    for lift, row in zip((0.5, 3), rows[1:], strict=True):
+        (tmp_path / str(lift)).mkdir()
+        there, _ = run(tmp_path / str(lift), SPRING + beam + stop.format(lift) + RUN.format(6) + LIFE)
+        assert float(row.split(",")[1]) == pytest.approx(there["life_margin"], rel=1e-6)
+        assert float(row.split(",")[2]) > 0
+    assert float(rows[1].split(",")[1]) != pytest.approx(float(rows[2].split(",")[1]), rel=0.01)
+    assert "life_allowed_lift_mm" in keys
+
+
+@pytest.mark.parametrize(
+    ("scene", "life", "said"),
+    [
+        (THROWN, 'curves = { tilt = ["0 deg", "1 deg"] }\n', r"life.curves.tilt: 0 deg: contact is not along a lip"),
+        (THROWN, 'curves = { lift = ["1 mm", "2 mm"] }\n', r"life.curves.lift: 1 mm: the scene has no \[stopper\]"),
+        (
+            REED + 'release = { deflection = "1 mm" }\n',
+            'curves = { speed = ["1 m/s", "2 m/s"] }\n',
+            "life.curves.speed: 1 m/s: the reed does not start with a velocity",
+        ),
+        (
+            REED
+            + 'release = { deflection = "1 mm" }\n[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "2 mm"\n',
+            'curves = { lift = ["3 mm", "0.5 mm"] }\n',
+            "life.curves.lift: 0.5 mm: .*at the start the reed stands 1 mm off",
+        ),
+        (THROWN, 'curves = { speed = ["1 m/s"] }\n', "life.curves.speed: a curve needs two values or more, not 1"),
+        (THROWN, "curves = {}\n", "life.curves.speed: no curve is asked for"),
+        (THROWN, 'seat_strength = "strength.toml"\n', r"life.seat_strength: .*add the table \[stress\]"),
+    ],
+)
+def test_refused(tmp_path: Path, scene: str, life: str, said: str) -> None:
+    with pytest.raises(SceneError, match=r"scene\.toml:\d+: " + said):
+        run(tmp_path, SPRING + scene + "\n" + RUN.format(1) + LIFE + life)
+
+
+def test_a_seat_pressed_slowly(tmp_path: Path) -> None:
+    """A mass on a soft spring presses a bar: its surface bears -p with p = v sqrt(k m)/A once a block, pulsating; swt
+    sees no damage in compression, goodman an amplitude of p/2. Its own waves and give: 2.4 %."""
+    (tmp_path / "seat.toml").write_text(STRENGTH.replace("[curve]", 'ultimate = "1800 MPa"\n[curve]'), encoding="utf-8")
+    text = """[seat]
+kind = "bar"
+length = "10 mm"
+width = "2 mm"
+height = "3 mm"
+damping_ratio = 0.05
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+model = "3d"
+mesh = { size = "2 mm", contact_size = "2 mm" }
+greens = { bandwidth = "100 kHz" }
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-0.5 m/s"
+[contact]
+law = { kind = "spring", stiffness = "1e5 N/m" }
+[run]
+duration = "330 us"
+time_step = "200 ns"
+[accuracy]
+target = "20 %"
+[stress]
+points = [["0 mm", "0 mm", "5 mm"]]
+distance = "3 mm"
+[life]
+seat_strength = "seat.toml"
+criterion = "goodman"
+multiaxial = "crossland"
+cycles = 4.5e9
+"""
+    keys, _ = run(tmp_path, text)
+    pressure = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)
+    assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9) / (pressure / 2), rel=0.03)
+    # sqrt(J2a) = p/2/sqrt 3; the pressure's largest value is 0, at rest
+    assert keys["life_multiaxial_margin"] == pytest.approx(310e6 * 2 * np.sqrt(3) / pressure, rel=0.03)
+    assert str(keys["life_at"]).startswith("seat, (")
+    assert isinstance(keys["error_bar_life_margin"], float)
+    assert keys["life_strength_source"] == "invented for tests"
+    assert "the seat endures 4.5e+09 cycles" in in_words(keys)
