@@ -45,6 +45,7 @@ BODIES: Final = (
     "stress_wave.png",
     "reed_stress_wave.gif",
     "reed_stress_wave.png",
+    "margin_map.png",
 )  # in space: drawn by VTK, apart
 
 

@@ -34,6 +34,7 @@ from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.lives import Stressed, lives, run_keys
+from seatfem.study.runs.margin_map import margin_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.round import remarks
@@ -129,6 +130,7 @@ def run_scene(
         summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
+    stressed: Stressed | None = None
     if scene.life is not None:
         with watch("life"):
             stressed = Stressed.of(done, stress)
@@ -151,6 +153,7 @@ def run_scene(
                 *gas_pictures(scene, done.touches),
                 *stress_pictures(stress, scene.title or "Stress in the seat", after_touch(done)),
                 *wave_pictures(done, stress),
+                *margin_pictures(done, stressed),
                 *curve_pictures(curves),
             ]
             results = (done.result, baseline.result)

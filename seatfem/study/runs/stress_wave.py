@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -24,13 +23,13 @@ from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.study.runs.lip_pictures import AFTER, BEFORE
+from seatfem.study.runs.lip_pictures import AFTER, BEFORE, raising
 from seatfem.study.runs.reed_stress import plate_field, plate_pushes
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, by_port
 
 PASSES: Final = 2  # of shear waves along the seat, that are shown
-UNKNOWN: Final = "; grey: beside the contact and sharp corners"
+UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
 def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
@@ -47,17 +46,13 @@ def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
         try:
             wave = make()
         except Exception as problem:  # numbers are known already, as in `gap_of`
-            found.append((f"{stem}.gif", partial(_raise, problem)))
+            found.append((f"{stem}.gif", partial(raising, problem)))
             continue
         if wave is not None:
             found.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
             found.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
             found.append((f"{file}.pvd", partial(write_wave, wave)))
     return found
-
-
-def _raise(problem: Exception, path: Path) -> None:
-    raise problem
 
 
 def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
@@ -95,10 +90,11 @@ def reed_wave(done: Round) -> StressWave | None:
         return None
     skin, force, dt = skin_of_plate(dofs.mesh), plate_pushes(done, done.touches), done.result.dt
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
-    mises[:, _numbers(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
+    mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]
     moved = np.zeros((len(steps), len(skin.nodes), 3))
-    moved[..., 2] = [dofs.expand(shapes[:, : len(q)] @ q)[2][skin.nodes] for q in rows]
+    bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
+    moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
     told = np.isfinite(mises).all(axis=0)
     return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), told, UNKNOWN)
 
@@ -127,7 +123,7 @@ def _steps(done: Round, first: float, last: float) -> range:
     return range(begin * stride, min((begin + asked.frames) * stride, count), stride)
 
 
-def _numbers(points: Array, among: Array) -> Array:
+def rows_of(points: Array, among: Array) -> Array:
     """Rows of ``among`` (n, d) that are the same as points (P, d)."""
     place = {tuple(each): k for k, each in enumerate(among.tolist())}
     return np.array([place[tuple(each)] for each in points.tolist()])
