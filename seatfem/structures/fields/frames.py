@@ -23,6 +23,7 @@ def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Arra
         steps: their numbers, from 0 on.
     """
     pushes = np.atleast_2d(np.asarray(force, dtype=float).T)[:, : steps[-1] + 1]
+    assert steps.start % steps.step == 0
     kept: list[Array] = []
     behind = 0
     for part in coordinates(pushes, dt, field.body, steps.step):
