@@ -45,7 +45,7 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
     if not maps:
         return []
     several = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
-    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}"
+    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{several}\n"
     files: list[Picture] = [(f"{each.body}_margin.vtu", partial(write_margins, each)) for each in maps]
     return [(PICTURE, partial(plot_margin_map, maps, title=title)), *files]
 
