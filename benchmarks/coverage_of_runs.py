@@ -40,7 +40,7 @@ from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, stop
 from seatfem.study.method import MODES, as_stated, has_key, is_given
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Round, rounds
-from seatfem.study.scene import load_scene
+from seatfem.study.scene import Scene, load_scene
 
 SEED, FROM_FILES_ON, EVERY_STRIKER_ON, SCENES = 5, 211, 300, 48
 FILE = Path(__file__).parent / "results" / "coverage_of_runs.jsonl"
@@ -339,6 +339,19 @@ def reference(done: Round) -> Values:
 
 
 def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto") -> Values:
+    finer = finer_scene(done, wider, stricter, method)
+    seat = seat_of(finer, mesh_error=False)
+    problem = problem_of(finer, striker_of(finer), impact.Body(seat.greens), stopper_of(finer))
+    return measures_of(finer, problem, finer_step(done))
+
+
+def finer_step(done: Round) -> float:
+    """Of the reference [s]."""
+    return max(done.result.dt / SHORTER, done.plan.scene.run.duration / MOST_STEPS)
+
+
+def finer_scene(done: Round, wider: float, stricter: float, method: str = "auto", rings: int | None = None) -> Scene:
+    """The scene of a run with the seat, its patch in so many ``rings``, and the striker of its reference."""
     scene = as_stated(done.plan.scene, done.plan.method)
     changed: dict[str, object] = {}
     if isinstance(scene.seat, Drawn):
@@ -349,7 +362,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
         changed |= {"seat.model": level, **sizes}
     if isinstance(scene.seat, Elastic):
         greens = scene.seat.greens
-        changed["contact.rings"] = min(MOST_RINGS, max(RINGS, 2 * scene.contact.rings))
+        changed["contact.rings"] = rings or min(MOST_RINGS, max(RINGS, 2 * scene.contact.rings))
         changed["seat.greens.bandwidth"] = wider * greens.bandwidth
         changed["seat.greens.method"] = method
         changed["seat.greens.tolerance"] = greens.tolerance / stricter
@@ -358,10 +371,7 @@ def _finer_run(done: Round, wider: float, stricter: float, method: str = "auto")
     finer = as_stated(scene, done.plan.method.replaced(changed))
     if isinstance(finer.reed, Drawn):
         finer = finer.model_copy(update={"reed": _finer_reed(finer.reed, wider, stricter)})
-    seat = seat_of(finer, mesh_error=False)
-    step = max(done.result.dt / SHORTER, scene.run.duration / MOST_STEPS)
-    problem = problem_of(finer, striker_of(finer), impact.Body(seat.greens), stopper_of(finer))
-    return measures_of(finer, problem, step)
+    return finer
 
 
 def _finer_reed(reed: Drawn, wider: float, stricter: float) -> Drawn:

@@ -9,7 +9,7 @@ from table import RESULTS, Table
 
 TABLES = (
     *("poles", "fft", "engines", "rod_kernels", "batch", "many_ports", "rings", "lips", "lip_speed", "imports"),
-    *("plan_time", "budget_cost", "cost_model", "life"),
+    *("plan_time", "budget_cost", "cost_model", "life", "life_of_seat"),
     *("assembly", "factorization", "modes", "small_seats", "cost_vs_dof", "demo_greens"),
 )
 PICTURES = {"cost_vs_dof": "![Time and memory against unknowns](images/cost_vs_dof.png)\n"}

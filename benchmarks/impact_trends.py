@@ -70,11 +70,10 @@ def landed(folder: Path, lip: dict[str, float]) -> Round:
 def stresses(done: Round, name: str, values: tuple[float, ...]) -> np.ndarray:
     """(n,) largest von Mises stress in the faces of the ring [Pa], over another speed [m/s] or tilt [deg]."""
     field, found = plate_field(done), []
-    assert field is not None
     for value in values:
         there = again(done, name, math.radians(value) if name == "tilt" else value)
         push = plate_pushes(there, there.touches)
-        struck = largest(struck_by(field, there.striker), push, there.result.dt).after_contact
+        struck = largest(struck_by(field, there.striker, there.touches), push, there.result.dt).after_contact
         found.append(struck.von_mises.max())
     return np.array(found)
 

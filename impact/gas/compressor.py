@@ -27,6 +27,7 @@ from impact.gas.cylinder import (
 from impact.gas.nozzle import PerfectGas
 from impact.gas.valve import ReedValve
 from impact.greens.base import Array
+from impact.march.followed import foreseen
 from impact.march.stepper import FOLLOW
 
 Side = Literal["suction", "discharge"]
@@ -201,10 +202,7 @@ def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> Ga
         opening: (n + 1,) mean opening of the contacts with seats [m].
         dt: step [s].
     """
-    first = np.arange(0, len(opening) - 1, FOLLOW)
-    ahead = opening[first] + FOLLOW / 2 * (
-        opening[first] - opening[np.maximum(first - 1, 0)]
-    )  # as the stepper foresees
+    first, ahead = foreseen(opening)
     state = drive.start()
     states = [state.copy()]
     for start, lift in zip(first, ahead, strict=True):

@@ -263,6 +263,11 @@ class ContactStepper:
             self._advance(edge)
         self._advance(stop)
 
+    @property
+    def opening(self) -> Array:
+        """(n + 1,) the seats' mean opening up to the steps done [m]."""
+        return np.asarray(self.gap[: self.done + 1] @ self._seats)
+
     def _foreseen(self, step: int) -> float:
         """The seats' mean opening [m] in the middle of the `FOLLOW` steps from ``step`` on, at its present rate."""
         before, now = self.gap[[step - 1 if step else 0, step]] @ self._seats

@@ -13,6 +13,7 @@ from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, difference, duration, plain
 
 DEGREES: Final = "deg"
+KILOGRAM: Final = "kg"
 ROWS: Final = (
     ("peak, {width} mean", "filtered_peak_force_N", "N"),
     ("impulse", "impulse_Ns", "N s"),
@@ -62,6 +63,8 @@ GAS: Final = (
     ("seating velocity", "gas_seating_velocity_m_per_s", "m/s"),
     ("seat impacts", "gas_seat_impacts", ""),
     ("stopper impacts", "gas_stopper_impacts", ""),
+    ("mass forward", "gas_mass_forward_kg", KILOGRAM),
+    ("mass back", "gas_mass_back_kg", KILOGRAM),
 )
 STRESS: Final = (
     ("largest, von Mises", "peak_seat_stress_Pa", "Pa"),
@@ -117,8 +120,11 @@ def result_table(summary: Mapping[str, object]) -> Table:
         table.add_section()
         table.add_row("gas, last cycle")
         for label, key, unit in GAS:
-            value = summary.get(key)
-            table.add_row(f" {label}", _cells({key: value[-1] if isinstance(value, list) else value}, key, unit)[0])
+            told = {name: summary.get(name) for name in (key, f"error_bar_{key}")}
+            last = {name: value[-1] if isinstance(value, list) else value for name, value in told.items()}
+            if unit == KILOGRAM:  # prefixes are those of the gram
+                last, unit = {name: 1e3 * value for name, value in last.items() if isinstance(value, float)}, "g"
+            table.add_row(f" {label}", _cells(last, key, unit)[0])
     table.add_section()
     step = f", step {duration(summary['time_step_s'])}" if "time_step_s" in summary else ""
     table.add_row(f"raw{step}", style="dim")

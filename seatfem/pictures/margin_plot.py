@@ -9,6 +9,10 @@ import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet
 
+ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)
+FINER = tuple(round(0.1 * number, 1) for number in range(1, 50))
+"""Ticks, where fewer than three of the round ones are seen."""
+
 
 def plot_margins(
     values: Sequence[float],
@@ -50,7 +54,8 @@ def plot_margins(
             words = f"allowed: {allowed:.4g}"
             axes.annotate(words, (allowed, 1.0), place, top, "offset points", color=GREEN, va="top", ha=side)
         axes.set_yscale("log")
-        ticks = [tick for tick in (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100) if _within(tick, axes)]
+        rounded = ([tick for tick in each if _within(tick, axes)] for each in (ROUND, FINER))
+        ticks = next((each for each in rounded if len(each) > 2), [1.0])
         axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
         axes.tick_params(colors="black", grid_color=GREY, grid_alpha=0.3)

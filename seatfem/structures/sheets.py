@@ -95,12 +95,14 @@ class PlateModes:
         sheet, mesh: of the plate.
         model: without ports.
         modes: all up to `CUTOFF` times the band.
+        coarser: its elements over those that were asked for.
     """
 
     sheet: Sheet
     mesh: PlateMesh
     model: SecondOrderModel
     modes: Modes
+    coarser: float = 1.0
 
     def at(self, patch: Patch, name: str) -> Array:
         """(m,) of the modes, their mean over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
@@ -168,6 +170,8 @@ class PlateModes:
         damping = model.damping.plus(damping_ratio)
         greens = with_modes(model, damping, self.modes, CUTOFF * band, aims, pushed)
         origin = {"method": "modes", "bandwidth_Hz": band, "damping_ratio": damping_ratio, "dof": model.size}
+        if self.coarser != 1.0:
+            origin["coarser"] = self.coarser
         mesh = f"{len(self.mesh.cells)} Mindlin elements of nine nodes"
         return greens.with_error(greens.error, {**greens.origin, **origin, "mesh": mesh})
 
@@ -238,10 +242,14 @@ def solved_sheet(
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
     right, off = (each.filtered_matrix(t, width, [0]) for each in (fine, coarse))
-    ratio = float(np.clip(math.sqrt(len(plate.mesh.cells) / len(coarser.mesh.cells)), 1.1, COARSENING))
-    off_by = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (ratio**ORDER - 1)
+    off_by = float(np.max(np.abs(right - off)) / np.max(np.abs(right))) / (refinement(plate, coarser) ** ORDER - 1)
     error = ErrorEstimate(fine.error.reduction, off_by)
     return SolvedSheet(fine.with_error(error, fine.origin), plate)
+
+
+def refinement(fine: PlateModes, coarse: PlateModes) -> float:
+    """Element size of the coarser mesh over that of the other, by their numbers of elements."""
+    return float(np.clip(math.sqrt(len(fine.mesh.cells) / len(coarse.mesh.cells)), 1.1, COARSENING))
 
 
 @lru_cache(maxsize=8)
@@ -257,7 +265,7 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
         return mesh, with_parity(solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth), model, mesh.points)
 
     mesh, modes = kept(asked, coarser, compute)
-    return PlateModes(asked, mesh, _model(asked, mesh), modes)
+    return PlateModes(asked, mesh, _model(asked, mesh), modes, coarser)
 
 
 def model_of(asked: Sheet, lips: Sequence[AnyLip]) -> SecondOrderModel:

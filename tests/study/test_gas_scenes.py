@@ -12,8 +12,8 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.gas.compressor import Compressor, Prescribed
-from seatfem.study.impacts.contact import RunError, check_step, problem_of, striker_of, time_step
-from seatfem.study.impacts.gas import gas_notes, gas_of
+from seatfem.study.impacts.contact import RunError, check_step, problem_of, run_contacts, seat_of, striker_of, time_step
+from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
@@ -120,6 +120,14 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     assert found["gas_mass_residual"] < 1e-9
     assert found["gas_energy_residual"] < 1e-9
     net = np.subtract(found["gas_mass_forward_kg"], found["gas_mass_back_kg"])
+    step = found["time_step_s"] / 3
+    again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
+    finer = cycle_masses(scene, GasRun.of(scene, again).history, of_other=True)
+    for key, masses in finer.items():
+        bars = found[f"error_bar_{key}"]
+        assert len(bars) == 2
+        assert (np.abs(np.subtract(masses, found[key])) < bars).all()
+    assert max(found["error_bar_gas_mass_forward_kg"]) < 0.01 * min(found["gas_mass_forward_kg"])
     assert net[1] == pytest.approx(found["gas_mass_other_valve_kg"][1], rel=0.03)  # the second cycle is nearly periodic
     rows = np.loadtxt(tmp_path / "out" / "gas.csv", delimiter=",", skiprows=1)
     assert np.sum(rows[1:, 4] * np.diff(rows[:, 0])) == pytest.approx(net.sum(), rel=2e-3)

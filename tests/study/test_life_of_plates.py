@@ -10,13 +10,12 @@ import pytest
 
 from impact.life.curves import basquin
 from seatfem.faces.verdict import lasting as in_words
-from seatfem.structures.fields.hot_spots import hottest, mises_range
+from seatfem.structures.fields.ranges import hottest, mises_range
 from seatfem.structures.fields.recovery import histories, largest, von_mises
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.reed_stress import plate_field
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene import SceneError, load_scene
 
 CURVE = basquin(400e6, 1e7, 12.0)
@@ -49,9 +48,9 @@ def run(
     if monkeypatch is not None:
         of = Stressed.of
 
-        def keep(done: Round, seat: SeatStress | None) -> Stressed:
+        def keep(done: Round, *stresses: object) -> Stressed:
             kept.append(done)
-            return of(done, seat)
+            return of(done, *stresses)  # type: ignore[arg-type]
 
         monkeypatch.setattr(Stressed, "of", keep)
     outcome = pipeline.run_scene(load_scene(folder / "scene.toml"), folder / "out", pictures=False)
@@ -66,7 +65,6 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(
     text = SPRING + THROWN + '[contact]\ngap = "9 mm"\n' + RUN.format(12) + LIFE + 'multiaxial = "crossland"\n'
     keys, (done,) = run(tmp_path, text, monkeypatch)
     field = plate_field(done)
-    assert field is not None
     peak = float(largest(field, np.zeros((len(done.result.time), 1)), done.result.dt).initial.von_mises.max())
     periods = 12e-3 * float(done.striker.greens.modal.omega[0]) / (2 * np.pi)  # type: ignore[union-attr]
     assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9 * periods) / peak, rel=0.01)
@@ -81,7 +79,6 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
     """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
     _, (done,) = run(tmp_path, SPRING + THROWN + RUN.format(0.4) + LIFE, monkeypatch)
     field = plate_field(done)
-    assert field is not None
     some = field.at(np.arange(0, len(field.points), 40))
     ranges = mises_range(some, done.result.force, done.result.dt)
     stress = np.moveaxis(histories(some, done.result.force, done.result.dt), 1, 2)
@@ -106,6 +103,18 @@ def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
     assert keys["life_allowed_speed_m_per_s"] == pytest.approx(speeds[0] * margins[0], rel=0.05)  # 4 more runs
 
 
+def test_loads_by_the_lift_are_in_the_stress(tmp_path: Path) -> None:
+    """One whose area does not change with the lift is as good as a constant load."""
+    load = '[[load]]\npressure = "-0.1 bar"\narea = {}\n'
+    margins = []
+    for area in ('"30 mm^2"', '[["0 mm", "30 mm^2"], ["1 mm", "30 mm^2"]]'):
+        keys, _ = run(tmp_path, SPRING + THROWN + load.format(area) + RUN.format(1) + LIFE)
+        margins.append(keys["life_margin"])
+    alone, _ = run(tmp_path, SPRING + THROWN + RUN.format(1) + LIFE)
+    assert margins[1] == pytest.approx(margins[0], rel=1e-6)
+    assert margins[1] != pytest.approx(alone["life_margin"], rel=0.03)
+
+
 def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -> None:
     beam = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 6\nrelease = { mode = 1, velocity = "-2 m/s" }\n'
     stop = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\nlift = "{} mm"\n'
@@ -119,7 +128,7 @@ def test_margin_over_lift_is_that_of_runs_with_another_stopper(tmp_path: Path) -
         assert float(row.split(",")[1]) == pytest.approx(there["life_margin"], rel=1e-6)
         assert float(row.split(",")[2]) > 0
     assert float(rows[1].split(",")[1]) != pytest.approx(float(rows[2].split(",")[1]), rel=0.01)
-    assert "life_allowed_lift_mm" in keys
+    assert "life_allowed_lift_m" in keys
 
 
 @pytest.mark.parametrize(

@@ -120,6 +120,40 @@ def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) ->
         load_strength(written(tmp_path, text))
 
 
+def test_a_curve_of_a_table(tmp_path: Path) -> None:
+    """Points in CSV are those of `points`; comments are left out."""
+    (tmp_path / "sn.csv").write_text("# invented\nstress [MPa],cycles\n500,1e5\n400,1e7\n350,1e9\n", encoding="utf-8")
+    points = 'points = [["500 MPa", 1e5], ["400 MPa", 1e7], ["350 MPa", 1e9]]'
+    of_file, of_points = (
+        load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\nscatter = 0.2\n')).curve
+        for curve in ('file = "sn.csv"', points)
+    )
+    assert of_file == of_points
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv:3: 2 numbers are needed, found ',1e7'"),
+        ("stress [MPa],cycles\n500,1e5\n400\n", "sn.csv:3: 2 numbers are needed, found '400'"),
+        ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv:3: '400,nan': the numbers must be finite"),
+        ("stress,cycles\n500,1e5\n400,1e7\n", "column 'stress'; known are stress [unit],cycles"),
+        ("stress [mm],cycles\n500,1e5\n400,1e7\n", "is a length; a pressure is needed"),
+        ("stress [MPa]\n500\n400\n", "sn.csv:1: no column cycles"),
+        ("stress [MPa],cycles\n400,1e5\n420,1e7\n", "curve.file: S-N points rise: from 4e+08 Pa at 100000 cycles"),
+        ("stress [MPa],cycles\n400,1e5\n-20,1e7\n", "stress and cycles must be positive"),
+        ("stress [MPa],cycles\n400,1e5\n", "needs two points or more, not 1"),
+        ("", "sn.csv: no table"),
+    ],
+)
+def test_a_table_that_is_none(tmp_path: Path, rows: str, told: str) -> None:
+    (tmp_path / "sn.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(
+        SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + re.escape(told.removeprefix("curve.file: "))
+    ):
+        load_strength(written(tmp_path, 'source = "x"\n[curve]\nfile = "sn.csv"\n'))
+
+
 def test_everything_at_once(tmp_path: Path) -> None:
     spoiled = WHOLE.replace('"0.3 mm"', "0.3").replace("specimens = 30", "specimens = 0").replace('"2 GPa"', '"2 kg"')
     with pytest.raises(SceneError) as caught:

@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from seatfem.units import UnitError, parse_quantity
 
 LARGEST: Final = 50 * MB
-_HEADER: Final = re.compile(r"\s*(\w+)\s*\[\s*([^\]]+?)\s*\]\s*")
+_HEADER: Final = re.compile(r"\s*(\w+)\s*(?:\[\s*([^\]]+?)\s*\]\s*)?")
 
 
 class ColumnsError(ValueError):
@@ -27,7 +27,7 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
 
     Args:
         path: of the file; lines that begin with # are left out.
-        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the columns that there may be.
+        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the columns that there may be; "" of pure numbers.
         needed: those that there must be.
 
     Raises:
@@ -35,15 +35,16 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     """
     text = read_text(path, LARGEST, ColumnsError)
     rows = [(n, row) for n, row in enumerate(csv.reader(text.splitlines()), 1) if row and not row[0].startswith("#")]
-    wanted = ",".join(f"{name} [unit]" for name in known)
+    wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
     if len(rows) < 2:
         raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
     scales: dict[str, float] = {}
     for cell in rows[0][1]:
-        if not (found := _HEADER.fullmatch(cell)) or found[1] not in known or found[1] in scales:
+        found = _HEADER.fullmatch(cell)
+        if not found or found[1] not in known or found[1] in scales or bool(found[2]) != bool(known[found[1]]):
             raise ColumnsError(f"{path}:{rows[0][0]}: column {cell!r}; known are {wanted}, once each")
         try:
-            scales[found[1]] = parse_quantity(f"1 {found[2]}", known[found[1]])
+            scales[found[1]] = parse_quantity(f"1 {found[2]}", known[found[1]]) if found[2] else 1.0
         except UnitError as error:
             raise ColumnsError(f"{path}:{rows[0][0]}: column {cell!r}: {error}") from error
     if missing := [name for name in needed if name not in scales]:

@@ -177,8 +177,9 @@ class ThinPlate(Moving):
         """The modes behind its Green's function, whatever touches it; found once in a process."""
         from seatfem.structures.sheets import plate_modes  # scenes are read without finite elements
 
-        band = greens.provenance.get("bandwidth_Hz")
-        return plate_modes(self.sheet(band if isinstance(band, float) else None))
+        band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
+        asked = self.sheet(band if isinstance(band, float) else None)
+        return plate_modes(asked, coarser) if isinstance(coarser, float) else plate_modes(asked)
 
     def surrogate(self, duration: float, face: Face) -> Surrogate:
         found = self.solved()

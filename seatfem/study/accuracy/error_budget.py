@@ -57,15 +57,8 @@ def error_budget(
     """
     result, stopper = touches.seat, touches.stopper
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found: dict[str, Terms | None] = {
-        "mesh": _of_mesh(scene, seat, problem),
-        "reduction": _of_reduction(scene, seat, problem),
-        "model": _of_model(scene, method, seat, problem),
-        "patch": _of_patch(scene, method, seat, problem),
-    }
+    found = sources_of(scene, method, seat, problem, reed)
     of_reed = {} if reed is None else _of_reed(scene, reed, problem)
-    if reed is not None:
-        found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
     unknown = tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
 
     def run(varied: ContactProblem, dt: float) -> Values:
@@ -75,6 +68,21 @@ def error_budget(
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer)
     names = (*SOURCES, *([] if reed is None else [STRIKER]))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
+
+
+def sources_of(
+    scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem, reed: Solved | None = None
+) -> dict[str, Terms | None]:
+    """The variations behind `error_budget` by source; ``problem``: what was run."""
+    found: dict[str, Terms | None] = {
+        "mesh": _of_mesh(scene, seat, problem),
+        "reduction": _of_reduction(scene, seat, problem),
+        "model": _of_model(scene, method, seat, problem),
+        "patch": _of_patch(scene, method, seat, problem),
+    }
+    if reed is not None:
+        found[STRIKER] = [term for terms in _of_reed(scene, reed, problem).values() for term in terms or ()]
+    return found
 
 
 def _finer_step(

@@ -209,15 +209,21 @@ def _facing(striker: impact.Body, port: str) -> str | int:
     return port if port in striker.greens.ports else 0
 
 
-def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
-    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
-    striker = problem.striker
+def marched(scene: Scene, problem: impact.ContactProblem, dt: float) -> impact.ContactStepper:
+    """A run of a problem of a scene for its forces alone, a fraction of the cost of one with energies."""
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, impact.Body(body.greens.forces_only(), base=body.base))
     prepared = impact.prepare(problem, dt, scene.run.duration)
     stepper = impact.ContactStepper(prepared, flying=True)
     stepper.advance(prepared.steps)
+    return stepper
+
+
+def measures_of(scene: Scene, problem: impact.ContactProblem, dt: float) -> Values:
+    """The measures of a run alone, a fraction of its cost: no energies; stress only if asked for, coarsely."""
+    striker, stepper = problem.striker, marched(scene, problem, dt)
+    problem = stepper.prepared.problem
     force, displacement = force_of(stepper), displacement_of(stepper)
     wanted = scene.needs_stress
     stopper = stopper_force_of(stepper)

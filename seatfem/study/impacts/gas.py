@@ -106,7 +106,7 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     largest = float(np.max(lift))
     is_open = lift > OPEN * largest if largest > 0 else np.zeros(len(lift), dtype=bool)
     rises, falls = (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1, np.flatnonzero(~is_open[1:] & is_open[:-1]) + 1)
-    cycles = max(1, math.ceil(scene.run.duration / turn - 1e-6))
+    cycles = cycles_of(scene)
 
     def by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
         number = np.minimum(np.asarray(steps * dt / turn, dtype=int), cycles - 1)
@@ -115,11 +115,6 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
     def degrees(step: int) -> float:
         return float(angles(np.array([step * dt]), gas.rpm, gas.angle)[0])
 
-    edges = np.minimum(np.arange(cycles + 1) * turn, run.history.time[-1])
-    mass = {
-        f"gas_mass_{name}_kg": np.diff(np.interp(edges, run.history.time, run.history.states[:, column])).tolist()
-        for name, column in (("forward", FORWARD), ("back", BACK))
-    }
     speed = (lift[:-1] - lift[1:]) / dt
     stops = np.zeros(0) if touches.stopper is None else contact_groups(touches.stopper)[:, 0] / dt
     valve, side = run.drive.valve, run.drive.side
@@ -132,18 +127,35 @@ def gas_keys(scene: Scene, touches: Touches, run: GasRun) -> dict[str, object]:
         "gas_seating_velocity_m_per_s": [float(speed[s - 1].max()) if len(s) else None for s in by_cycle(falls)],
         "gas_seat_impacts": [len(s) for s in by_cycle(falls)],
         "gas_stopper_impacts": [len(s) for s in by_cycle(stops)],
-        **mass,
+        **cycle_masses(scene, run.history, of_other=run.volume is not None),
         "gas_flow_area_source": [valve.flow.source, valve.flow_back.source],
         "gas_force_area_source": [valve.force.source, valve.force_back.source],
         "gas_largest_pressure_Pa": float(run.history.pressure.max()),
         "gas_least_pressure_Pa": float(run.history.pressure.min()),
     }
     if run.volume is not None:
-        other = np.diff(np.interp(edges, run.history.time, run.history.states[:, OTHER])).tolist()
         residual = run.history.energy_residual(run.drive.gas.k, run.volume)
-        found |= {"gas_mass_other_valve_kg": other, "gas_mass_residual": run.history.mass_residual(side)}
+        found |= {"gas_mass_residual": run.history.mass_residual(side)}
         found |= {"gas_energy_residual": residual}
     return found
+
+
+def cycles_of(scene: Scene) -> int:
+    """Turns of the crank that a run begins."""
+    assert scene.gas is not None
+    return max(1, math.ceil(scene.run.duration / scene.gas.turn - 1e-6))
+
+
+def cycle_masses(scene: Scene, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
+    """By key of summary.json, the mass that passes in each cycle [kg]; through the other valve, too, where it is
+    known."""
+    assert scene.gas is not None
+    edges = np.minimum(np.arange(cycles_of(scene) + 1) * scene.gas.turn, history.time[-1])
+    columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
+    return {
+        f"gas_mass_{name}_kg": np.diff(np.interp(edges, history.time, history.states[:, column])).tolist()
+        for name, column in columns.items()
+    }
 
 
 def gas_notes(scene: Scene) -> tuple[str, ...]:

@@ -21,7 +21,6 @@ from seatfem.pictures.margin_plot import plot_margins
 from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
 from seatfem.study.impacts.life import body_of
 from seatfem.study.runs.lives import Stressed, bars_of, lives
-from seatfem.study.runs.reed_stress import struck_by
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.life_curves import UNITS, varied
 
@@ -70,7 +69,8 @@ def traced(
 ) -> MarginCurve:
     """Run at rising values, and where two of them enclose a margin of 1, look for the value there.
 
-    By Brent's method, to `NEAR` of it or in ``most`` runs; they are on the curve, too.
+    By Brent's method, to `NEAR` of it or in ``most`` runs, which are on the curve, too; between the two that then are
+    next to it log(margin) is taken for straight.
 
     Args:
         run: margin and error bar at a value.
@@ -84,15 +84,21 @@ def traced(
         spare = found[value][0]
         return min(max(math.log(spare), -FARTHEST), FARTHEST) if spare > 0 else -FARTHEST
 
-    signs = [(value, excess(value)) for value in values]
-    allowed: float | None = next((value for value, off in signs if off == 0.0), None)
-    for (low, one), (high, other) in pairwise(signs):
-        if allowed is None and one * other < 0:
+    for low, high in pairwise(values):
+        if excess(low) * excess(high) < 0:
             near = NEAR * max(abs(low), abs(high)) / 2
-            allowed = float(brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False))
+            brentq(excess, low, high, xtol=near, rtol=NEAR / 2, maxiter=most, disp=False)
+            break
     points = sorted(found)
     margins, bars = zip(*(found[value] for value in points), strict=True)
+    around = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
+    allowed = next((low + (high - low) * _share(excess(low), excess(high)) for low, high in around), None)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
+
+
+def _share(low: float, high: float) -> float:
+    """Of the way from one to the other at which a line through both is zero."""
+    return low / (low - high) if low != high else 0.0
 
 
 def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
@@ -136,8 +142,7 @@ def again(done: Round, name: str, value: float) -> Round:
 def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     there = again(done, name, value / factor)
-    touches, field = there.touches, None if stressed.reed is None else struck_by(stressed.reed, there.striker)
-    worst = lives(there, replace(stressed, reed=field), touches, there.stress).of_one_axis
+    worst = lives(there, stressed, there.touches, there.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None and worst[0].life is not None:
         margin, at = worst[0].life.margin, worst[0].at or at
@@ -149,8 +154,9 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     """For summary.json: the value that each curve allows; ``None`` where it does not reach a margin of 1."""
-    named = {"speed": "life_allowed_speed_m_per_s", "tilt": "life_allowed_tilt_deg", "lift": "life_allowed_lift_mm"}
-    return {named[curve.key]: curve.allowed for curve in curves}
+    named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
+    told = ((*named[curve.key], curve.allowed) for curve in curves)
+    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in told}
 
 
 def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
 from seatfem.structures.fields.corners import near
-from seatfem.structures.fields.hot_spots import hottest, mises_range, tensor_histories
+from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histories
 from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.reed_stress import plate_field, plate_pushes, touched_points
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes, struck_by, touched_points
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, by_port
 
@@ -30,17 +30,22 @@ class Stressed:
     Attributes:
         reed: of a plate, in one of its faces; ``None`` of others.
         seat: ``None`` where its stress is not looked for.
+        reed_bar: relative error bar of the stress in a plate; nan where it is not known.
     """
 
     reed: StressField | None
     seat: SeatStress | None
+    reed_bar: float = math.nan
 
     @classmethod
-    def of(cls, done: Round, seat: SeatStress | None) -> Stressed:
+    def of(cls, done: Round, seat: SeatStress | None, of_reed: PlateReedStress | None = None) -> Stressed:
         """Of a round, as far as its life is asked for."""
         life = done.plan.scene.life
-        reed = None if life is None or life.demand() is None else plate_field(done)
-        return cls(reed, None if life is None or life.demand("seat") is None else seat)
+        plate = isinstance(done.plan.scene.reed, ThinPlate) and done.striker.greens.modal is not None
+        reed = None if life is None or life.demand() is None or not plate else plate_field(done)
+        after = None if of_reed is None else of_reed.found.after_contact
+        bar = math.nan if of_reed is None or after is None else of_reed.bar / after.value
+        return cls(reed, None if life is None or life.demand("seat") is None else seat, bar)
 
 
 def lives(
@@ -65,6 +70,8 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
     bars = {}
     if done.left.values.get(STRESS, 0.0) > 0 and STRESS not in done.without_bar:
         bars["reed"] = done.left.relative(STRESS)
+    if math.isfinite(stressed.reed_bar):
+        bars["reed"] = stressed.reed_bar
     if (seat := stressed.seat) is not None and math.isfinite(seat.bar):
         bars["seat"] = seat.bar / float(seat.peak.von_mises.max())
     return bars
@@ -72,6 +79,7 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """In both faces where stress changes most in each part of the plate."""
+    field = struck_by(field, done.striker, touches)
     reed, force, dt = done.plan.scene.reed, plate_pushes(done, touches), touches.seat.dt
     assert isinstance(reed, ThinPlate)
     beside = near(field.points, touched_points(done), BESIDE * reed.thickness)

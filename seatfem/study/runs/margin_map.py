@@ -15,7 +15,7 @@ from impact.life.places import Demand, judged
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.margin_map import MarginMap, plot_margin_map, write_margins
 from seatfem.pictures.skin import skin_of, skin_of_plate
-from seatfem.structures.fields.hot_spots import mises_range, tensor_histories
+from seatfem.structures.fields.ranges import mises_range, tensor_histories
 from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.thin_plate import ThinPlate

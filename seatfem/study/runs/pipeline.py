@@ -31,22 +31,23 @@ from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
+from seatfem.study.runs.gas_bars import gas_bars
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.margin_map import margin_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
-from seatfem.study.runs.reed_stress import plate_reed_stress
+from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
-from seatfem.study.runs.seat_stress import SeatStress, check_stress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_stress import check_stress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_wave import after_touch, wave_pictures
+from seatfem.study.runs.stresses import stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
     plan_keys,
     reed_keys,
-    reed_stress_keys,
     regime_keys,
     stopper_keys,
     summarise,
@@ -123,17 +124,21 @@ def run_scene(
             gas_files = _write_gas(scene, done, folder)
     remember(done)
     assert baseline is not None
-    stress: SeatStress | None = None
+    if scene.gas is not None:
+        with watch("gas bars"):
+            summary |= gas_bars(done)
+        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
+    stress, of_reed = None, None
     if scene.stress is not None:
         with watch("seat stress"):
-            stress, of_reed = seat_stress(done, progress), plate_reed_stress(done)
-        summary |= stress_keys(stress) | ({} if of_reed is None else reed_stress_keys(of_reed))
+            stress, of_reed = stresses(done, progress)
+        summary |= stress_keys(stress) | plate_stress_keys(of_reed)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
     stressed: Stressed | None = None
     if scene.life is not None:
         with watch("life"):
-            stressed = Stressed.of(done, stress)
+            stressed = Stressed.of(done, stress, of_reed)
             here = lives(done, stressed, done.touches, done.stress)
             there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
         summary |= run_keys(done, stressed, here, there)

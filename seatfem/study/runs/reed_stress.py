@@ -1,124 +1,177 @@
-"""Stress in the faces of a plate that strikes: its largest before the first touch and since."""
+"""Stress in the faces of a plate that strikes: its largest before the first touch and since, with an error bar."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body, ModalState
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
+from impact.march.followed import as_marched
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.fields.corners import near, sharp_nodes
 from seatfem.structures.fields.plates import plate_nodes, plate_stress
-from seatfem.structures.fields.recovery import Largest, StressField, largest
+from seatfem.structures.fields.recovery import LITTLE, Largest, LargestStress, StressField, largest
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.mesh.sheet import CLAMPED
+from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import Division
-from seatfem.structures.sheets import patches_of
+from seatfem.structures.sheets import ORDER, PlateModes, patches_of, plate_modes, refinement
+from seatfem.study.impacts.contact import striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.summary import reed_stress_keys
 from seatfem.study.scene.lips import lip_of, on_the_reed
 
-
-def plate_reed_stress(done: Round) -> ReedStress | None:
-    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, of a free
-    plate from its centre.
-
-    ``None`` where no [stress] is asked for, and where `plate_field` knows none.
-    """
-    field = None if done.plan.scene.stress is None else plate_field(done)
-    if field is None:
-        return None
-    found = largest(field, plate_pushes(done, done.touches), done.result.dt)
-    away = np.linalg.norm(field.points, axis=1) if done.plan.scene.reed.loose else field.points[:, 0]
-    after = _peak(away, found.after_contact) if np.any(done.result.force) else None
-    return ReedStress(_peak(away, found.initial), after)
+FEWER: Final = 0.75  # of the modes, for the error bar
+OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
+AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
 
 
-def plate_field(done: Round) -> StressField | None:
-    """Stress in the face z = h/2 of the plate that strikes, at its nodes; the opposite in the other one.
+@dataclass(frozen=True)
+class PlateReedStress:
+    """The largest von Mises stress in the faces of a plate, and the error ``bar`` of that after the first touch [Pa];
+    nan where it is unknown. ``largest_at``: the field where it is largest."""
 
-    ``None`` of strikers that are no plates, and under loads that depend on the lift. Within one thickness of sharp
-    corners, of the ends of the clamp and of what touches no stress is told: a plate has none there. Of a free plate the
-    rigid motion has no part in it; what the modes left out bear at rest is that of K + s^2 M then, s half the lowest
-    frequency: right to (s/w)^2 of the first mode left out.
+    found: ReedStress
+    bar: float
+    largest_at: StressField
+
+
+def plate_reed_stress(done: Round) -> PlateReedStress | None:
+    """The largest von Mises stress in the faces of the plate that strikes, ``at`` the distance from its root, or of a
+    free one from its centre; ``None`` where no [stress] is asked for, and of strikers that are no plates.
+
+    Within one thickness of sharp corners, of the ends of the clamp and of what touches no stress is told: a plate has
+    none there. The bar is the sum of what the coarser mesh behind the error of its Green's function changes, by its
+    order, and of what a quarter of the modes less change; it knows nothing of the force's own.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
-    greens = done.striker.greens.modal
-    if not isinstance(reed, ThinPlate) or greens is None or scene.is_blown_by_lift:
+    if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
-    plate = reed.plate(done.striker.greens)
-    model = plate.with_ports(_lips(done, reed)).with_ports(greens.ports)
+    plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
+    field = plate_field(done)
+    found = largest(field, force, dt)
+    told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
+    if not np.any(done.result.force):
+        return PlateReedStress(replace(told, after_contact=None), math.nan, field)
+    worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
+    fewer = largest(_with_fewer_modes(worst), force, dt)
+    coarser = plate_modes(plate.sheet, COARSENING)
+    other = striker_of(scene, greens=coarser.greens(_lips(done), reed.damping_ratio))
+    on_coarser = largest(plate_field(done, other), force, dt)
+    peak = _value(found)
+    of_mesh = abs(_value(on_coarser) - peak) / (refinement(plate, coarser) ** ORDER - 1)
+    bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
+    return PlateReedStress(told, bar, worst)
+
+
+def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
+    """For summary.json: the keys that a beam's stress has, and the error bar."""
+    if stress is None:
+        return {}
+    bar = None if math.isnan(stress.bar) else stress.bar
+    return {**reed_stress_keys(stress.found), "error_bar_peak_reed_stress_after_contact_Pa": bar}
+
+
+def plate_field(done: Round, striker: Body | None = None) -> StressField:
+    """The stress in the face z = h/2 of the plate that strikes, at its nodes away from what has none, by its elastic
+    modes and what each port's force at rest does beside them; ``striker``: the same on another mesh."""
+    striker, reed = striker or done.striker, done.plan.scene.reed
+    assert isinstance(reed, ThinPlate)
+    plate = reed.plate(striker.greens)
     sheet, sites = plate.sheet, plate_nodes(plate.mesh)
-    thickness, bends = sheet.shape.thickness, greens.omega > 0
+    model, thickness = plate.with_ports(_lips(done)).with_ports(striker.greens.ports), sheet.shape.thickness
+    greens, rigid = striker.greens.modal, plate.modes.omega == 0
+    assert greens is not None
+    shapes, moving = plate.modes.shapes, plate.modes.shapes[:, rigid]
+    stiffness, loads = model.K, model.port_matrix
+    if rigid.any():  # its inertia balances the loads
+        slow = AT_REST * float(plate.modes.omega[~rigid].min())
+        stiffness, loads = stiffness + slow**2 * model.M, loads - model.M @ (moving @ (moving.T @ loads))
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
-    modes, omega = plate.modes.shapes[:, : len(greens.omega)][:, bends], greens.omega[bends]
-    shift = omega.min() / 2 if reed.loose else 0.0
-    rest = factorize(model.K + shift**2 * model.M, name="K + s^2 M").solve(model.port_matrix)
-    static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in (rest, modes))
-    if shift:
-        static += (modal * (1 / omega**2 - 1 / (omega**2 + shift**2))) @ greens.shapes[bends]
-    ends = () if reed.loose else (_ends(plate.mesh),)
-    singular = np.concatenate([touched_points(done), *ends, sharp_nodes(plate.mesh)])
-    field = StressField(sites.points, static, modal, _bending(done.striker))
-    return field.at(~near(sites.points, singular, thickness))
+    columns = factorize(stiffness, name="K").solve(loads), shapes[:, ~rigid]
+    static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in columns)
+    singular = np.concatenate([touched_points(done), _ends(plate.mesh), sharp_nodes(plate.mesh)])
+    field = StressField(sites.points, static, modal, striker).at(~near(sites.points, singular, thickness))
+    return struck_by(field, striker, done.touches)
 
 
-def struck_by(field: StressField, striker: Body) -> StressField:
-    """The field of a plate that starts or is loaded in another way."""
-    return replace(field, body=_bending(striker))
+def struck_by(field: StressField, striker: Body, touches: Touches) -> StressField:
+    """The field of a plate in another run: it starts otherwise, or its loads follow another lift."""
+    greens = striker.greens.modal
+    assert greens is not None
+    return replace(field, body=_of_modes(as_marched(striker, lift_of(touches), touches.seat.dt), greens.omega > 0))
+
+
+def _with_fewer_modes(field: StressField) -> StressField:
+    modes = field.modal.shape[2]
+    kept = np.arange(modes) < max(1, round(FEWER * modes))
+    return StressField(field.points, field.static, field.modal[..., kept], _of_modes(field.body, kept))
+
+
+def _of_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
+    """The body in some of its modes; of a translation in none of these nothing is left."""
+    greens, start = body.greens.modal, body.modal_start()
+    assert greens is not None
+    some = replace(greens, omega=greens.omega[kept], zeta=greens.zeta[kept], shapes=greens.shapes[kept])
+    state = ModalState(start.displacement[kept], start.velocity[kept])
+    return Body(some, state=state, loads=tuple(replace(load, shape=load.shape[kept]) for load in body.loads))
+
+
+def _value(found: LargestStress) -> float:
+    return float(found.after_contact.von_mises.max())
+
+
+def _peak(plate: PlateModes, field: StressField, found: Largest) -> PeakStress:
+    k, shape = int(found.von_mises.argmax()), plate.sheet.shape
+    x, y = field.points[k] - (0.0 if shape.is_clamped else np.asarray(shape.centre))
+    at = float(x if shape.is_clamped else math.hypot(x, y))
+    return PeakStress(float(found.von_mises[k]), at, float(found.von_mises_time[k]))
+
+
+def _ends(mesh: PlateMesh) -> Array:
+    """(2, 2) of the clamped line; none of a free plate."""
+    line = mesh.points[mesh.lines.get(CLAMPED, np.zeros(0, dtype=np.int64))]
+    return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line
 
 
 def touched_points(done: Round) -> Array:
     """(k, 2) of the patches with which a plate touches [m]: the lip's, else its own; on a stopper its own, too."""
-    scene, reed = done.plan.scene, done.plan.scene.reed
+    reed, lips = done.plan.scene.reed, _lips(done)
     assert isinstance(reed, ThinPlate)
+    touched = lips if done.plan.scene.stopper is not None else lips[-1:]
     sheet = reed.plate(done.striker.greens).sheet
-    lips = _lips(done, reed)
-    touched = lips if scene.stopper is not None else lips[-1:]
     return np.concatenate([patch.points for patch in patches_of(sheet, touched).values()])
 
 
-def _lips(done: Round, reed: ThinPlate) -> tuple[AnyLip, ...]:
+def _lips(done: Round) -> tuple[AnyLip, ...]:
     scene = done.plan.scene
-    return reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
-
-
-def _bending(striker: Body) -> Body:
-    """A striker without its rigid motion."""
-    greens = striker.greens.modal
-    assert greens is not None
-    bends = greens.omega > 0
-    kept = replace(greens, omega=greens.omega[bends], zeta=greens.zeta[bends], shapes=greens.shapes[bends])
-    start = striker.modal_start(greens)
-    state = ModalState(start.displacement[bends], start.velocity[bends])
-    return Body(kept, state=state, loads=tuple(replace(load, shape=load.shape[bends]) for load in striker.loads))
-
-
-def _peak(away: Array, found: Largest) -> PeakStress:
-    k = int(found.von_mises.argmax())
-    return PeakStress(float(found.von_mises[k]), float(away[k]), float(found.von_mises_time[k]))
-
-
-def _ends(mesh: PlateMesh) -> Array:
-    """(2, 2) of the clamped line."""
-    line = mesh.points[mesh.lines[CLAMPED]]
-    return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]]
+    assert isinstance(scene.reed, ThinPlate)
+    return scene.reed.lips(on_the_reed(scene, lip_of(scene, Division.of(done.seat.greens).arcs)))
 
 
 def plate_pushes(done: Round, touches: Touches) -> Array:
-    """(n + 1, ports) forces of a run, the round's own or one on another seat, on the striker's ports, away from the
-    seat; a stopper's on the first, where the plate is touched by itself [N]."""
-    greens, parts = done.striker.greens, touches.parts
-    names = Division.of(done.seat.greens).names if parts is not None else ("",)
-    each = touches.seat.force[:, None] if parts is None else parts.force
-    force = np.zeros((len(each), len(greens.ports)))
-    for name, pushed in zip(names, each.T, strict=True):
+    """(n + 1, ports) forces of a run, the round's own or one on another seat, on the ports of its striker [N]."""
+    if touches.parts is None:
+        return pushes_of(done.striker.greens, touches.seat.force[:, None], Division(), touches.stopper_force)
+    return pushes_of(done.striker.greens, touches.parts.force, Division.of(done.seat.greens), touches.stopper_force)
+
+
+def pushes_of(greens: GreensFunction, parts: Array, division: Division, stopper: Array | None) -> Array:
+    """(n + 1, ports) forces on the ports of a striker, away from the seat, by those on the parts of the seat's patch;
+    a stopper's is on its first one, too [N]."""
+    force = np.zeros((len(parts), len(greens.ports)))
+    for name, pushed in zip(division.names, parts.T, strict=True):
         force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
-    if touches.stopper_force is not None:
-        force[:, 0] -= touches.stopper_force
+    if stopper is not None:
+        force[:, 0] -= stopper
     return force

@@ -78,8 +78,8 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
 
 def reed_wave(done: Round) -> StressWave | None:
     """Of the plate that strikes; ``None`` of other reeds."""
-    reed, field = done.plan.scene.reed, plate_field(done)
-    if field is None or not isinstance(reed, ThinPlate):
+    reed = done.plan.scene.reed
+    if not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
         return None
     groups = measures.contact_groups(done.result)
     start, end = groups[0] if len(groups) else (math.nan, math.nan)
@@ -88,7 +88,8 @@ def reed_wave(done: Round) -> StressWave | None:
     dofs, shapes = plate.model.dofs, plate.modes.shapes
     if not steps or dofs is None or not isinstance(dofs.mesh, PlateMesh):
         return None
-    skin, force, dt = skin_of_plate(dofs.mesh), plate_pushes(done, done.touches), done.result.dt
+    field, skin = plate_field(done), skin_of_plate(dofs.mesh)
+    force, dt = plate_pushes(done, done.touches), done.result.dt
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
     mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]

@@ -166,9 +166,10 @@ class LifeTable(Table):
                 "multiaxial",
                 f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength",
             )
-        if judged and scene.is_blown_by_lift:
+        if judged and scene.is_blown_by_lift and not scene.reed.has_surface_stress:
             raise KeyProblem(
-                "strength", "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key"
+                "strength",
+                "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key, or use a plate",
             )
         if self.curves is not None:
             self.curves.check(scene)

@@ -5,15 +5,28 @@ from __future__ import annotations
 import math
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
 from impact.life.curves import Curve, LifeError, basquin, tabled
 from impact.life.strength import Strength
-from seatfem.fields import Fraction, KeyProblem, Length, Pressure, Source, Speed, Table, Temperature, of_same_names
+from seatfem.fields import (
+    ExistingFile,
+    Fraction,
+    KeyProblem,
+    Length,
+    Pressure,
+    Source,
+    Speed,
+    Table,
+    Temperature,
+    of_same_names,
+)
+from seatfem.structures.formats.columns import ColumnsError, read_columns
 from seatfem.study.scene.load import load_table
 
+COLUMNS: Final = {"stress": "pressure", "cycles": ""}
 Count = Annotated[float, Field(gt=0)]
 
 
@@ -30,15 +43,21 @@ class CurveTable(Table):
     points: tuple[tuple[Pressure, Count], ...] = Field(
         (), description="in place of the knee: [amplitude, cycles], falling"
     )
+    file: ExistingFile | None = Field(
+        None, description="in place of points: CSV with the header `stress [MPa],cycles`, amplitudes that fall"
+    )
     scatter: float | None = Field(None, ge=0, description="standard deviation of log10 N")
     survival: Fraction = Field(0.5, description="share of specimens that survive the curve as it is stated")
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         knee = {key: getattr(self, key) for key in ("knee_stress", "knee_cycles", "slope")}
-        if self.points and (any(knee.values()) or self.second_slope or self.endurance_limit):
-            raise KeyProblem("points", "a curve is given by a knee and slopes or by points, not by both")
-        if missing := [key for key, value in knee.items() if value is None and not self.points]:
+        if self.points and self.file is not None:
+            raise KeyProblem("file", "points are given too; keep one of the two")
+        measured, key = self.points or self.file, "points" if self.points else "file"
+        if measured and (any(knee.values()) or self.second_slope or self.endurance_limit):
+            raise KeyProblem(key, "a curve is given by a knee and slopes or by points, not by both")
+        if missing := [key for key, value in knee.items() if value is None and not measured]:
             raise KeyProblem(
                 missing[0],
                 f"a curve needs knee_stress, knee_cycles and slope, or points; missing: {', '.join(missing)}",
@@ -47,19 +66,25 @@ class CurveTable(Table):
             raise KeyProblem("second_slope", "an endurance limit leaves no second slope; state one of them")
         try:
             _ = self.curve
-        except LifeError as problem:
-            raise KeyProblem("points", str(problem)) from None
+        except (LifeError, ColumnsError) as problem:
+            raise KeyProblem(key, str(problem)) from None
         return self
 
     @cached_property
     def curve(self) -> Curve:
         """In SI."""
         if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
-            return tabled(self.points, scatter=self.scatter, survival=self.survival)
+            return tabled(self.points or self._of_file(), scatter=self.scatter, survival=self.survival)
         second = math.inf if self.endurance_limit else self.second_slope
         return basquin(
             self.knee_stress, self.knee_cycles, self.slope, second, scatter=self.scatter, survival=self.survival
         )
+
+    def _of_file(self) -> list[tuple[float, float]]:
+        """Amplitude and cycles of each row. Raises `ColumnsError`."""
+        assert self.file is not None
+        table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
+        return list(zip(table["stress"].tolist(), table["cycles"].tolist(), strict=True))
 
 
 class StrengthTable(Table):

@@ -1,0 +1,196 @@
+"""Do the error bars of stress cover the true errors? Random beams and plates on random seats, [stress] asked for.
+
+    python benchmarks/coverage_of_stress.py [seed [first [last]]]
+
+appends a line per scene to results/coverage_of_stress.jsonl, leaving out those that are there, then writes
+results/coverage_of_stress.csv, a row per scene and measure. The reference has both meshes two levels finer (in space
+one), a wider band, more modes and a quarter of the step, under the same law of contact; its stress is recovered on its
+own meshes from its own force. The struck patch has as many rings as in the run: how a face spreads its force is model.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from coverage_of_runs import Verdict, cover, finer_scene, finer_step
+from coverage_of_seats import FINER, annular, bar, block, conical
+
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.rings import Division
+from seatfem.structures.store import VARIABLE
+from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
+from seatfem.study.method import REED_BAND, as_stated, stated_method
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.reed_stress import plate_reed_stress
+from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.seat_stress import seat_stress
+from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
+from seatfem.study.scene import load_scene
+
+SEED, SCENES = 601, 30
+FILE = Path(__file__).parent / "results" / "coverage_of_stress.jsonl"
+SEATS = ("annular", "conical", "annular", "rod", "bar", "conical", "annular", "block")
+DRAW = {"annular": annular, "conical": conical, "bar": bar, "block": block}
+SOLIDS = ("bar", "block")
+WIDER, STRICTER = 1.6, 2.0
+LONGEST = 150  # s for a scene and its reference
+
+
+def draw_scene(index: int, seed: int = SEED) -> str:
+    """Scene number ``index`` as TOML: seats by turns, all else at random; every other one is struck by a plate."""
+    rng = np.random.default_rng([seed, index])
+    kind = SEATS[index % len(SEATS)]
+    target = f"target = {10 ** rng.uniform(-1.5, -0.8):.5f}\n"
+    plate = bool(rng.random() < 0.45) and kind != "rod"
+    strikes = _flapper(rng) if plate else _cantilever(rng)
+    own = "" if plate else 'measures = ["impulse", "filtered_peak", "stress"]\n'
+    asked = "" if kind == "rod" else '[stress]\ndistance = "0.3 mm"\n'
+    return f"{_seat(kind, rng)}{strikes}[accuracy]\n{target}{own}{asked}"
+
+
+def _seat(kind: str, rng: np.random.Generator) -> str:
+    damping = f"damping_ratio = {rng.uniform(0.005, 0.1):.5f}\n"
+    young, density = rng.uniform(70, 220), rng.uniform(2600, 8000)
+    material = f'young = "{young:.4f} GPa", density = "{density:.4f} kg/m^3"'
+    if kind == "rod":
+        size = f'length = "{rng.uniform(5, 30):.4f} mm"\narea = "{rng.uniform(1, 20):.4f} mm^2"\n'
+        material = material.replace(", ", "\n")
+        return f'[seat]\nkind = "rod"\n{size}{damping}{material}\n'
+    shape, length = DRAW[kind](rng)
+    level = "sector" if kind in SOLIDS else "axisymmetric"
+    mesh = ""
+    if kind in SOLIDS:
+        size = length / rng.uniform(2, 3)
+        mesh = f'mesh = {{ size = "{size:.4f} mm", contact_size = "{size * rng.uniform(0.4, 0.8):.4f} mm" }}\n'
+        mesh += f'greens = {{ bandwidth = "{rng.uniform(100, 200):.3f} kHz", tolerance = 0.02 }}\n'
+    material = f"material = {{ {material}, poisson = {rng.uniform(0.2, 0.35):.4f} }}\n"
+    return f'[seat]\nkind = "{kind}"\nmodel = "{level}"\n{shape}{damping}{mesh}{material}'
+
+
+def _run(rng: np.random.Generator) -> str:
+    gap, law = rng.uniform(0.5, 3), ""
+    if rng.random() < 0.5:
+        law = f'law = {{ kind = "hertz", stiffness = "{10 ** rng.uniform(9, 10.5):.4g} N/m^1.5" }}\n'
+    run = f'[run]\nduration = "{rng.uniform(0.08, 0.16):.5f} ms"\nfilter_width = "{rng.uniform(2, 6):.4f} us"\n'
+    return f'[contact]\ngap = "{gap:.4f} um"\n{law}{run}'
+
+
+def _cantilever(rng: np.random.Generator) -> str:
+    return f"""[reed]
+kind = "cantilever"
+length = "{rng.uniform(15, 30):.4f} mm"
+width = "{rng.uniform(5, 12):.4f} mm"
+thickness = "{rng.uniform(0.2, 0.6):.4f} mm"
+damping_ratio = {rng.uniform(0.005, 0.05):.5f}
+release = {{ mode = 1, velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}
+{_run(rng)}"""
+
+
+def _flapper(rng: np.random.Generator) -> str:
+    """It touches with a disc or a ring of its own."""
+    paddle = rng.uniform(10, 16)
+    neck = rng.uniform(0.35, 0.6) * paddle
+    touches = f'contact_radius = "{rng.uniform(0.15, 0.35) * paddle:.4f} mm"\n'
+    if rng.random() < 0.6:
+        touches += f'contact_width = "{rng.uniform(0.05, 0.12) * paddle:.4f} mm"\n'
+    return f"""[reed]
+kind = "flapper"
+root_width = "{rng.uniform(1.0, 1.5) * neck:.4f} mm"
+taper_length = "2 mm"
+neck_width = "{neck:.4f} mm"
+neck_length = "{rng.uniform(0.8, 1.4) * paddle:.4f} mm"
+paddle_diameter = "{paddle:.4f} mm"
+thickness = "{rng.uniform(0.25, 0.6):.4f} mm"
+damping_ratio = {rng.uniform(0.005, 0.03):.5f}
+{touches}greens = {{ bandwidth = "{rng.uniform(30, 80):.3f} kHz" }}
+release = {{ velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}
+{_run(rng)}"""
+
+
+def judge(index: int, seed: int) -> Verdict:
+    """One scene: run as planned, and its reference."""
+    start = perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ[VARIABLE] = f"{folder}/store"
+        path = Path(folder) / "scene.toml"
+        path.write_text(draw_scene(index, seed), encoding="utf-8")
+        scene = load_scene(path)
+        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent, limits=Limits(rounds=1))
+        values, bars = told(done)
+        exact, _ = told(reference(done), bare=True)
+    return Verdict(
+        seed=seed,
+        index=index,
+        seat=scene.seat.kind,
+        level=done.plan.level,
+        striker=scene.reed.kind,
+        stated=scene.seat.kind in SOLIDS,
+        target=scene.accuracy.target,
+        met=done.met,
+        rounds=done.number,
+        values=values,
+        bars=bars,
+        true={name: abs(values[name] - exact[name]) for name in values},
+        seconds=perf_counter() - start,
+    )
+
+
+def told(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """By measure, the largest stresses of a round, and their error bars [Pa]; ``bare``: without what the force leaves
+    in these, whose runs take longest."""
+    values, bars = {}, {}
+    seat, plate = (seat_stress(done), plate_reed_stress(done)) if bare else stresses(done)
+    if seat is not None:
+        values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
+        values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), seat.tension_bar
+    if plate is not None and plate.found.after_contact is not None:
+        values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
+    elif done.stress is not None and done.stress.after_contact is not None:
+        values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
+    return values, bars
+
+
+def reference(done: Round) -> Round:
+    """The same impact, both bodies two levels finer."""
+    for method in ("auto", "modes"):
+        with suppress(ConvergenceError):
+            return _finer_round(done, method)
+    raise ConvergenceError("no reference")
+
+
+def _finer_round(done: Round, method: str) -> Round:
+    scene = finer_scene(done, WIDER, STRICTER, method, Division.of(done.seat.greens).rings)
+    if isinstance(plate := scene.reed, ThinPlate):
+        size = plate.sheet().element_size / FINER
+        changed = scene.reed.model_copy(update={"mesh": plate.mesh.model_copy(update={"size": size})})
+        scene = scene.model_copy(update={"reed": changed})
+        finer = done.plan.method.replaced({REED_BAND: WIDER * plate.greens.bandwidth})
+        scene = as_stated(scene, replace(stated_method(scene), reed=replace(finer.reed, size=size)))
+    seat = seat_of(scene)
+    striker = striker_of(scene)
+    touches = run_contacts(scene, striker, seat.greens, finer_step(done))
+    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt)
+    plan = replace(done.plan, scene=scene, method=stated_method(scene))
+    return replace(done, plan=plan, seat=seat, striker=striker, touches=touches, stress=stress)
+
+
+def main() -> None:
+    """Run what is missing, write the table, print the shares."""
+    given = [int(word) for word in sys.argv[1:]]
+    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
+    cover(FILE, seed, range(first, last), judge, LONGEST)
+
+
+if __name__ == "__main__":
+    main()

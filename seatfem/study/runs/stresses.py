@@ -1,0 +1,109 @@
+"""Stress of a run in both bodies, with bars that know what is left in the contact force.
+
+The force of every run of the error budget is replayed on the same fields, at the places where the stress is largest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+import impact
+from impact.greens.base import Array
+from impact.progress import Progress, silent
+from impact.runs.budget import Values
+from seatfem.structures.fields.recovery import StressField, largest
+from seatfem.structures.rings import Division, ring_shares
+from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.touches import parts_of, stopper_force_of
+from seatfem.study.runs.left_in import left_in
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_reed_stress, pushes_of
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress, seat_stress
+
+REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Contact forces of one run.
+
+    Attributes:
+        parts: (n + 1, parts) of each part of the seat's patch [N].
+        division: of the patch into these.
+        stopper: (n + 1,) likewise; ``None`` where there is none.
+        dt: [s].
+    """
+
+    parts: Array
+    division: Division
+    stopper: Array | None
+    dt: float
+
+    @staticmethod
+    def of(stepper: impact.ContactStepper) -> Forces:
+        """Of a run that is over."""
+        problem, parts = stepper.prepared.problem, parts_of(stepper)
+        division = Division.of(problem.target.greens) if parts.shape[1] > 1 else Division()
+        return Forces(parts, division, stopper_force_of(stepper), stepper.prepared.dt)
+
+    def by(self, wanted: Division) -> Array:
+        """(n + 1, parts) on other parts: along the lip as it is, across it as a uniform pressure has it."""
+        have = self.division
+        if have == wanted:
+            return self.parts
+        arcs = self.parts.reshape(-1, have.arcs, have.rings).sum(axis=2)
+        edges, running = np.linspace(0, have.arcs, wanted.arcs + 1), np.cumsum(arcs, axis=1)
+        running = np.concatenate([np.zeros((len(arcs), 1)), running], axis=1)
+        low = np.minimum(edges.astype(np.int64), have.arcs - 1)
+        up_to = running[:, low] + (edges - low) * (running[:, low + 1] - running[:, low])
+        return np.asarray((np.diff(up_to)[:, :, None] * ring_shares(wanted.rings)).reshape(len(arcs), -1))
+
+
+def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
+    """In the seat, and in a plate that strikes, where the scene asks for them. Raises as `seat_stress`.
+
+    What mesh and modes leave in the recovery is in their bars, and what is left in the force: its error budget again,
+    with these stresses for measures.
+    """
+    seat, reed = seat_stress(done, progress), plate_reed_stress(done)
+    looks: dict[str, Callable[[Forces], Values]] = {}
+    if seat is not None:
+        looks[SEAT] = partial(_in_the_seat, seat.largest_at)
+    if reed is not None and reed.found.after_contact is not None:
+        looks[REED] = partial(_in_the_reed, done, reed.largest_at)
+    if not looks or not np.any(done.result.force):
+        return seat, reed
+
+    def look(stepper: impact.ContactStepper) -> Values:
+        forces = Forces.of(stepper)
+        return {name: value for told in looks.values() for name, value in told(forces).items()}
+
+    half = replace(done, touches=run_contacts(done.plan.scene, done.striker, done.seat.greens, done.result.dt / 2))
+    left = left_in(done, look, _told(seat_stress(half)))  # faster pairs answer a sharper blow
+    if seat is not None:
+        seat = replace(seat, bar=seat.bar + left[SEAT], tension_bar=seat.tension_bar + left[TENSION])
+    if REED in looks and reed is not None:
+        reed = replace(reed, bar=reed.bar + left[REED])
+    return seat, reed
+
+
+def _in_the_seat(field: StressField, forces: Forces) -> Values:
+    found = largest(field, -forces.by(Division(1, field.static.shape[2])), forces.dt).after_contact
+    return {SEAT: float(found.von_mises.max()), TENSION: float(found.principal.max())}
+
+
+def _in_the_reed(done: Round, field: StressField, forces: Forces) -> Values:
+    division = Division.of(done.seat.greens) if done.touches.parts is not None else Division()
+    pushes = pushes_of(field.body.greens, forces.by(division), division, forces.stopper)
+    return {REED: float(largest(field, pushes, forces.dt).after_contact.von_mises.max())}
+
+
+def _told(seat: SeatStress | None) -> Values:
+    """The largest stresses in the seat."""
+    if seat is None:
+        return {}
+    return {SEAT: float(seat.peak.von_mises.max()), TENSION: float(seat.peak.principal.max())}

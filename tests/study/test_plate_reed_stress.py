@@ -1,0 +1,211 @@
+"""Stress of plates that strike, through whole runs: closed forms of beams, and a time integration of the same plate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
+
+from impact.beams.cantilever import Cantilever
+from impact.greens.base import Array
+from impact.progress import Progress
+from seatfem.structures.elements.mindlin import average
+from seatfem.structures.fields.plates import plate_nodes, plate_stress
+from seatfem.structures.fields.recovery import histories, von_mises
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.lip import Lip
+from seatfem.structures.sheets import PlateModes
+from seatfem.study.runs import pipeline
+from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress
+from seatfem.study.runs.stresses import stresses
+from seatfem.study.scene import load_scene
+
+SEAT = """[seat]
+kind = "annular"
+bore_radius = "1 mm"
+lip_width = "1 mm"
+outer_radius = "4 mm"
+thickness = "4 mm"
+material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }
+damping_ratio = 0.05
+model = "axisymmetric"
+mesh = { size = "1 mm", contact_size = "0.5 mm" }
+greens = { bandwidth = "100 kHz", tolerance = 0.05 }
+"""
+YOUNG, DENSITY, THICKNESS, SPEED = 200e9, 7850.0, 0.2e-3, 1.0
+FRONT = math.sqrt(YOUNG * DENSITY) * SPEED
+AFTER = "peak_reed_stress_after_contact_Pa"
+
+
+def strip(length: float, at: float, band: str, release: str, more: str = "") -> str:
+    """2 mm wide, 0.2 mm thick, without Poisson's ratio: a beam. In mm."""
+    return f"""[reed]
+kind = "sheet"
+outline = [["0 mm", "-1 mm"], ["{length} mm", "-1 mm"], ["{length} mm", "1 mm"], ["0 mm", "1 mm"]]
+clamped = [["0 mm", "-1 mm"], ["0 mm", "1 mm"]]
+contact_at = ["{at} mm", "0 mm"]
+contact_radius = "0.4 mm"
+thickness = "0.2 mm"
+material = {{ young = "200 GPa", poisson = 0.0, density = "7850 kg/m^3" }}
+greens = {{ bandwidth = "{band}" }}
+release = {release}
+{more}"""
+
+
+def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str = "") -> Mapping[str, object]:
+    """The summary."""
+    file = folder / "scene.toml"
+    file.write_text(
+        f'{SEAT}{reed}[contact]\ngap = "{gap}"\n{more}[run]\nduration = "{duration}"\ntime_step = "{step}"\n'
+        'filter_width = "5 us"\n[accuracy]\ntarget = "50 %"\n[stress]\n'
+    )
+    return pipeline.run_scene(load_scene(file), folder, pictures=False).summary
+
+
+def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> None:
+    """0.8445 rho c_0 v, before the wave is back from the clamp; a strip of 100 mm gives it to 0.3 %."""
+    found = run(tmp_path, strip(60, 59.5, "50 kHz", '{ velocity = "-1 m/s" }'), "0.1 um", "80 us", "0.2 us")
+    assert found[AFTER] == pytest.approx(0.84453925 * FRONT, rel=0.01)
+    assert 0 < found["error_bar_" + AFTER] < 0.2 * found[AFTER]  # type: ignore[operator]
+    kappa = THICKNESS / math.sqrt(12) * math.sqrt(YOUNG / DENSITY)
+    wave = math.sqrt(kappa * found["peak_reed_stress_after_contact_time_s"])  # type: ignore[operator]
+    assert 0.5 * wave < 59.5e-3 - found["peak_reed_stress_after_contact_at_m"] < 3 * wave  # type: ignore[operator]
+
+
+def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: Path) -> None:
+    found = run(tmp_path, strip(20, 18, "10 kHz", '{ velocity = "-1 m/s" }'), "5 mm", "0.8 ms", "0.5 us")
+    beam = Cantilever(YOUNG, DENSITY, 20e-3, 2e-3, THICKNESS)
+    at, tip = beam.shapes(1, np.array([18e-3, 20e-3]))[0]
+    assert found["initial_reed_stress_Pa"] == pytest.approx(math.sqrt(3) * FRONT * tip / at, rel=0.01)
+    assert found["initial_reed_stress_at_m"] == 0.0
+    assert found["initial_reed_stress_time_s"] == pytest.approx(np.pi / 2 / beam.frequencies(1)[0], rel=0.01)
+    assert found[AFTER] is None
+    assert found["error_bar_" + AFTER] is None
+
+
+def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
+    """3 E h d/(2 a^2) at its root, under a force at a; what its modes leave out is 0.1 % of it."""
+    found = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
+    assert found["initial_reed_stress_Pa"] == pytest.approx(3 * YOUNG * THICKNESS * 1e-4 / 2 / 18e-3**2, rel=0.01)
+    assert found["initial_reed_stress_at_m"] == 0.0
+
+
+FLAPPER = """[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "5 mm"
+neck_length = "9 mm"
+paddle_diameter = "10 mm"
+contact_radius = "3 mm"
+contact_width = "1 mm"
+thickness = "0.4 mm"
+greens = { bandwidth = "50 kHz" }
+release = { velocity = "-1 m/s" }
+"""
+DISC = """[reed]
+kind = "disc"
+diameter = "10 mm"
+contact_radius = "3 mm"
+contact_width = "1 mm"
+thickness = "0.4 mm"
+greens = { bandwidth = "50 kHz" }
+velocity = "-1 m/s"
+"""
+SOFT = 'law = { kind = "spring", stiffness = "0.5 N/um" }\n'
+STOP = '[stopper]\nkind = "spring"\nstiffness = "0.5 N/um"\nlift = "6 um"\n'
+AREAS, PRESSURE = ((0.0, 10e-6), (50e-6, 60e-6)), -2e5
+BLOWN = f'[[load]]\npressure = "{PRESSURE} Pa"\narea = [["0 mm", "10 mm^2"], ["0.05 mm", "60 mm^2"]]\n'
+
+
+def in_time(plate: PlateModes, start: Array, pushes: Array, dt: float) -> Array:
+    """(n, steps + 1) unknowns of all elements by the trapezoidal rule (Newmark's of constant average acceleration),
+    undamped, from velocities ``start`` (n,), under loads (n, steps), each constant over its step."""
+    M, K = plate.model.M, plate.model.K
+    solver = splu((M + dt**2 / 4 * K).tocsc())
+    u, v = np.zeros(len(start)), start
+    found = [u]
+    for push in pushes.T:
+        new = solver.solve(M @ v - dt**2 / 4 * (K @ v) + dt * (push - K @ u))
+        u, v = u + dt / 2 * (v + new), new
+        found.append(u)
+    return np.array(found).T
+
+
+def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStress]]:
+    """The rounds whose stress is told."""
+    kept = []
+
+    def told(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
+        seat, reed = stresses(done, progress)
+        assert reed is not None
+        kept.append((done, reed))
+        return seat, reed
+
+    monkeypatch.setattr(pipeline, "stresses", told)
+    return kept
+
+
+@pytest.mark.parametrize(
+    ("reed", "more", "step", "allowed"),
+    [
+        (FLAPPER, SOFT, "0.5 us", 0.015),
+        (FLAPPER, SOFT + STOP, "0.5 us", 0.015),
+        (FLAPPER, SOFT + BLOWN, "0.1 us", 0.05),
+        (DISC, SOFT, "0.2 us", 0.015),
+    ],
+    ids=["flapper", "stopper", "by the lift", "free"],
+)
+def test_histories_and_peak_are_those_of_a_time_integration(
+    reed: str, more: str, step: str, allowed: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the same elements under the same forces with half the step, to 1.5 % of the largest: at the root (of a free
+    plate at its edge), the paddle's centre and the place of the largest, which is itself within the bar. A load that
+    follows the lift does so every 32 steps, and bends in the modes alone: 4 % at the centre."""
+    kept = watched(monkeypatch)
+    found = run(tmp_path, reed, "2 um", "120 us", step, more)
+    ((done, told),) = kept
+    body = done.plan.scene.reed
+    assert isinstance(body, ThinPlate)
+    plate, dt = body.plate(done.striker.greens), done.result.dt
+    sheet, free = plate.sheet, plate.model.dofs.free  # type: ignore[union-attr]
+    centre = sheet.shape.centre
+
+    def pressed(lip: Lip) -> Array:
+        (patch,) = lip.patches(centre).values()
+        return average(plate.mesh, patch)[free]
+
+    force, gap = done.touches.seat.force, done.touches.seat.gap
+    assert force.max() > 10
+    if done.touches.stopper_force is not None:
+        assert done.touches.stopper_force.max() > 5
+        force = force - done.touches.stopper_force
+    loads = np.outer(pressed(Lip(3e-3, 1e-3)), np.repeat(force[1:], 2))
+    if more.endswith(BLOWN):
+        blown = PRESSURE * np.interp((gap[1:] + gap[:-1]) / 2, *zip(*AREAS, strict=True))
+        assert np.ptp(blown) > 3
+        loads += np.outer(pressed(Lip.disc(3e-3)), np.repeat(blown, 2))
+    start = -np.tile([1.0, 0.0, 0.0], len(plate.mesh.points))[free] * SPEED
+    if sheet.shape.is_clamped:
+        start = -SPEED / plate.centre[0] * plate.modes.shapes[:, 0]
+    unknowns = in_time(plate, start, loads, dt / 2)[:, ::2]
+    functional = plate_stress(plate.mesh, sheet.material, sheet.shape.thickness, plate.model, plate_nodes(plate.mesh))
+    field = plate_field(done)
+    node = cKDTree(plate.mesh.points).query(field.points)[1]
+    exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
+    largest = von_mises(np.moveaxis(exact, 1, 2)).max(axis=1)
+    assert told.found.after_contact is not None
+    assert abs(told.found.after_contact.value - largest.max()) < told.bar < 0.3 * largest.max()
+    assert found[AFTER] == told.found.after_contact.value
+    away = np.abs(field.points - centre).sum(axis=1)
+    sites = [int(away.argmax()), int(away.argmin()), int(largest.argmax())]
+    ours = histories(field.at(np.array(sites)), plate_pushes(done, done.touches), dt)
+    off = np.abs(ours - exact[sites]).max(axis=(1, 2)) / np.abs(exact).max()
+    assert off.max() < allowed
