@@ -23,9 +23,10 @@ from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.margin_map import margin_pictures, margins
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.seat_stress import by_port, seat_stress
-from seatfem.study.runs.stress_wave import after_touch, seat_wave, wave_pictures
+from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
+from tests.flapper_scene import FLAPPER
 
 STRENGTH = """source = "invented for tests"
 ultimate = "1800 MPa"
@@ -218,3 +219,29 @@ def test_no_frames_cost_nothing(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     done, stress = pressed
     assert wave_pictures(few(done, load(tmp_path, "")), stress) == []
     assert wave_pictures(done, None) == []
+
+
+def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
+    """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
+    reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n[contact]"
+    text = SCENE.format(stress="frames = 8", criterion="")
+    start, end = text.index("[reed]"), text.index("[contact]")
+    text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
+    (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(text.replace('"360 us"', '"60 us"'), encoding="utf-8")
+    scene = load_scene(tmp_path / "scene.toml")
+    *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    wave = reed_wave(done)
+    assert wave is not None
+    steps = np.round(wave.time / done.result.dt).astype(int)
+    centre = np.asarray(scene.reed.geometry().centre)
+    struck = np.linalg.norm(wave.skin.points[:, :2] - centre, axis=1) < 1e-3
+    moved = wave.displacement[:, struck, 2].mean(axis=1)
+    exact = done.result.striker_displacement[steps]
+    assert moved == pytest.approx(
+        exact, abs=0.03 * np.abs(exact).max()
+    )  # of the patch of 2 x 3 mm, and without residual
+    assert np.isnan(wave.mises[:, ~wave.told]).all()
+    assert not wave.told[struck].any()
+    assert wave.told.sum() > 0.5 * len(wave.told)
+    assert wave.mises[-1, wave.told].max() > 0
