@@ -2,7 +2,7 @@
 
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
-Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), the tilted landing of the examples and the
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), two of the examples and the
 verification cases, then rewrites docs/images/, docs/verification.md and what stands between the markers in README.md.
 With --demo: nothing of the verification, which takes minutes.
 """
@@ -30,7 +30,7 @@ from seatfem.verification.table import PROVIDERS, markdown_table, verification_t
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
-OF_A_LIP = ("lip.png", "landing.gif")
+OF_EXAMPLES = {"tilted_landing": ("lip.png", "landing.gif"), "impact_stress": ("seat_stress.png", "stress_wave.gif")}
 
 
 def main() -> None:
@@ -43,9 +43,10 @@ def main() -> None:
     if not (folder / "summary.json").is_file():
         run_scene(load_scene(demo_scene()), folder)
     copied(folder, PICTURES)
-    landed = Path(tempfile.mkdtemp())
-    run_scene(load_scene(ROOT / "examples" / "tilted_landing.toml"), landed)
-    copied(landed, OF_A_LIP)
+    for example, pictures in OF_EXAMPLES.items():
+        made = Path(tempfile.mkdtemp())
+        run_scene(load_scene(ROOT / "examples" / f"{example}.toml"), made)
+        copied(made, pictures)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     if "--demo" not in sys.argv[1:]:
         rows = verification_table()

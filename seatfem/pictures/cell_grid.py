@@ -148,7 +148,7 @@ def revolve(model: SecondOrderModel, *, slices: int = 64) -> RevolvedGrid:
         raise ModelError("this model does not know its meridian section, so that its shapes cannot be drawn")
     mesh: Any = model.dofs.mesh
     r, _, z = model.dofs.points
-    triangles = _section_triangles(mesh, len(r))
+    triangles = section_triangles(mesh, len(r))
     on_axis = r <= 1e-9 * r.max()
     n = len(r)
     number = np.arange(slices * n).reshape(slices, n)
@@ -170,7 +170,7 @@ def _positive(points: Array, cells: Any) -> Integers:
     return np.asarray(np.where(flipped[:, None], cells[:, [1, 0, 2, 3]], cells), dtype=np.int64)
 
 
-def _section_triangles(mesh: Any, n_nodes: int) -> Integers:
+def section_triangles(mesh: Any, n_nodes: int) -> Integers:
     """(m, 3) straight triangles on all nodes; the smaller numbers first, so that neighbouring prisms split alike."""
     if not isinstance(mesh, skfem.MeshTri | skfem.MeshQuad):
         raise ModelError(f"shapes on {type(mesh).__name__} cannot be revolved; it must be a meridian section")

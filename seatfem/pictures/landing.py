@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.along import Pieces
-from impact.files.atomic import whole_file
 from impact.pictures.drawing import ORANGE, PictureError, scaled, text
-from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
+from seatfem.pictures.rendering import aim, load_pyvista, new_plotter, round_factor, shoot, write_gif
 from seatfem.structures.model import Array
 
 if TYPE_CHECKING:
@@ -81,9 +80,7 @@ class Landing:
     def exaggeration(self) -> float:
         """Drawn over true heights: one of the numbers 1, 2, 5, 10, 20, ..."""
         largest = max(float(np.ptp(self.deflection)), float(np.ptp(np.append(self.height, 0.0))), 1e-30)
-        wanted = HEIGHT * float(np.ptp(self.points, axis=0).max()) / largest
-        steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
-        return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
+        return round_factor(HEIGHT * float(np.ptp(self.points, axis=0).max()) / largest)
 
 
 def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: str = "") -> None:
@@ -124,23 +121,16 @@ def animate_landing(landing: Landing, path: str | os.PathLike[str], *, title: st
         frames.append(shoot(plotter))
         plotter.remove_scalar_bar(f"deflection [{unit}]")
     plotter.close()
-    few = _in_few_colours(frames)
-    with whole_file(path) as temporary:
-        few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=MILLISECONDS, loop=0)
+    write_gif(frames, _own_colours(), path, MILLISECONDS)
 
 
-def _in_few_colours(frames: list[Image]) -> list[Any]:
-    """All in the same 256 colours, those of lip and scale among them: these are small, and would be missed by area."""
+def _own_colours() -> Array:
+    """White, and those of lip and scale."""
     import matplotlib
-    from PIL import Image as Pillow
 
     shares = np.linspace(0.0, 1.0, OF_EACH)[:, None]
     ramp, scale = (1 - shares) * _rgb(GREY) + shares * _rgb(ORANGE), 255 * matplotlib.colormaps[COLOURS](shares[:, 0])
-    own = np.concatenate([np.full((1, 3), 255), ramp, scale[:, :3]]).astype(int)
-    everything = Pillow.fromarray(np.concatenate(frames[::4])).quantize(256 - len(own))
-    palette = Pillow.new("P", (1, 1))
-    palette.putpalette([*own.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(own))]])
-    return [Pillow.fromarray(frame).quantize(palette=palette, dither=Pillow.Dither.NONE) for frame in frames]
+    return np.concatenate([np.full((1, 3), 255), ramp, scale[:, :3]])
 
 
 def _rgb(colour: str) -> Array:

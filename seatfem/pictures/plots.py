@@ -74,7 +74,7 @@ def plot_modes(
     columns = columns or math.ceil(len(images) / rows)
     numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
     headings = [f"{k}:  {text(float(f), 'Hz', 4)}" for k, f in zip(numbers, frequencies_hz, strict=True)]
-    with _album(images, headings, path, title, columns) as figure:
+    with album(images, headings, path, title, columns) as figure:
         colours = figure.colorbar(
             ScalarMappable(Normalize(0.0, 1.0), COLOURS),
             ax=figure.axes,
@@ -177,7 +177,7 @@ def plot_mesh(
         images.append(shoot(plotter))
     plotter.close()
     cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
-    with _album(crop(images), [heading for heading, *_ in views], path, title, 2) as figure:
+    with album(crop(images), [heading for heading, *_ in views], path, title, 2) as figure:
         figure.legend(
             handles=[
                 Patch(color=colours[name], label=label) for name, label in ((contact, "contact"), (fixed, "fixed"))
@@ -259,7 +259,7 @@ def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[flo
 
 
 @contextmanager
-def _album(
+def album(
     images: Sequence[Image], headings: Sequence[str], path: str | os.PathLike[str], title: str, columns: int
 ) -> Iterator[Figure]:
     """A sheet with images of equal size in rows, each under its heading, at most as wide and as high as a page."""

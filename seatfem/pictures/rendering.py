@@ -7,11 +7,12 @@ import subprocess
 import sys
 import warnings
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.files.atomic import whole_file
 from impact.pictures.drawing import PictureError
 from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
 
@@ -22,6 +23,8 @@ Image = NDArray[np.uint8]
 
 ABOVE, BELOW = (0.45, -1.0, 0.62), (0.45, -1.0, -0.62)
 """Directions from the body to the camera."""
+LIGHT: Final = {"ambient": 0.55, "diffuse": 0.5, "specular": 0.05}
+"""Of bodies whose colours are values: they stay what they are in the shade."""
 
 
 _PROBE = """
@@ -126,6 +129,31 @@ def shoot(plotter: Any) -> Image:
     if float(np.std(image)) == 0.0:
         raise PictureError("VTK drew an empty picture: its OpenGL does not work here; try: seatfem doctor")
     return image
+
+
+def round_factor(wanted: float) -> float:
+    """The largest of ..., 1, 2, 5, 10, 20, ... that is no larger: of exaggerations that are stated."""
+    steps = np.outer(10.0 ** np.arange(-3, 12), [1, 2, 5]).ravel()
+    return float(steps[max(0, int(np.searchsorted(steps, wanted, side="right")) - 1)])
+
+
+def in_few_colours(images: list[Image], own: NDArray[Any]) -> list[Any]:
+    """All in the same 256 colours, ``own`` (n, 3) of 0 ... 255 among them: colours of small things would be missed by
+    area. Pillow's images."""
+    from PIL import Image as Pillow
+
+    kept = np.asarray(own).astype(int)
+    everything = Pillow.fromarray(np.concatenate(images[::4])).quantize(256 - len(kept))
+    palette = Pillow.new("P", (1, 1))
+    palette.putpalette([*kept.ravel().tolist(), *(everything.getpalette() or [])[: 3 * (256 - len(kept))]])
+    return [Pillow.fromarray(image).quantize(palette=palette, dither=Pillow.Dither.NONE) for image in images]
+
+
+def write_gif(images: list[Image], own: NDArray[Any], path: str | os.PathLike[str], milliseconds: int) -> None:
+    """An endless GIF of them `in_few_colours`."""
+    few = in_few_colours(images, own)
+    with whole_file(path) as temporary:
+        few[0].save(temporary, "GIF", save_all=True, append_images=few[1:], duration=milliseconds, loop=0)
 
 
 def crop(images: list[Image], border: int = 6) -> list[Image]:

@@ -1,18 +1,27 @@
-"""Pictures of the stress in a seat: on its section at the instant of the largest, and over time at points."""
+"""Pictures of the stress in a seat: on its surface at the instant of the largest, and over time at points."""
 
 from __future__ import annotations
 
+import math
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import ORANGE, scaled, sheet
-from seatfem.pictures.rendering import import_pyvista
+from impact.pictures.drawing import ORANGE, scaled, sheet, text
+from seatfem.pictures.rendering import ABOVE, LIGHT, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
 from seatfem.structures.model import Array
 
-SHOWN = 400  # steps on either side of it
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS: Final = "viridis"
+UNTOLD: Final = "#C4C8CC"
+SHOWN: Final = 400  # steps after it, and a quarter of these before
+SIZE: Final = (900, 760)
 
 
 def plot_stress(
@@ -26,33 +35,53 @@ def plot_stress(
     *,
     at: float,
     title: str,
+    unsure: tuple[float, float] = (math.nan, math.nan),
 ) -> None:
-    """Von Mises stress on a section (of other bodies seen from the side) at the time ``at``, and histories around it.
+    """Von Mises stress on a meridian's outline, or the surface of another body, at the time ``at``, and histories.
 
     Args:
         mesh: scikit-fem mesh.
-        sites: (P, d) where the stress ``snapshot`` (P,) is known [m, Pa].
+        sites: (P, d) its surface nodes where the stress ``snapshot`` (P,) is told; grey elsewhere [m, Pa].
         time: (n,) of the ``histories`` (Q, n) of points called ``labels`` [s, Pa].
+        unsure: from when to when the stress depends on the time step; marked, and said so [s].
+
+    Raises:
+        PictureError: a body in space, and what drawing one needs is missing.
     """
     factor, unit = scaled(np.concatenate([snapshot, histories.ravel()]), "Pa")
-    with sheet(path, 9.6, 4.6) as figure:
+    worst = sites[int(np.argmax(snapshot))]
+    image = None if mesh.dim() == 2 else _image(mesh, sites, factor * snapshot)
+    with sheet(path, 9.6, 4.9) as figure:
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+
         figure.suptitle(title)
         place, course = figure.subplots(1, 2)
-        if mesh.dim() == 2:
-            outline = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]] * 1e3
-            place.plot(*outline, color="#8A9097", linewidth=0.6, zorder=1)
-        dots = place.scatter(1e3 * sites[:, 0], 1e3 * sites[:, -1], c=factor * snapshot, s=14, cmap="viridis", zorder=2)
-        worst = sites[int(np.argmax(snapshot))]
-        place.plot(1e3 * worst[0], 1e3 * worst[-1], "o", mfc="none", mec=ORANGE, ms=10)
-        place.set(aspect="equal", xlabel="r [mm]" if mesh.dim() == 2 else "x [mm]", ylabel="z [mm]")
-        place.set_title(f"von Mises at t = {1e6 * at:.5g} µs")
-        figure.colorbar(dots, ax=place, label=unit, shrink=0.8)
+        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), COLOURS)
+        if image is None:
+            _outline(place, mesh, sites, factor * snapshot, scale)
+            place.plot(*(1e3 * worst), "o", mfc="none", mec=ORANGE, ms=10)
+            place.set(aspect="equal", xlabel="r [mm]", ylabel="z [mm]")
+        else:
+            place.imshow(image, interpolation="lanczos")
+            place.axis("off")
+        place.set_title(f"von Mises on the surface at t = {1e6 * at:.5g} µs")
+        figure.colorbar(scale, ax=place, label=unit, shrink=0.8)
         middle = int(np.searchsorted(time, at))
         shown = slice(max(0, middle - SHOWN // 4), middle + SHOWN)
         for label, values in zip(labels, histories, strict=True):
             course.plot(1e6 * time[shown], factor * values[shown], label=label, linewidth=1.0)
         course.axvline(1e6 * at, color="#6A6A6A", linestyle=":", linewidth=0.8)
-        course.set(xlabel="t [µs]", ylabel=f"von Mises [{unit}]")
+        course.set(xlabel="t [µs]", ylabel=f"von Mises [{unit}], not filtered")
+        if math.isfinite(unsure[0]):
+            start, end = 1e6 * np.clip(unsure, time[shown][0], time[shown][-1])
+            course.axvspan(start, end, color="#E3E3E3", zorder=0)
+            width, step = text(unsure[1] - unsure[0], "s"), text(float(time[1] - time[0]), "s")
+            words = (
+                f"Grey outline: no stress is told. Grey band: within {width} of the first touch stress follows the raw "
+                f"force, whose height depends on the time step, here {step}."
+            )
+            figure.supxlabel(words, fontsize=7.5)
         course.legend(fontsize=8)
 
 
@@ -70,3 +99,58 @@ def write_stress_vtu(sites: Array, largest: Array, time: Array, path: str | os.P
     cloud.point_data["its time [s]"] = time
     with whole_file(path) as temporary:
         cloud.save(temporary)
+
+
+def _told(sites: Array, values: Array, points: Array) -> Array:
+    """(n,) at points (n, d) that are sites; nan at others."""
+    away, which = cKDTree(sites).query(points)
+    return np.where(away < 1e-9 * np.abs(points).max(), values[which], np.nan)
+
+
+def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) -> None:
+    """Sides of the outline through their middles, thick and coloured where stress is told; each is drawn in pieces."""
+    from matplotlib.collections import LineCollection
+
+    facets = mesh.boundary_facets()
+    ends = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
+    curved = mesh.doflocs.shape[1] > mesh.nvertices
+    middle = mesh.doflocs[:, mesh.dofs.facet_dofs[0, facets]].T if curved else ends.mean(axis=1)
+    told, on_middle = _told(sites, values, ends.reshape(-1, 2)).reshape(-1, 2), _told(sites, values, middle)
+    on_middle = np.where(np.isfinite(on_middle), on_middle, told.mean(axis=1))
+    halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
+    heights = np.concatenate([np.stack([told[:, k], on_middle], axis=1) for k in (0, 1)])
+    place.add_collection(LineCollection(list(1e3 * halves), colors=UNTOLD, linewidths=3.5, zorder=1))
+    share = np.linspace(0.0, 1.0, 6)[:, None, None]
+    pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
+    along = np.stack([pieces[:-1], pieces[1:]], axis=2).reshape(-1, 2, 2)
+    between = (share[1:, :, 0] + share[:-1, :, 0]) / 2
+    colours = ((1 - between) * heights[:, 0] + between * heights[:, 1]).ravel()
+    known = np.isfinite(colours)
+    lines = LineCollection(list(along[known]), array=colours[known], cmap=scale.cmap, norm=scale.norm, linewidths=4.5)
+    lines.set_antialiased(False)  # or hair lines part them
+    place.add_collection(lines)
+    place.autoscale()
+
+
+def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
+    """The surface from above."""
+    pyvista = load_pyvista()
+    facets = mesh.facets[:, mesh.boundary_facets()].T
+    nodes, numbered = np.unique(facets, return_inverse=True)
+    points = np.ascontiguousarray(mesh.p.T[nodes])
+    surface = pyvista.PolyData.from_regular_faces(points, numbered.reshape(facets.shape))
+    surface.point_data["stress"] = _told(sites, values, points)
+    plotter = new_plotter(pyvista, SIZE)
+    plotter.add_mesh(
+        surface,
+        scalars="stress",
+        cmap=COLOURS,
+        clim=(0.0, float(values.max())),
+        nan_color=UNTOLD,
+        show_scalar_bar=False,
+        **LIGHT,
+    )
+    aim(plotter, points, 0.0, ABOVE)
+    image = shoot(plotter)
+    plotter.close()
+    return crop([image])[0]

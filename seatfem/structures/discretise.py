@@ -63,6 +63,7 @@ def draw_both(
             return mesh, None
         with watch("mesh error"):
             coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
+            coarse = replace(coarse, fillets=spec.fillets / COARSENING)
             return mesh, draw(body, coarse, level, gmsh=gmsh, method=method)
 
 

@@ -11,7 +11,8 @@ from seatfem.structures.shapes import AnnularSeat, Bar, ConicalSeat, Edge, Geome
 
 FLAT = AnnularSeat(lip_height=0.0, lip_edge_radius=0.0)
 CONE = ConicalSeat(contact_width=1e-3)
-FAMILIES = [AnnularSeat(), FLAT, CONE, Stopper(), Stopper(dome_radius=20e-3)]
+FILLETED = AnnularSeat(lip_fillet=0.3e-3)
+FAMILIES = [AnnularSeat(), FILLETED, FLAT, CONE, Stopper(), Stopper(dome_radius=20e-3)]
 
 
 def exact(geometry) -> dict[str, float]:
@@ -42,7 +43,8 @@ def volume(geometry) -> float:
         r = geometry.lip_edge_radius
         spandrel, inset = r**2 * (1 - math.pi / 4), r * (10 - 3 * math.pi) / (12 - 3 * math.pi)
         sharp = math.pi * ((12e-3**2 - 4e-3**2) * 8e-3 + (5e-3**2 - 4e-3**2) * 0.5e-3)
-        return sharp - 2 * math.pi * spandrel * ((4e-3 + inset) + (5e-3 - inset))
+        foot, off = geometry.lip_fillet**2 * (1 - math.pi / 4), geometry.lip_fillet * inset / r
+        return sharp - 2 * math.pi * (spandrel * (4e-3 + 5e-3) - foot * (5e-3 + off))
     if geometry.dome_radius is None:
         return math.pi * geometry.radius**2 * geometry.thickness
     rise = geometry.thickness - geometry.top(geometry.radius)
@@ -131,6 +133,9 @@ def test_profiles_are_checked():
         (Stopper, {"dome_radius": 6.1e-3, "thickness": 1e-3}, r"thickness = 0.001 m: must be > 0.005"),
         (AnnularSeat, {"lip_height": 0.0}, r"lip_edge_radius = 0.0001 m: must be < 0 m"),
         (AnnularSeat, {"lip_height": -1e-3}, r"lip_height = -0.001 m"),
+        (AnnularSeat, {"lip_fillet": 0.4e-3}, r"lip_fillet = 0.0004 m: must be < 0.0004 m \(the lip_height less"),
+        (AnnularSeat, {"lip_fillet": 0.3e-3, "outer_radius": 5.2e-3}, r"must be < 0.0002 m \(the plate's width"),
+        (AnnularSeat, {"lip_fillet": -1e-4}, r"lip_fillet = -0.0001 m"),
     ],
 )
 def test_bad_values_name_field_value_and_limit(spec, values, message):

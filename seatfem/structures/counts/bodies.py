@@ -22,7 +22,7 @@ from seatfem.structures.shapes.shape import COARSEST, OUTLINE, Distance, PlanSam
 
 CHORDS = 6  # of an arc
 DEPTHS = 12  # samples through the thickness, denser towards the struck side
-PER_ARC, ARC_GROWTH = 2, 1.0  # elements on an arc of a section, and growth of the size away from it
+ARC_GROWTH = 1.0  # of the size away from an arc of a section
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ def _beside_arcs(profile: Profile, points: Array) -> Array:
     for edge in profile.edges:
         if edge.centre is None:
             continue
-        size = math.dist(edge.centre, edge.start) * abs(edge.angles[1]) / PER_ARC
+        size = math.dist(edge.centre, edge.start) * abs(edge.angles[1]) / edge.elements
         np.minimum(cap, size + ARC_GROWTH * from_segments(points, _segments(edge)), out=cap)
     return cap
 

@@ -83,9 +83,16 @@ def on_surface(made: Discretization) -> Sites:
         across = np.linalg.svd(vertices[1:] - vertices[0])[2][-1]
         on_side = np.abs((reference - vertices[0]) @ across) < 1e-9
         there[made.cells[elements[which == k]][:, on_side]] = True
+    return at_nodes(made, np.flatnonzero(there))
+
+
+def at_nodes(made: Discretization, nodes: Integers) -> Sites:
+    """Displacement nodes (P,), in rising order."""
+    there = np.zeros(made.size, dtype=bool)
+    there[nodes] = True
     element, local = np.nonzero(there[made.cells])
-    nodes = np.flatnonzero(there)
     site = np.searchsorted(nodes, made.cells[element, local])
+    reference = np.asarray(made.element.doflocs, dtype=float)
     return Sites.of(made.nodes.T[nodes], site, element, reference[local].T)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -17,7 +17,6 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import FoundFace
 from seatfem.structures.inspection.shape import Array, Integers, Shape
 from seatfem.structures.lands import Land, land_of
-from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.shapes.inspect import FREEFORM, fitted_cylinder, triple
 
@@ -73,9 +72,9 @@ def _around(quadrilaterals: Integers, points: Array) -> Integers:
     return np.asarray(np.take_along_axis(quadrilaterals, angles.argsort(axis=1), axis=1))
 
 
-def regions_of(mesh: SeatMesh | MeridianMesh) -> tuple[str, ...]:
-    """Names of its volumes that materials may be given to; of a mesh that names none "seat"."""
-    return tuple(name for name in mesh.mesh.subdomains or () if name != "seat") or ("seat",)
+def regions_of(mesh: Any) -> tuple[str, ...]:
+    """Names of its volumes, ours or scikit-fem's, that materials may be given to; of one that names none "seat"."""
+    return tuple(name for name in getattr(mesh, "mesh", mesh).subdomains or () if name != "seat") or ("seat",)
 
 
 def faces_of(shape: Shape) -> tuple[tuple[FoundFace, ...], tuple[Integers, ...]]:

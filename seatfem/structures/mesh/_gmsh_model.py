@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.shapes.profile import PER_ARC
 
 Tags = TypeVar("Tags")
 
 GEOMETRY: Final = ("task", "geometry", "sectors")  # what of a job decides the geometry
 UNKNOWN: Final = "unknown"
 SAMPLES_PER_CURVE = 200
-ELEMENTS_PER_ARC = 2
 GROWTH_FROM_ARC = 1.0  # of the size per unit distance
 
 
@@ -51,17 +51,22 @@ class KeptModel:
 
 
 def set_sizes(
-    gmsh: Any, spec: MeshSpec, surfaces: list[int], curves: list[int], scale: float, arcs: list[int] | None = None
+    gmsh: Any,
+    spec: MeshSpec,
+    surfaces: list[int],
+    curves: list[int],
+    scale: float,
+    arcs: Mapping[int, int] | None = None,
 ) -> None:
     """Background size: constant near the contact patch, then growing linearly to the bulk's.
 
-    ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves beside
-    which the size is a fraction of their length at most.
+    ``surfaces``, ``curves``: of the patch and its outline. ``scale``: model units per metre. ``arcs``: curves with
+    so many elements along them at least.
     """
     near, far = scale * spec.patch_size, scale * spec.size
     fields = [_growing(gmsh, surfaces, curves, near, far, spec.grading, start=near)]
-    for arc in arcs or []:
-        if (size := gmsh.model.occ.getMass(1, arc) / ELEMENTS_PER_ARC) < far:
+    for arc, elements in (arcs or {}).items():
+        if (size := gmsh.model.occ.getMass(1, arc) / max(PER_ARC, spec.fillets * elements)) < far:
             fields.append(_growing(gmsh, [], [arc], size, far, GROWTH_FROM_ARC, start=0.0))
     least = gmsh.model.mesh.field.add("Min")
     gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)

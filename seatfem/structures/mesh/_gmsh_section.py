@@ -30,8 +30,8 @@ GOOD = np.deg2rad(15.0)
 MOST_MERGED = 4
 
 
-def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], unit: float) -> None:
-    """Mesh the model's surfaces as ``spec`` says, finest at the curves ``refined``."""
+def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], arcs: Mapping[int, int], unit: float) -> None:
+    """Mesh the model's surfaces as ``spec`` says, finest at the curves ``refined``, so many elements along ``arcs``."""
     option, mesh = gmsh.option.setNumber, gmsh.model.mesh
     quadrilaterals = spec.shape == "hex"
     option("Mesh.SecondOrderLinear", 0)
@@ -39,7 +39,6 @@ def mesh_section(gmsh: Any, spec: MeshSpec, refined: list[int], unit: float) -> 
         option("Mesh.Algorithm", FRONTAL_FOR_QUADS)
         option("Mesh.RecombineAll", 1)
         option("Mesh.RecombinationAlgorithm", BLOSSOM)
-    arcs = [tag for _, tag in gmsh.model.getEntities(1) if gmsh.model.getType(1, tag) == "Circle"]
     set_sizes(gmsh, spec, [], refined, (HALVING if quadrilaterals else 1.0) / unit, arcs)
     mesh.generate(2)
     mend_flat_corners(gmsh)

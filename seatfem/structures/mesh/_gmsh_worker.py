@@ -31,6 +31,7 @@ from seatfem.structures.mesh._gmsh_solid import build, make
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import Geometry, GeometryError, Turning, decode, revolved
 from seatfem.structures.shapes.inspect import area_of, patch_tags
+from seatfem.structures.shapes.profile import PER_ARC
 from seatfem.structures.shapes.sectors import cut
 from seatfem.structures.shapes.shape import EVERYWHERE
 from seatfem.structures.shapes.step_colours import paint
@@ -94,15 +95,15 @@ def section(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     unit = geometry.unit_of_model
     stage("building the section", 0.0)
 
-    def built() -> dict[str, list[int]]:
-        lines: dict[str, list[int]] = revolved.section(geometry, gmsh.model.occ, spec.rings)
+    def built() -> revolved.Drawing:
+        drawing = revolved.section(geometry, gmsh.model.occ, spec.rings)
         gmsh.model.occ.synchronize()
-        return lines
+        return drawing
 
-    lines = model.built(gmsh, job, built)
+    drawing = model.built(gmsh, job, built)
     stage("meshing the section", 0.3)
-    mesh_section(gmsh, spec, lines["contact"], unit)
-    return plane_arrays(gmsh, spec, lines, {}, unit)
+    mesh_section(gmsh, spec, drawing.groups["contact"], drawing.arcs, unit)
+    return plane_arrays(gmsh, spec, drawing.groups, {}, unit)
 
 
 def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
@@ -117,7 +118,8 @@ def plan(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     faces = [(2, tag) for name, tags in areas.items() if name in struck for tag in tags]
     edges = gmsh.model.getBoundary(faces, combined=False, oriented=False)
     stage("meshing the plan", 0.3)
-    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), unit)
+    arcs = {tag: PER_ARC for _, tag in gmsh.model.getEntities(1) if gmsh.model.getType(1, tag) == "Circle"}
+    mesh_section(gmsh, spec, sorted({tag for _, tag in edges}), arcs, unit)
     cad = {name: area_of(gmsh.model, tags, unit) for name, tags in areas.items()}
     cad[EVERYWHERE] = area_of(gmsh.model, [tag for _, tag in gmsh.model.getEntities(2)], unit)
     sizes = {f"cad:{name}": np.float64(value) for name, value in cad.items()}

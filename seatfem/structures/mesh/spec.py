@@ -21,7 +21,8 @@ class MeshSpec:
     ``layers``: of hexahedra around the full circle or along the extrusion (None: as many as ``size`` makes at the
     outermost radius; graded from the patch along an extrusion). ``curvature``: elements per full turn of a curved
     face or edge of tetrahedral meshes, down to a quarter of the patch's size; 0 leaves curvature out of account.
-    ``rings``: of the patch of a half section, at whose borders nodes lie.
+    ``rings``: of the patch of a half section, at whose borders nodes lie. ``fillets``: factor on the elements along
+    fillets of a half section, which ask for a number of their own.
     """
 
     size: float
@@ -33,6 +34,7 @@ class MeshSpec:
     layers: int | None = None
     curvature: int = 0
     rings: int = 1
+    fillets: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
@@ -48,6 +50,8 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.layers = {self.layers}: must be >= 1")
         if self.rings < 1:
             raise GeometryError(f"MeshSpec.rings = {self.rings}: must be >= 1")
+        if not (math.isfinite(self.fillets) and self.fillets > 0.0):
+            raise GeometryError(f"MeshSpec.fillets = {self.fillets:g}: must be finite and > 0")
         if self.curvature < 0:
             raise GeometryError(f"MeshSpec.curvature = {self.curvature}: must be >= 0")
 

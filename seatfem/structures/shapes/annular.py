@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
-from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon
+from seatfem.structures.shapes.profile import Point, Profile, polygon, rounded
 from seatfem.structures.shapes.revolved import Turning
 from seatfem.structures.shapes.selectors import Patches, PlaneFace
 from seatfem.structures.shapes.shape import require_above, require_below, require_positive
+
+PER_FILLET: Final = 16
+"""Elements along the quarter circle of a fillet: its largest stress is right to 1 %."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,8 @@ class AnnularSeat(Turning):
 
     ``bore_radius``: of the port. ``lip_width``: radial, edges included. ``lip_height``: above the plate; 0 for a flat
     seat, whose contact is the innermost ring of width ``lip_width`` (it needs ``lip_edge_radius`` = 0).
-    ``lip_edge_radius``: of both upper edges, 0 for sharp ones. ``outer_radius``, ``thickness``: of the plate.
+    ``lip_edge_radius``: of both upper edges, 0 for sharp ones. ``lip_fillet``: radius of the fillet at the lip's foot,
+    between its outer side and the plate, 0 for a sharp corner. ``outer_radius``, ``thickness``: of the plate.
     The group "contact" is the flat top of the lip, "fixed" the underside.
     """
 
@@ -27,6 +31,7 @@ class AnnularSeat(Turning):
     lip_width: float = 1e-3
     lip_height: float = 0.5e-3
     lip_edge_radius: float = 0.1e-3
+    lip_fillet: float = 0.0
     outer_radius: float = 12e-3
     thickness: float = 8e-3
 
@@ -39,6 +44,12 @@ class AnnularSeat(Turning):
             require_below(self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top")
             require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
         require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
+        if self.lip_fillet != 0.0:
+            require_positive(self, "lip_fillet")
+            room = self.lip_height - self.lip_edge_radius
+            require_below(self, "lip_fillet", room, "the lip_height less the lip_edge_radius: the side's flat part")
+            room = self.outer_radius - self.bore_radius - self.lip_width
+            require_below(self, "lip_fillet", room, "the plate's width beside the lip")
 
     @property
     def patches(self) -> Patches:
@@ -50,15 +61,12 @@ class AnnularSeat(Turning):
     @property
     def profile(self) -> Profile:
         """The half section."""
-        bore, lip, r = self.bore_radius, self.bore_radius + self.lip_width, self.lip_edge_radius
+        bore, lip = self.bore_radius, self.bore_radius + self.lip_width
         plate, top = self.thickness, self.thickness + self.lip_height
         base: list[Point] = [(bore, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate), (lip, plate)]
         if self.lip_height == 0.0:
             return Profile(polygon([*base, (bore, plate)], ["fixed", "", "", "contact", ""]))
-        if r == 0.0:
-            return Profile(polygon([*base, (lip, top), (bore, top)], ["fixed", "", "", "", "contact", ""]))
-        points = [*base, (lip, top - r), (lip - r, top), (bore + r, top), (bore, top - r)]
-        edges = list(polygon(points, ["fixed", "", "", "", "", "contact", "", ""]))
-        edges[4] = Edge(points[4], points[5], (lip - r, top - r))
-        edges[6] = Edge(points[6], points[7], (bore + r, top - r))
-        return Profile(tuple(edges))
+        edges = polygon([*base, (lip, top), (bore, top)], ["fixed", "", "", "", "contact", ""])
+        for corner in ((lip, top), (bore, top)):
+            edges = rounded(edges, corner, self.lip_edge_radius)
+        return Profile(rounded(edges, (lip, plate), self.lip_fillet, PER_FILLET))

@@ -11,19 +11,21 @@ from seatfem.structures.errors import GeometryError
 
 Point = tuple[float, float]
 CLOSED = 1e-9  # metres
+PER_ARC = 2
 
 
 @dataclass(frozen=True)
 class Edge:
     """From ``start`` to ``end`` (r, z in metres): straight, or the shorter arc about ``centre``.
 
-    ``name``: the group it belongs to, "" for none.
+    ``name``: the group it belongs to, "" for none. ``elements``: of an arc, as many as there are along it at least.
     """
 
     start: Point
     end: Point
     centre: Point | None = None
     name: str = ""
+    elements: int = PER_ARC
 
     @property
     def angles(self) -> tuple[float, float]:
@@ -135,6 +137,29 @@ def polygon(points: Sequence[Point], names: Sequence[str]) -> tuple[Edge, ...]:
     """Straight edges through the points and back to the first; ``names``: one per edge."""
     ends = [*points[1:], points[0]]
     return tuple(Edge(a, b, name=name) for a, b, name in zip(points, ends, names, strict=True))
+
+
+def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int = PER_ARC) -> tuple[Edge, ...]:
+    """The same with an arc of this radius [m], of so many elements, in place of a corner between straight edges; as
+    they are where the radius is 0."""
+    if radius == 0.0:
+        return tuple(edges)
+    k = next(number for number, edge in enumerate(edges) if edge.start == corner)
+    before, after = edges[k - 1], edges[k]
+    sides = [math.dist(corner, end) for end in (before.start, after.end)]
+    back, forth = (
+        ((end[0] - corner[0]) / side, (end[1] - corner[1]) / side)
+        for end, side in zip((before.start, after.end), sides, strict=True)
+    )
+    half = math.acos(back[0] * forth[0] + back[1] * forth[1]) / 2
+    away = radius / math.tan(half)
+    middle = radius / math.sin(half) / (2 * math.cos(half))
+    start, end = ((corner[0] + away * u, corner[1] + away * v) for u, v in (back, forth))
+    centre = corner[0] + middle * (back[0] + forth[0]), corner[1] + middle * (back[1] + forth[1])
+    found = list(edges)
+    found[k - 1], found[k] = replace(before, end=start), replace(after, start=end)
+    found.insert(k, Edge(start, end, centre, elements=elements))
+    return tuple(found)
 
 
 def profile_of(geometry: object) -> Profile:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 from seatfem.structures.rings import ring_borders
@@ -26,18 +27,24 @@ class Turning(Shape):
         occ.remove([(2, section)], recursive=True)
 
 
-def section(spec: Turning, occ: Any, rings: int = 1) -> dict[str, list[int]]:
-    """The profile as a surface in the plane x = r, y = z; returns the curve tags of its groups.
+@dataclass(frozen=True)
+class Drawing:
+    """Curve tags of a section: ``groups`` by name; ``arcs``: how many elements each arc asks for."""
 
-    The struck edge has corners at the borders of ``rings`` rings.
-    """
+    groups: dict[str, list[int]]
+    arcs: dict[int, int]
+
+
+def section(spec: Turning, occ: Any, rings: int = 1) -> Drawing:
+    """The profile as a surface in the plane x = r, y = z. The struck edge has corners at the borders of its rings."""
     profile = spec.profile.cut("contact", ring_borders(rings)[1:-1].tolist())
     _, curves = _surface(profile, occ, lambda r, z: (r, z, 0.0))
     groups: dict[str, list[int]] = {name: [] for name in profile.names}
     for edge, tag in zip(profile.edges, curves, strict=True):
         if edge.name:
             groups[edge.name].append(tag)
-    return groups
+    arcs = {tag: edge.elements for edge, tag in zip(profile.edges, curves, strict=True) if edge.centre is not None}
+    return Drawing(groups, arcs)
 
 
 def _surface(profile: Profile, occ: Any, place: Any) -> tuple[int, list[int]]:

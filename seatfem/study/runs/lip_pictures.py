@@ -50,13 +50,14 @@ def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
     try:
         landing = landing_of(done, lip)
     except Exception as problem:  # numbers are known already, as in `gap_of`
-        return [*pictures, (LANDING, partial(_raise, problem))]
+        return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
         pictures.append((LANDING, partial(animate_landing, landing, title=title)))
     return pictures
 
 
-def _raise(problem: Exception, path: Path) -> None:
+def raising(problem: Exception, path: Path) -> None:
+    """A picture that cannot be made: raises what kept it."""
     raise problem
 
 

@@ -35,7 +35,18 @@ from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
-BODIES: Final = ("mesh.png", "modes.png", "mode_1.gif", "landing.gif")  # in space: drawn by VTK, apart
+BODIES: Final = (
+    "mesh.png",
+    "modes.png",
+    "mode_1.gif",
+    "landing.gif",
+    "seat_stress.png",
+    "stress_wave.gif",
+    "stress_wave.png",
+    "reed_stress_wave.gif",
+    "reed_stress_wave.png",
+    "margin_map.png",
+)  # in space: drawn by VTK, apart
 
 
 def draw_run(

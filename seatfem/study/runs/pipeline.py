@@ -37,12 +37,14 @@ from seatfem.study.runs.left_in import contact_margin_bar
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
 from seatfem.study.runs.lives import Stressed, lives, run_keys
+from seatfem.study.runs.margin_map import margin_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_fields import check_stress
 from seatfem.study.runs.seat_stress import stress_keys, stress_pictures, write_spots
+from seatfem.study.runs.stress_wave import after_touch, wave_pictures
 from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -144,6 +146,7 @@ def run_scene(
         summary |= stress_keys(stress) | plate_stress_keys(of_reed)
         write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
     here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
+    stressed: Stressed | None = None
     if scene.life is not None:
         with watch("life"):
             stressed = Stressed.of(done, stress, of_reed)
@@ -168,7 +171,9 @@ def run_scene(
             more = [
                 *lip_pictures(done, baseline.touches),
                 *gas_pictures(scene, done.touches),
-                *stress_pictures(stress, scene.title or "Stress in the seat"),
+                *stress_pictures(stress, scene.title or "Stress in the seat", after_touch(done)),
+                *wave_pictures(done, stress),
+                *margin_pictures(done, stressed),
                 *curve_pictures(curves),
             ]
             results = (done.result, baseline.result)

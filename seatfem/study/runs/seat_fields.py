@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -120,7 +121,7 @@ class SeatMesh:
     def fields(self, done: Round, places: Sequence[tuple[Sites, Array]], waves: Waves | None) -> Sequence[Fields]:
         """At several sets of places, each at angles (A,), or (G, 1) of its own, where there are ``waves`` around."""
         if waves is None:
-            model = self._matrices()
+            model = self.model
             response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
             return [self._both(model, response, sites) for sites, _ in places]
         found: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
@@ -146,6 +147,11 @@ class SeatMesh:
     def bandwidth(self) -> float:
         """Of the seat's own response [Hz]."""
         return self.plan.method.seat.bandwidth or 1 / self.plan.scene.run.filter_width
+
+    @cached_property
+    def model(self) -> SecondOrderModel:
+        """On the mesh; of a body of revolution that of harmonic 0."""
+        return self._matrices()
 
     def _matrices(self, harmonic: int = 0) -> SecondOrderModel:
         method, body = self.plan.method.seat, self.body

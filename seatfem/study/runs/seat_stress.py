@@ -25,6 +25,7 @@ from seatfem.structures.fields.recovery import at_time, histories, largest, von_
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.finite_elements import MESH_SAFETY, refinement_of
 from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import SeatMesh, Waves, force_by_port
@@ -41,6 +42,7 @@ class SeatStress:
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
+        model: on it; ``None`` of a body of revolution that is struck in arcs, which has one for each harmonic.
         sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
             arcs, whose components are then rr, tt, zz, tz, rz, rt.
         section: (P,) which of them are on the section that ``mesh`` shows.
@@ -60,6 +62,7 @@ class SeatStress:
     """
 
     mesh: Any
+    model: SecondOrderModel | None
     sites: Array
     section: NDArray[np.bool_]
     singular: Array
@@ -126,6 +129,7 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     angles = len(field.points) // len(singular)
     return SeatStress(
         elements_of(fine.mesh).mesh,
+        fine.model if waves is None else None,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(singular, angles),
@@ -205,8 +209,10 @@ def write_spots(stress: SeatStress | None, folder: Path) -> tuple[Path, ...]:
     return (path,)
 
 
-def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
-    """seat_stress.png and seat_stress.vtu; none where no stress is known."""
+def stress_pictures(
+    stress: SeatStress | None, title: str, unsure: tuple[float, float] = (math.nan, math.nan)
+) -> list[Picture]:
+    """seat_stress.png and seat_stress.vtu; none where no stress is known. ``unsure``: as `plot_stress` has it."""
     if stress is None:
         return []
     k, peak = stress.where, stress.peak
@@ -225,9 +231,10 @@ def stress_pictures(stress: SeatStress | None, title: str) -> list[Picture]:
         (*labels[:-1], f"largest, {labels[-1]}"),
         at=float(peak.von_mises_time[k]),
         title=title,
+        unsure=unsure,
     )
     write = partial(write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
-    return [("seat_stress.png", lambda path: draw(path)), ("seat_stress.vtu", lambda path: write(path))]
+    return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
 
 
 def _front(done: Round) -> float:

@@ -382,6 +382,11 @@ class Scene(Table):
     def _stress_of_finite_elements(self) -> Self:
         if self.stress is not None and not self.seat.is_meshed:
             raise KeyProblem("stress", f"a seat of kind {self.seat.kind!r} has no finite elements; remove the table")
+        if self.stress is not None:
+            try:
+                self.stress.check(self.run.duration)
+            except KeyProblem as problem:
+                raise KeyProblem(f"stress.{problem.key}", str(problem)) from None
         return self
 
     @model_validator(mode="after")

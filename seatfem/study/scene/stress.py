@@ -6,9 +6,10 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Gap, KeyProblem, Position, Table, default
+from seatfem.fields import Gap, KeyProblem, Position, Table, Time, default
 
 MOST = 100
+MOST_FRAMES = 500
 
 
 class Stress(Table):
@@ -30,9 +31,36 @@ class Stress(Table):
         "from singular edges, reentrant without a fillet or the rim of a clamped face, within which none is told",
     )
     apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
+    frames: int = Field(
+        0,
+        ge=0,
+        le=MOST_FRAMES,
+        description="of the stress wave on the seat, and on the faces of a reed that is a plate: stress_wave.gif and "
+        ".png, reed_stress_wave.gif and .png, for ParaView seat_stress.pvd and reed_stress.pvd; 0: none",
+    )
+    frames_from: Time | None = Field(
+        None, description="time of their first; absent: the first touch; of a reed a little before it"
+    )
+    frames_until: Time | None = Field(
+        None,
+        description="time of their last; absent: when shear waves have gone along the seat twice; of a reed a little "
+        "after its first contact",
+    )
 
     @model_validator(mode="after")
     def _somewhere(self) -> Self:
         if not self.surface and not self.points:
             raise KeyProblem("points", "no point is named and surface = false: name one, or remove the table")
+        if not self.frames and (idle := [key for key in ("frames_from", "frames_until") if getattr(self, key)]):
+            raise KeyProblem(idle[0], "there are no frames: state their number, or remove the key")
+        if self.frames_from and self.frames_until and self.frames_from >= self.frames_until:
+            raise KeyProblem(
+                "frames_until", f"{self.frames_until:g} s is no later than frames_from = {self.frames_from:g} s"
+            )
         return self
+
+    def check(self, duration: float) -> None:
+        """Raises `KeyProblem` of frames that lie beyond the run, ``duration`` [s]."""
+        for key in ("frames_from", "frames_until"):
+            if (time := getattr(self, key)) is not None and time > duration:
+                raise KeyProblem(key, f"{time:g} s is beyond run.duration = {duration:g} s")

@@ -1,0 +1,106 @@
+"""What is seen of a body: triangles on its surface, of a body of revolution laid open, and of a plate one face."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.pictures.cell_grid import CellGrid, section_triangles
+from seatfem.structures.elements.mindlin import PlateMesh
+from seatfem.structures.model import Array, SecondOrderModel
+
+Integers = NDArray[np.int64]
+
+OPENED: Final = (math.radians(-6.0), math.radians(234.0))
+"""Angles between which a body of revolution is drawn: the gap faces who looks from `rendering.ABOVE`."""
+SLICES: Final = 48
+_QUARTERS: Final = ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))  # of an element of nine nodes
+_SIDES: Final = {
+    4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Triangles in space on nodes of a model.
+
+    Attributes:
+        points: (n, 3) at rest [m].
+        triangles: (m, 3) of them.
+        nodes: (S,) of the model that are seen, in rising order.
+        which: (n,) of these each point came from.
+        angles: (n,) of each about z, where a half section was turned; ``None`` of other bodies.
+    """
+
+    points: Array
+    triangles: Integers
+    nodes: Integers
+    which: Integers
+    angles: Array | None = None
+
+    @property
+    def size(self) -> float:
+        """Largest extent along an axis [m]."""
+        return float(np.ptp(self.points, axis=0).max())
+
+    def moved(self, displacement: Array) -> Array:
+        """(n, 3) of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z."""
+        each = displacement[self.which]
+        if self.angles is None:
+            return each
+        c, s = np.cos(self.angles), np.sin(self.angles)
+        radial, around, axial = each.T
+        return np.stack([radial * c - around * s, radial * s + around * c, axial], axis=1)
+
+
+def skin_of(model: SecondOrderModel) -> Skin:
+    """Of a solid its surface; of an axisymmetric model what its section sweeps between `OPENED`, with both cuts.
+
+    Raises:
+        ModelError: the model does not know its mesh, or one that cannot be drawn.
+    """
+    if model.dofs is None or getattr(model.dofs.mesh, "dim", lambda: 3)() == 3:
+        grid = CellGrid.of_model(model)
+        cells = grid.linear_cells
+        sides = _outer(np.concatenate([cells[:, list(side)] for side in _SIDES[cells.shape[1]]]))
+        return _skin(grid.points, _halved(sides))
+    mesh: Any = model.dofs.mesh
+    r, _, z = model.dofs.points
+    triangles = section_triangles(mesh, len(r))
+    angles = np.linspace(*OPENED, SLICES + 1)
+    low, high = _outer(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
+    first = len(r) * np.arange(SLICES)[:, None]
+    rings = np.stack([low + first, high + first, high + first + len(r), low + first + len(r)], axis=-1).reshape(-1, 4)
+    every = np.concatenate([triangles, triangles[:, ::-1] + SLICES * len(r), _halved(rings)])
+    used, numbered = np.unique(every, return_inverse=True)
+    nodes, which = np.unique(used % len(r), return_inverse=True)
+    turned, node = angles[used // len(r)], used % len(r)
+    points = np.stack([r[node] * np.cos(turned), r[node] * np.sin(turned), z[node]], axis=1)
+    return Skin(points, numbered.reshape(-1, 3), nodes, which, turned)
+
+
+def skin_of_plate(mesh: PlateMesh) -> Skin:
+    """One face of a plate, drawn in its mid-surface."""
+    quarters = mesh.cells[:, np.array(_QUARTERS)].reshape(-1, 4)
+    return _skin(np.column_stack([mesh.points, np.zeros(len(mesh.points))]), _halved(quarters))
+
+
+def _skin(points: Array, triangles: Integers) -> Skin:
+    nodes, numbered = np.unique(triangles, return_inverse=True)
+    return Skin(points[nodes], numbered.reshape(-1, 3), nodes, np.arange(len(nodes)))
+
+
+def _outer(sides: Integers) -> Integers:
+    """Sides that are of one cell alone."""
+    _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    return np.asarray(sides[first[count == 1]])
+
+
+def _halved(sides: Integers) -> Integers:
+    """Quadrilaterals as triangles."""
+    return sides if sides.shape[1] == 3 else np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]])

@@ -1,0 +1,134 @@
+"""The stress wave of a run, on the seat and in the faces of a plate: pictures, and series for ParaView."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from impact.after import measures
+from impact.greens.base import Array
+from impact.march.motion import modal_coordinates
+from impact.pictures.drawing import PictureError
+from seatfem.pictures.apart import Picture
+from seatfem.pictures.skin import skin_of, skin_of_plate
+from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
+from seatfem.structures.elements.mindlin import PlateMesh
+from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
+from seatfem.structures.fields.recovery import von_mises
+from seatfem.structures.fields.sites import at_nodes
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.kinds.elastic import Elastic
+from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.study.runs.lip_pictures import AFTER, BEFORE, raising
+from seatfem.study.runs.reed_stress import plate_field, plate_pushes
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_fields import force_by_port
+from seatfem.study.runs.seat_stress import SeatStress
+
+PASSES: Final = 2  # of shear waves along the seat, that are shown
+UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
+
+
+def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
+    """stress_wave.gif, .png and seat_stress.pvd, and the same of a plate that strikes; none where no frames are asked
+    for, or nothing touches and no time is stated."""
+    asked, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
+    if stress is None or asked is None or not asked.frames:
+        return []
+    found: list[Picture] = []
+    for stem, file, make in (
+        ("stress_wave", "seat_stress", partial(seat_wave, done, stress)),
+        ("reed_stress_wave", "reed_stress", partial(reed_wave, done)),
+    ):
+        try:
+            wave = make()
+        except Exception as problem:  # numbers are known already, as in `gap_of`
+            found.append((f"{stem}.gif", partial(raising, problem)))
+            continue
+        if wave is not None:
+            found.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
+            found.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
+            found.append((f"{file}.pvd", partial(write_wave, wave)))
+    return found
+
+
+def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
+    """Of the seat on the mesh of its stress."""
+    scene, body, model = done.plan.scene, done.plan.scene.seat, stress.model
+    assert isinstance(body, Elastic)
+    assert scene.stress is not None
+    if model is None:
+        raise PictureError("the wave in a body of revolution is drawn where it is struck all around: contact.ports = 1")
+    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), _touch(done)
+    steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
+    if not steps:
+        return None
+    skin, made = skin_of(model), elements_of(stress.mesh)
+    sites = at_nodes(made, skin.nodes)
+    force, dt = force_by_port(done, done.touches), done.result.dt
+    bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
+    found = unknowns_in_frames(model, force, dt, steps, bandwidth=bandwidth, damping_ratio=body.damping_ratio)
+    functional = solid_stress(made, body.solids(regions_of(stress.mesh)), model, sites)
+    mises = von_mises(np.moveaxis((functional @ found.T).reshape(len(sites), 6, -1), 2, 0))
+    told = ~near(sites.points, singular_points(stress.mesh, body.held), scene.stress.distance)
+    moved = np.array([model.expand(each)[:, skin.nodes].T for each in found])
+    return StressWave(skin, mises, moved, done.result.time[list(steps)], touch, told)
+
+
+def reed_wave(done: Round) -> StressWave | None:
+    """Of the plate that strikes; ``None`` of other reeds."""
+    reed = done.plan.scene.reed
+    if not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
+        return None
+    groups = measures.contact_groups(done.result)
+    start, end = groups[0] if len(groups) else (math.nan, math.nan)
+    steps = _steps(done, start - BEFORE * (end - start), end + AFTER * (end - start))
+    plate = reed.plate(done.striker.greens)
+    dofs, shapes = plate.model.dofs, plate.modes.shapes
+    if not steps or dofs is None or not isinstance(dofs.mesh, PlateMesh):
+        return None
+    field, skin = plate_field(done), skin_of_plate(dofs.mesh)
+    force, dt = plate_pushes(done, done.touches), done.result.dt
+    mises = np.full((len(steps), len(skin.nodes)), np.nan)
+    mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
+    rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]
+    moved = np.zeros((len(steps), len(skin.nodes), 3))
+    bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # a free plate's rigid motion would hide how it bends
+    moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
+    told = np.isfinite(mises).all(axis=0)
+    return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), told, UNKNOWN)
+
+
+def _touch(done: Round) -> float:
+    groups = measures.contact_groups(done.result)
+    return float(groups[0][0]) if len(groups) else math.nan
+
+
+def after_touch(done: Round) -> tuple[float, float]:
+    """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
+    touch = _touch(done)
+    return touch, touch + done.plan.scene.run.filter_width
+
+
+def _steps(done: Round, first: float, last: float) -> range:
+    """Numbers of the steps that are shown, each a multiple of the range's own step; none without a time."""
+    asked, dt = done.plan.scene.stress, done.result.dt
+    assert asked is not None
+    first, last = asked.frames_from or first, asked.frames_until or last
+    if math.isnan(first) or math.isnan(last) or first >= last:
+        return range(0)
+    count, end = len(done.result.time), min(last, float(done.result.time[-1]))
+    stride = max(1, round((end - max(first, 0.0)) / dt / max(1, asked.frames - 1)))
+    begin = min(max(0, int(first / dt / stride)), (count - 1) // stride)
+    return range(begin * stride, min((begin + asked.frames) * stride, count), stride)
+
+
+def rows_of(points: Array, among: Array) -> Array:
+    """Rows of ``among`` (n, d) that are the same as points (P, d)."""
+    place = {tuple(each): k for k, each in enumerate(among.tolist())}
+    return np.array([place[tuple(each)] for each in points.tolist()])

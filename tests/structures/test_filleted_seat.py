@@ -1,0 +1,71 @@
+"""Stress in the fillet at the foot of an annular seat's lip: it converges, where a sharp corner has none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from impact.greens.base import Array
+from seatfem.structures.counts.element_counts import predicted_sizes
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.fields.corners import near, singular_points
+from seatfem.structures.fields.recovery import von_mises
+from seatfem.structures.fields.sites import on_surface
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meridian import MeridianMesh, make_meridian
+from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.shapes import AnnularSeat
+from seatfem.structures.shapes.annular import PER_FILLET
+
+STEEL = Material(200e9, 0.3, 7850.0, "steel")
+RADIUS, FOOT = 0.4e-3, (5e-3, 5e-3)
+SEAT = AnnularSeat(
+    lip_height=1e-3, lip_edge_radius=0.2e-3, lip_fillet=RADIUS, outer_radius=8e-3, thickness=5e-3
+)  # fmt: skip
+
+
+def drawn(finer: float, shape: str = "tet") -> MeridianMesh:
+    return make_meridian(SEAT, MeshSpec(0.8e-3 / finer, 0.2e-3 / finer, fillets=finer, shape=shape))  # type: ignore[arg-type]
+
+
+def on_the_fillet(points: Array) -> Array:
+    centre = np.array(FOOT) + RADIUS
+    return np.asarray(np.abs(np.linalg.norm(points - centre, axis=1) - RADIUS) < 1e-6 * RADIUS)
+
+
+def largest(mesh: MeridianMesh) -> float:
+    """Von Mises, in the fillet, of one newton at rest [Pa]."""
+    model, made = assemble_axisymmetric(mesh, STEEL), elements_of(mesh)
+    sites = on_surface(made)
+    push = factorize(model.K).solve(model.port_matrix)
+    stress = von_mises((solid_stress(made, STEEL, model, sites) @ push).reshape(-1, 6))
+    return float(stress[on_the_fillet(sites.points)].max())
+
+
+@pytest.mark.parametrize("shape", ["tet", "hex"])
+def test_the_largest_stress_in_the_fillet_converges(shape: str) -> None:
+    """By more than order 1.4, whether nodes meet the largest or miss it, and to 1 % with the elements of a run."""
+    exact = largest(drawn(5.0, "hex"))
+    errors = [abs(largest(drawn(finer, shape)) / exact - 1) for finer in (0.25, 1.0)]
+    assert errors[1] < 0.01
+    assert math.log(errors[0] / errors[1], 4.0) > 1.4
+
+
+def test_the_fillet_has_the_elements_that_are_stated_and_is_no_singular_edge() -> None:
+    mesh = drawn(1.0)
+    facets = mesh.mesh.facets[:, mesh.mesh.boundary_facets()]
+    along = on_the_fillet(mesh.mesh.p[:, facets].transpose(2, 1, 0).reshape(-1, 2)).reshape(-1, 2).all(axis=1)
+    assert along.sum() == PER_FILLET
+    corner = np.array([FOOT])
+    assert not near(corner, singular_points(mesh, ("fixed",)), RADIUS).any()
+    sharp = make_meridian(AnnularSeat(outer_radius=8e-3, thickness=5e-3), MeshSpec(0.8e-3, 0.2e-3))
+    assert near(corner, singular_points(sharp, ("fixed",)), RADIUS).any()
+
+
+@pytest.mark.parametrize("shape", ["tet", "hex"])
+def test_its_elements_are_counted_beforehand(shape: str) -> None:
+    mesh = drawn(1.0, shape)
+    counted = predicted_sizes(SEAT, MeshSpec(**mesh.provenance.spec), "axisymmetric")
+    assert counted.elements == pytest.approx(mesh.quality.elements, rel=0.2)

@@ -1,0 +1,247 @@
+"""The stress wave and the map of margins of a run: numbers, times, files and pictures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impact.pictures.drawing import PictureError
+from impact.progress import silent
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.pictures.margin_map import plot_margin_map
+from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
+from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
+from seatfem.structures.fields.recovery import histories, recover
+from seatfem.structures.fields.sites import at_nodes
+from seatfem.structures.fields.solids import elements_of, solid_stress
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.lives import Stressed
+from seatfem.study.runs.margin_map import margin_pictures, margins
+from seatfem.study.runs.rounds import rounds
+from seatfem.study.runs.seat_stress import by_port, seat_stress
+from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.problems import SceneError
+from tests.flapper_scene import FLAPPER
+
+STRENGTH = """source = "invented for tests"
+ultimate = "1800 MPa"
+torsion_limit = "310 MPa"
+bending_limit = "500 MPa"
+limit_cycles = 1e7
+[curve]
+knee_stress = "500 MPa"
+knee_cycles = 1e7
+slope = 12
+"""
+SCENE = """[seat]
+kind = "bar"
+length = "10 mm"
+width = "2 mm"
+height = "3 mm"
+damping_ratio = 0.05
+material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}
+model = "3d"
+mesh = {{ size = "2 mm", contact_size = "2 mm" }}
+greens = {{ bandwidth = "100 kHz" }}
+[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-0.5 m/s"
+[contact]
+gap = "10 um"
+law = {{ kind = "spring", stiffness = "1e5 N/m" }}
+[run]
+duration = "360 us"
+time_step = "200 ns"
+[accuracy]
+target = "20 %"
+[stress]
+distance = "3 mm"
+{stress}
+[life]
+seat_strength = "seat.toml"
+multiaxial = "{criterion}"
+cycles = 4.5e9
+"""
+PRESSURE = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)  # of a mass on a spring; the bar gives way by 1e-3 of it
+TOUCH = 20e-6
+
+
+def load(folder: Path, stress: str = "frames = 12", criterion: str = "crossland") -> Any:
+    (folder / "seat.toml").write_text(STRENGTH, encoding="utf-8")
+    (folder / "scene.toml").write_text(SCENE.format(stress=stress, criterion=criterion), encoding="utf-8")
+    return load_scene(folder / "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
+    """A mass on a soft spring presses a bar: its last round, and the stress in it."""
+    folder = tmp_path_factory.mktemp("pressed")
+    scene = load(folder, 'frames = 12\nframes_from = "10 us"\nframes_until = "340 us"')
+    *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent)
+    return done, seat_stress(done)
+
+
+def few(done: Any, scene: Any) -> Any:
+    """The same round, of a scene that asks for other frames."""
+    return replace(done, plan=replace(done.plan, scene=scene))
+
+
+def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
+    """Whether by a field of stress or by the unknowns themselves."""
+    done, stress = pressed
+    force, dt = -by_port(done, done.touches, 1), done.result.dt
+    nodes = np.array([5, 17, 30])
+    made = elements_of(stress.mesh)
+    sites = at_nodes(made, nodes)
+    functional = solid_stress(made, done.plan.scene.seat.material.solid, stress.model, sites)
+    field = recover(stress.model, functional, sites.points, bandwidth=100e3, dt=dt, damping_ratio=0.05)
+    steps = range(140, 1600, 140)
+    exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
+    np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
+    moved = unknowns_in_frames(stress.model, force, dt, steps, bandwidth=100e3, damping_ratio=0.05)
+    found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
+    np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
+
+
+def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[Any, Any]) -> None:
+    done, stress = pressed
+    wave = seat_wave(done, stress)
+    assert wave is not None
+    assert len(wave.time) == 12
+    assert wave.time[0] == pytest.approx(10e-6, abs=30e-6)
+    assert 300e-6 < wave.time[-1] <= 341e-6
+    assert wave.touch == pytest.approx(TOUCH, abs=1e-6)
+    assert np.all(wave.mises[wave.time < TOUCH] == 0)
+    now = done.result.force[np.round(wave.time / done.result.dt).astype(int)] / (2e-3 * 3e-3)
+    middle = np.abs(wave.skin.points[:, 2] - 5e-3) < 1.1e-3
+    late = wave.time > 60e-6
+    assert wave.mises[late][:, middle].mean(axis=1) == pytest.approx(now[late], rel=0.03)
+    top = wave.skin.points[:, 2] > 10e-3 - 1e-9
+    assert wave.displacement[late][:, top, 2].mean(axis=1) == pytest.approx(-now[late] * 10e-3 / 200e9, rel=0.05)
+    assert wave.told.sum() < len(wave.told)
+
+
+def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
+    """As many pictures and files as times; the exaggeration is a round number that moves the body by 5 % at most."""
+    done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
+    pictures = dict(wave_pictures(done, stress))
+    assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd"}
+    for name, draw in pictures.items():
+        draw(path=tmp_path / name)
+    from PIL import Image
+
+    with Image.open(tmp_path / "stress_wave.gif") as moving, Image.open(tmp_path / "stress_wave.png") as album:
+        assert moving.n_frames == 4
+        assert album.size[0] > 500
+    series = (tmp_path / "seat_stress.pvd").read_text(encoding="utf-8")
+    assert series.count("<DataSet") == 4
+    assert 'file="seat_stress/0004.vtu"' in series
+    import pyvista
+
+    wave = seat_wave(done, stress)
+    assert wave is not None
+    last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
+    np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.mises[-1][wave.skin.which], rtol=1e-6)
+    np.testing.assert_allclose(last.point_data["displacement [m]"], wave.skin.moved(wave.displacement[-1]), rtol=1e-6)
+    farthest = wave.exaggeration * np.abs(wave.displacement).max() / wave.skin.size
+    assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
+
+
+def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any], tmp_path: Path) -> None:
+    wave = seat_wave(*pressed)
+    assert wave is not None
+    for broken in (
+        StressWave(wave.skin, wave.mises[:3], wave.displacement, wave.time, wave.touch, wave.told),
+        StressWave(wave.skin, wave.mises, wave.displacement, wave.time, wave.touch, ~wave.told & False),
+    ):
+        for draw in (animate_wave, plot_wave, write_wave):
+            with pytest.raises(PictureError):
+                draw(broken, tmp_path / "broken.gif")
+
+
+def test_what_depends_on_the_step_ends_with_the_filter_of_the_force(pressed: tuple[Any, Any]) -> None:
+    done, _ = pressed
+    start, end = after_touch(done)
+    assert start == pytest.approx(TOUCH, abs=1e-6)
+    assert end - start == pytest.approx(done.plan.scene.run.filter_width)
+
+
+@pytest.mark.parametrize("criterion", ["", "crossland"])
+def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Path, criterion: str) -> None:
+    """Its sides bear -p and are let go: Crossland's sqrt(J2a) is p/2/sqrt 3 and pmax 0, Goodman's amplitude p/2 under
+    a compressive mean, which counts for nothing. The bar's own waves are 2 %."""
+    done, stress = pressed
+    scene = load(tmp_path, criterion=criterion)
+    demand = scene.life.demand("seat")
+    found = margins(stress.field, -by_port(done, done.touches, 1), done.result.dt, demand)
+    middle = np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3
+    amplitude = demand.strength.curve.stress(4.5e9)
+    exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
+    assert found[middle] == pytest.approx(exact, rel=0.03)
+
+
+def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
+    done, stress = pressed
+    pictures = dict(margin_pictures(done, Stressed(None, stress)))
+    assert set(pictures) == {"margin_map.png", "seat_margin.vtu"}
+    for name, draw in pictures.items():
+        draw(path=tmp_path / name)
+    import pyvista
+
+    margin = pyvista.read(tmp_path / "seat_margin.vtu").point_data["margin"]
+    assert np.nanmin(margin) == pytest.approx(310e6 * 2 * np.sqrt(3) / PRESSURE, rel=0.05)
+    assert np.isnan(margin).any()  # near the clamp
+    with pytest.raises(PictureError, match="nothing to draw"):
+        plot_margin_map([], tmp_path / "none.png", title="")
+
+
+@pytest.mark.parametrize(
+    ("stress", "said"),
+    [
+        ('frames_from = "10 us"', "stress.frames_from: there are no frames: state their number, or remove the key"),
+        ('frames = 9\nframes_from = "20 us"\nframes_until = "10 us"', "stress.frames_until: 1e-05 s is no later than"),
+        ('frames = 9\nframes_until = "400 us"', "stress.frames_until: 0.0004 s is beyond run.duration = 0.00036 s"),
+        ("frames = 501", "stress.frames: "),
+    ],
+)
+def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said):
+        load(tmp_path, stress)
+
+
+def test_no_frames_cost_nothing(pressed: tuple[Any, Any], tmp_path: Path) -> None:
+    done, stress = pressed
+    assert wave_pictures(few(done, load(tmp_path, "")), stress) == []
+    assert wave_pictures(done, None) == []
+
+
+def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
+    """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
+    reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n[contact]"
+    text = SCENE.format(stress="frames = 8", criterion="")
+    start, end = text.index("[reed]"), text.index("[contact]")
+    text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
+    (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(text.replace('"360 us"', '"60 us"'), encoding="utf-8")
+    scene = load_scene(tmp_path / "scene.toml")
+    *_, done = rounds(plan_scene(scene), tmp_path, Stopwatch(), silent)
+    wave = reed_wave(done)
+    assert wave is not None
+    steps = np.round(wave.time / done.result.dt).astype(int)
+    centre = np.asarray(scene.reed.geometry().centre)
+    struck = np.linalg.norm(wave.skin.points[:, :2] - centre, axis=1) < 1e-3
+    moved = wave.displacement[:, struck, 2].mean(axis=1)
+    exact = done.result.striker_displacement[steps]
+    assert moved == pytest.approx(
+        exact, abs=0.03 * np.abs(exact).max()
+    )  # of the patch of 2 x 3 mm, and without residual
+    assert np.isnan(wave.mises[:, ~wave.told]).all()
+    assert not wave.told[struck].any()
+    assert wave.told.sum() > 0.5 * len(wave.told)
+    assert wave.mises[-1, wave.told].max() > 0
