@@ -29,6 +29,8 @@ from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.method import RunMethod
+from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
@@ -62,7 +64,8 @@ GAS_FILE: Final = "gas.csv"
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes."""
+    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes; how
+    the last round was computed."""
 
     summary: Mapping[str, object]
     messages: tuple[str, ...]
@@ -70,6 +73,7 @@ class RunOutcome:
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool = True
     modes: tuple[Mode, ...] = ()
+    method: RunMethod | None = None
 
 
 def run_scene(
@@ -80,6 +84,8 @@ def run_scene(
     tell: Tell = untold,
     limits: Limits = ANY,
     pictures: bool = True,
+    plan: Plan | None = None,
+    histories: bool = True,
 ) -> RunOutcome:
     """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
@@ -92,6 +98,8 @@ def run_scene(
         tell: hears of each round what it left and took, and the price of the next.
         limits: number of rounds and time.
         pictures: whether to draw.
+        plan: of the scene, where there is one already.
+        histories: whether result.h5 is written.
 
     Raises:
         OutputError: ``folder`` cannot be written to.
@@ -102,7 +110,7 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
-        plan = ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
+        plan = plan or ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
@@ -116,7 +124,8 @@ def run_scene(
             others = {parts: touches.parts, "stopper": touches.stopper, "spring_stopper": baseline.touches.stopper}
             all_of_them = {"wave": done.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in others.items() if result is not None}
-            save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
+            if histories:
+                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas_files = _write_gas(scene, done, folder)
     remember(done)
@@ -143,10 +152,11 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *drawn)
+    result_files = (folder / RESULT_FILE,) if histories else ()
+    files = (folder / SUMMARY_FILE, *result_files, folder / SEAT_FILE, *gas_files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
-    return RunOutcome(summary, messages, files, watch.stages, done.met)
+    return RunOutcome(summary, messages, files, watch.stages, done.met, method=done.plan.method)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,111 @@
+"""The scenes of a study, each of them checked before the first one runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from seatfem.machine.code import code_version
+from seatfem.structures.store import content_key
+from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene.problems import Problem
+from seatfem.study.sweep.design import Changes, changes_of
+from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.variations import Listed
+from seatfem.units import number_and_unit
+
+TOLD: Final = 20  # problems; of thousands of scenes the first tell enough
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene of a study.
+
+    Attributes:
+        number: from 1.
+        changed: its values, as the file would have them.
+        key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
+        leader: key of the first scene with the same seat; that scene's model of the seat serves the others, too.
+    """
+
+    number: int
+    changed: Changes
+    key: str
+    leader: str
+
+
+def cases_of(study: Study, rounds: int, file: Path | None = None) -> list[Case]:
+    """All scenes of the study.
+
+    Args:
+        rounds: of refinement that each may take.
+        file: of the study, for messages.
+
+    Raises:
+        SceneError: what is wrong with the scene, or with a value of it; each with the key of [vary] and the scene's
+            number, the first `TOLD`.
+    """
+    found: list[Case] = []
+    problems: dict[tuple[str, str], Problem] = {}
+    leaders: dict[str, str] = {}
+    all_changes = changes_of(study)
+    for number, changed in enumerate(all_changes, start=1):
+        try:
+            scene = load_scene(study.scene, changed)
+            check_step(scene)
+        except (SceneError, RunError) as error:
+            for problem in _problems(error, study):
+                told = _in_the_study(problem, changed, f"scene {number} of {len(all_changes)}", file)
+                problems.setdefault((told.key, problem.message), told)
+            if len(problems) >= TOLD:
+                break
+            continue
+        own = _key(scene.model_dump(exclude={"title"}, exclude_unset=True), rounds)
+        leader = leaders.setdefault(_key(scene.seat.model_dump(exclude_unset=True), 0), own)
+        found.append(Case(number, changed, own if own == leader else _key([own, leader], rounds), leader))
+    if problems:
+        raise _with_lines(SceneError(tuple(problems.values())[:TOLD]), file)
+    return found
+
+
+def _key(asked: object, rounds: int) -> str:
+    return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
+
+
+def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:
+    if isinstance(error, SceneError):
+        return error.problems
+    return (Problem(study.scene, 0, "run.time_step", str(error)),)
+
+
+def _in_the_study(problem: Problem, changed: Changes, which: str, file: Path | None) -> Problem:
+    """A problem of a key that varies, with its value, at its place in the study; others as they are in the scene."""
+    touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
+    if not touching:
+        varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
+        return replace(problem, message=f"{problem.message} ({which}: {varied})")
+    key = touching[0]
+    path = ("vary", *key.split("."))
+    return Problem(None, 0, f"vary.{key}", f"{which}, {key} = {changed[key]!r}: {problem.message}", path)
+
+
+def _within(key: str, table: str) -> bool:
+    return key == table or key.startswith(f"{table}.")
+
+
+def _with_lines(error: SceneError, file: Path | None) -> SceneError:
+    return error if file is None else located(error, file)
+
+
+def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
+    """The values of each key by scene: numbers in the unit of the key, else as they are."""
+    found: dict[str, list[object]] = {}
+    for key, variation in study.vary.items():
+        texts = isinstance(variation, Listed) and not variation.numbers()
+        values = [case.changed[key] for case in cases]
+        name = f"{key} [{variation.unit}]" if variation.unit else key
+        found[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]
+    return found
