@@ -22,8 +22,8 @@ class JournalError(ValueError):
 def append(path: Path, entry: Mapping[str, object]) -> None:
     """One more line, by a single write, so that several programs may share a journal.
 
-    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that is
-    a link: what it leads to is another's.
+    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that
+    is a link: what it leads to is another's.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:

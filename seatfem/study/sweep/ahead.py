@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
@@ -16,8 +17,8 @@ from seatfem.study.scene import load_scene
 from seatfem.study.sweep.cases import Case
 
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
-NOT_HERE: Final = ("program start", "pictures", *OF_THE_SEAT)
-"""Stages that not every scene of a study has."""
+NOT_HERE: Final = ("program start", "pictures", "files", *OF_THE_SEAT)
+"""Stages that scenes of a study do without, or only the first one with a seat has."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,19 @@ class Ahead:
         """One a core, fewer where the memory that is there would not do."""
         return max(1, min(cores(), int(MEMORY * available_memory() / self.memory)))
 
+    def as_json(self) -> str:
+        """All of it, and the time with as many workers as there would be."""
+        workers = self.workers()
+        return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
+
     def in_words(self, workers: int) -> str:
         """One line."""
-        seats = f"{self.seats} seat{'s'[: self.seats > 1]}"
+        seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
+        a_seat = f" {self.seat:.2g} s a seat," if self.seats else ""
         return (
-            f"{self.scenes} scene{'s'[: self.scenes > 1]} with {seats} to compute: about {self.seconds(workers):.2g} s "
-            f"predicted with {workers} worker{'s'[: workers > 1]} ({self.each:.2g} s a scene, {self.seat:.2g} s a seat, "
-            f"{self.memory / 1e9:.2g} GB a worker)"
+            f"{self.scenes} scene{'s'[: self.scenes > 1]}{seats}: about {self.seconds(workers):.2g} s predicted with "
+            f"{workers} worker{'s'[: workers > 1]} ({self.each:.2g} s a scene,{a_seat} {self.memory / 1e9:.2g} GB a "
+            "worker)"
         )
 
 

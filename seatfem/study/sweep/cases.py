@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
 
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
 from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.design import Changes, changes_of
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.variations import Listed
 from seatfem.units import number_and_unit
-
-TOLD: Final = 20  # problems; of thousands of scenes the first tell enough
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Case:
     leader: str
 
 
-def cases_of(study: Study, rounds: int, file: Path | None = None) -> list[Case]:
+def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> list[Case]:
     """All scenes of the study.
 
     Args:
@@ -45,29 +44,28 @@ def cases_of(study: Study, rounds: int, file: Path | None = None) -> list[Case]:
         file: of the study, for messages.
 
     Raises:
-        SceneError: what is wrong with the scene, or with a value of it; each with the key of [vary] and the scene's
-            number, the first `TOLD`.
+        SceneError: what is wrong with the scene or with values of it; for each key the first scene of which it is so.
     """
     found: list[Case] = []
-    problems: dict[tuple[str, str], Problem] = {}
+    problems: dict[str, Problem] = {}
+    wrong: Counter[str] = Counter()
     leaders: dict[str, str] = {}
-    all_changes = changes_of(study)
-    for number, changed in enumerate(all_changes, start=1):
+    for number, changed in enumerate(changes_of(study), start=1):
         try:
             scene = load_scene(study.scene, changed)
             check_step(scene)
         except (SceneError, RunError) as error:
             for problem in _problems(error, study):
-                told = _in_the_study(problem, changed, f"scene {number} of {len(all_changes)}", file)
-                problems.setdefault((told.key, problem.message), told)
-            if len(problems) >= TOLD:
-                break
+                told = _in_the_study(problem, changed, f"scene {number} of {study.number_of_scenes}")
+                problems.setdefault(told.key, told)
+                wrong[told.key] += 1
             continue
         own = _key(scene.model_dump(exclude={"title"}, exclude_unset=True), rounds)
         leader = leaders.setdefault(_key(scene.seat.model_dump(exclude_unset=True), 0), own)
         found.append(Case(number, changed, own if own == leader else _key([own, leader], rounds), leader))
     if problems:
-        raise _with_lines(SceneError(tuple(problems.values())[:TOLD]), file)
+        told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
+        raise told_all if file is None else located(told_all, file)
     return found
 
 
@@ -81,7 +79,7 @@ def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]
     return (Problem(study.scene, 0, "run.time_step", str(error)),)
 
 
-def _in_the_study(problem: Problem, changed: Changes, which: str, file: Path | None) -> Problem:
+def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
     """A problem of a key that varies, with its value, at its place in the study; others as they are in the scene."""
     touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
     if not touching:
@@ -96,8 +94,9 @@ def _within(key: str, table: str) -> bool:
     return key == table or key.startswith(f"{table}.")
 
 
-def _with_lines(error: SceneError, file: Path | None) -> SceneError:
-    return error if file is None else located(error, file)
+def _with_others(problem: Problem, others: int) -> Problem:
+    told = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
+    return replace(problem, message=told) if others else problem
 
 
 def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST: Final = 6  # rows or columns of panels: the first ones are shown
+LABELS: Final = 8  # of scenes on a front
 FEW: Final = 60  # scenes whose error bars are drawn
 
 
@@ -28,7 +29,7 @@ def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> No
     """
     parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
     measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
-    with sheet(path, 0.8 + 2.5 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
+    with sheet(path, 0.8 + 2.7 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
         figure.suptitle(f"{table.study.heading}: main effects")
         panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
         for effect in effects:
@@ -49,6 +50,7 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
         at = np.arange(len(names), dtype=float)
     else:
         x, at = table.numbers(effect.parameter), np.array(effect.at, dtype=float)
+        axes.locator_params(axis="x", nbins=5)
     _scenes(axes, table, x, effect.measure)
     if len(table) > len(at):  # else every mean is of one scene
         error = np.where(np.isfinite(effect.error), effect.error, 0.0)
@@ -80,9 +82,11 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
                 (-0.19, BLUE, "first order", each.first, each.first_interval),
                 (0.19, ORANGE, "total", each.total, each.total_interval),
             ):
-                ends = np.abs(interval - value) * [[1], [1]]
+                ends = np.abs(interval - value)
                 axes.barh(places + off, value, 0.36, color=colour, label=label, zorder=2)
-                axes.errorbar(value, places + off, xerr=ends, linestyle="", color="black", capsize=2, elinewidth=0.8, zorder=3)
+                axes.errorbar(
+                    value, places + off, xerr=ends, linestyle="", color="black", capsize=2, elinewidth=0.8, zorder=3
+                )
             axes.set_title(each.measure)
             axes.set_yticks(places, table.parameters)
             axes.axvline(0.0, color="black", linewidth=0.7)
@@ -110,11 +114,15 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
                 if math.isfinite(low) and math.isfinite(high):
                     axes.plot([low, high], [share, share], color=ORANGE, linewidth=1.6, zorder=2.5)
                 side = 1 if share < 60 else -1
-                axes.annotate(f"{at:.4g}", (at, share), (6 * side, -3 * side), textcoords="offset points", fontsize=7.5,
-                              ha="left" if side > 0 else "right", va="top" if side > 0 else "bottom")  # fmt: skip
-            axes.set_title(f"{count} scenes" + (f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else ""))
+                axes.annotate(f"{share:g} %: {at:.4g}", (at, share), (7 * side, 0), textcoords="offset points",
+                              fontsize=7.5, ha="left" if side > 0 else "right", va="center", zorder=4,
+                              bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1})  # fmt: skip
+            axes.set_title(
+                f"{count} scenes" + (f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else "")
+            )
             axes.set_xlabel(band.measure)
-            axes.set_ylim(0, 101)
+            axes.set_ylim(-3, 103)
+            axes.locator_params(axis="x", nbins=5)
         for row in panels:
             row[0].set_ylabel("scenes below [%]")
         for axes in list(panels.flat)[len(shown) :]:
@@ -134,7 +142,9 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
             for j, right in enumerate(shown):
                 axes = panels[i, j]
                 if i == j:
-                    axes.hist(data[right][np.isfinite(data[right])], bins=12, color=SKY, edgecolor="white", linewidth=0.5)
+                    axes.hist(
+                        data[right][np.isfinite(data[right])], bins=12, color=SKY, edgecolor="white", linewidth=0.5
+                    )
                     axes.set_yticks([])
                 else:
                     measured = below in table.measures or right in table.measures
@@ -159,8 +169,9 @@ def draw_front(table: StudyTable, path: Path) -> None:
         axes = figure.add_subplot()
         _scenes(axes, table, x, up)
         axes.plot(x[best], y[best], color=GREEN, marker="o", markersize=4.5, zorder=3, label="beaten by none")
-        for place in best[:: max(1, len(best) // 12)]:
-            axes.annotate(str(table.columns["scene"][place]), (x[place], y[place]), (4, 4), textcoords="offset points", fontsize=7)
+        for place in best[:: math.ceil(len(best) / LABELS)]:
+            words = f"scene {table.columns['scene'][place]}"
+            axes.annotate(words, (x[place], y[place]), (7, -4), textcoords="offset points", fontsize=7, va="top")
         axes.set_xlabel(f"{across} ({'more' if more_across else 'less'} is better)")
         axes.set_ylabel(f"{up} ({'more' if more_up else 'less'} is better)")
         axes.legend()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import product
 
 import numpy as np
@@ -15,19 +15,20 @@ Changes = Mapping[str, Value]
 """Values by dotted key, as a scene file has them."""
 
 
-def changes_of(study: Study) -> list[Changes]:
+def changes_of(study: Study) -> Iterator[Changes]:
     """What each scene of the study changes, in their order. The same seed gives the same values.
 
-    Grids count the last key fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each, then
-    for each key the scenes of A with that key's column from B.
+    Grids count the last key fastest. "sobol_indices" has the two samples A and B of Saltelli (2010), n scenes each,
+    then for each key the scenes of A with that key's column from B.
     """
     keys = list(study.vary)
     if not study.is_drawn:
         levels = [each.levels(key) for key, each in study.vary.items()]
         rows = product(*levels) if study.design == "grid" else zip(*levels, strict=True)
-        return [dict(zip(keys, row, strict=True)) for row in rows]
-    shares = shares_of(study)
-    return [{key: study.vary[key].at(float(u)) for key, u in zip(keys, row, strict=True)} for row in shares]
+        yield from (dict(zip(keys, row, strict=True)) for row in rows)
+        return
+    for shares in shares_of(study):
+        yield {key: study.vary[key].at(float(share)) for key, share in zip(keys, shares, strict=True)}
 
 
 def shares_of(study: Study) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,7 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     else:
         order = np.argsort(values, kind="stable")
         groups = np.array_split(order, int(min(MOST_LEVELS, max(3, round(len(y) ** 0.5)))))
-    at = levels if text else [float(np.mean(values[group])) for group in groups]
+    at = list(map(str, levels)) if text else [float(np.mean(values[group])) for group in groups]
     mean = np.array([np.mean(y[group]) for group in groups])
     count = np.array([len(group) for group in groups])
     spread = [np.std(y[group], ddof=1) if len(group) > 1 else np.nan for group in groups]
@@ -213,8 +213,8 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
             continue
         interval = np.full((2, len(PERCENTILES)), np.nan)
         if table.study.design == "monte_carlo":
-            tests = [quantile_test(sample, p=share / 100).confidence_interval(CONFIDENCE) for share in PERCENTILES]
-            interval = np.array([[test.low for test in tests], [test.high for test in tests]], dtype=float)
+            tests: list[Any] = [quantile_test(sample, p=share / 100) for share in PERCENTILES]
+            interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
         bars = table.numbers(f"error_bar_{measure}")[rows]
         bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")
         found.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))

@@ -38,14 +38,19 @@ def _objective(text: str) -> str:
     return text
 
 
+Objective = Annotated[str, AfterValidator(_objective)]
+
+
 class Outputs(Table):
     """What is asked of the table."""
 
     measures: tuple[str, ...] = Field(
-        (), max_length=MOST_KEYS, description="keys of summary.json; those of the scene's accuracy.measures where absent"
+        (),
+        max_length=MOST_KEYS,
+        description="keys of summary.json; those of the scene's accuracy.measures where absent",
     )
-    pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = Field(
-        None, description="two measures, of which less is better, as 'max life_margin' more; none where absent"
+    pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = (
+        Field(None, description="two measures, of which less is better, as 'max life_margin' more; none where absent")
     )
 
     def asked(self) -> tuple[str, ...]:
@@ -78,7 +83,7 @@ class Study(Table):
     @property
     def heading(self) -> str:
         """For people."""
-        return self.title or self.scene.stem
+        return self.title or self.scene.stem.replace("_", " ")
 
     @property
     def is_drawn(self) -> bool:
@@ -89,7 +94,8 @@ class Study(Table):
     def number_of_scenes(self) -> int:
         """Of the design."""
         if self.design == "grid":
-            return math.prod(len(each.levels(key)) for key, each in self.vary.items())
+            numbers: list[int] = [len(each.levels(key)) for key, each in self.vary.items()]
+            return math.prod(numbers)
         if self.design == "zip":
             return len(next(iter(self.vary.values())).levels(""))
         assert self.number is not None
@@ -105,18 +111,26 @@ class Study(Table):
         if self.is_drawn and self.number is None:
             raise KeyProblem("number", f"required key is missing: scenes that design = {self.design!r} draws")
         if not self.is_drawn and self.number is not None:
-            raise KeyProblem("number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it")
+            raise KeyProblem(
+                "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
+            )
         if self.design in POWERS and self.number is not None and self.number & (self.number - 1):
             lower = 1 << (self.number.bit_length() - 1)
-            raise KeyProblem("number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}")
+            raise KeyProblem(
+                "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
+            )
         if self.design == "zip":
             lengths = {key: len(each.levels(key)) for key, each in self.vary.items()}
             first, length = next(iter(lengths.items()))
             for key, other in lengths.items():
                 if other != length:
-                    raise KeyProblem(f"vary.{key}", f"{other} values beside {length} of {first}: design = 'zip' takes one of each")
+                    raise KeyProblem(
+                        f"vary.{key}", f"{other} values beside {length} of {first}: design = 'zip' takes one of each"
+                    )
         if (count := self.number_of_scenes) > self.limit:
-            raise KeyProblem("limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit")
+            raise KeyProblem(
+                "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
+            )
         return self
 
 
@@ -138,4 +152,3 @@ def load_study(path: Path | str) -> Study:
     Raises `SceneError` with everything that is wrong, as `load_scene`; of the scenes themselves `cases_of` tells.
     """
     return load_table(path, Study)
-

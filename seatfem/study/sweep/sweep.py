@@ -12,9 +12,10 @@ from pydantic import ValidationError
 
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
+from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import SceneError
+from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
 from seatfem.study.sweep.cases import cases_of
@@ -33,6 +34,7 @@ from seatfem.study.sweep.table import (
 
 LIMIT: Final = 3600.0  # s of the clock for one scene
 TABLE: Final = "study.csv"
+PARQUET: Final = "study.parquet"
 
 
 def run_study(
@@ -70,8 +72,11 @@ def run_study(
         raise StudyError(f"--workers = {workers} must be at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {limit:g} s must be positive and finite")
-    cases = cases_of(study, rounds, file)
-    measures = measures_of(study, cases[0].changed)
+    cases = cases_of(study, rounds, file=file)
+    scene = load_scene(study.scene, cases[0].changed)
+    if any(body.needs_gmsh for body in scene.bodies.values()):
+        require_gmsh_libraries()
+    measures = measures_of(study, scene)
     with folder_of_ours(folder) as journal:
         on_file = read_journal(journal)
         known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
@@ -95,7 +100,7 @@ def run_study(
         )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
-        write_parquet((folder / TABLE).with_suffix(".parquet"), table.columns)
+        write_parquet(folder / PARQUET, table.columns)
     return table
 
 
@@ -144,9 +149,3 @@ def sweep(
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
         return as_frame(run_study(study, place, workers=workers, rounds=rounds, progress=progress).columns)
-
-
-def predicted(study: Study, file: Path) -> str:
-    """How many scenes there are, and what they would take, in words. Raises as `run_study`, of what is asked."""
-    found = ahead(study.scene, cases_of(study, MOST_ROUNDS, file))
-    return found.in_words(found.workers())

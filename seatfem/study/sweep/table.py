@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from impact.brief import brief
 from impact.files.atomic import whole_file, write_whole
-from seatfem.study.scene import load_scene
+from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.cases import Case, columns_of
 from seatfem.study.sweep.outcome import Outcome
@@ -74,10 +74,10 @@ class StudyTable:
         ]
 
 
-def measures_of(study: Study, changed: Mapping[str, object]) -> tuple[str, ...]:
+def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
     """Keys of summary.json that the study asks for; where it names none those that its first scene's accuracy does."""
     named = study.outputs.measures
-    usual = () if named else tuple(map(key_of, load_scene(study.scene, changed).accuracy.measures))
+    usual = () if named else tuple(map(key_of, first.accuracy.measures))
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
@@ -92,9 +92,7 @@ def check_measures(measures: Sequence[str], outcome: Outcome) -> None:
             raise StudyError(f"outputs: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 
-def table_of(
-    study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]
-) -> StudyTable:
+def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
     """One row for each case."""
     found = [outcomes[case.key] for case in cases]
     parameters = columns_of(cases, study)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -260,4 +260,7 @@ def _as_table(given: object) -> object:
     return given
 
 
-AnyVariation = Annotated[one_of(kinds_below(Variation)), BeforeValidator(_as_table)]
+if TYPE_CHECKING:
+    AnyVariation = Variation
+else:
+    AnyVariation = Annotated[one_of(kinds_below(Variation)), BeforeValidator(_as_table)]
