@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Table, default
+from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
 from seatfem.study.scene.load import load_table
-from seatfem.study.sweep.variations import AnyVariation
+from seatfem.study.sweep.variations import AnyVariation, Variation
 
 Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobol_indices"]
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
@@ -21,6 +21,9 @@ POWERS: Final = ("sobol", "sobol_indices")
 MOST_KEYS: Final = 100
 DEEPEST: Final = 8  # parts of a key
 LONGEST: Final = 200  # characters of it
+OF_VARIATIONS: Final = {
+    field.alias or name for kind in kinds_below(Variation) for name, field in kind.model_fields.items()
+} - {"number"}  # of which a scene may have tables
 MOST_SCENES: Final = 1_000_000
 
 
@@ -134,16 +137,13 @@ class Study(Table):
         return self
 
 
-def _flat(vary: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
-    """Values by dotted key; a table is values where it has a kind or a beginning, else it holds further keys."""
-    found: list[tuple[str, Any]] = []
+def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by dotted key; a table with a key of a variation is one, others hold further keys."""
     for key, value in vary.items():
-        further = isinstance(value, Mapping) and value and not {"kind", "from"} & value.keys()
-        if further and before.count(".") < DEEPEST and all(isinstance(each, Mapping | list) for each in value.values()):
-            found += _flat(value, f"{before}{key}.")
+        if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
+            yield from _flat(value, f"{before}{key}.")
         else:
-            found.append((f"{before}{key}", value))
-    return found
+            yield f"{before}{key}", value
 
 
 def load_study(path: Path | str) -> Study:

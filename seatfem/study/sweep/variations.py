@@ -252,7 +252,9 @@ def _normal(share: float) -> float:
 
 
 def _as_table(given: object) -> object:
-    """A list is one of kind "list"; a table with ``from`` and no kind is a range."""
+    """A list is one of kind "list", a single value a list of one; a table with ``from`` and no kind is a range."""
+    if isinstance(given, str | int | float):
+        return {"kind": "list", "values": [given]}
     if isinstance(given, list | tuple):
         return {"kind": "list", "values": given}
     if isinstance(given, Mapping) and "kind" not in given and "from" in given:
