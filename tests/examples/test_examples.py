@@ -26,7 +26,7 @@ from seatfem.study.scene import Scene, load_scene
 ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
 SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
-SCENES = sorted((ROOT / "examples").glob("*.toml"))
+SCENES = sorted({*(ROOT / "examples").glob("*.toml")} - {*(ROOT / "examples").glob("*_study.toml")})
 REEDS = [path for path in SCENES if isinstance((scene := load_scene(path)).reed, Cantilever) and scene.gas is None]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal

@@ -194,7 +194,7 @@ def test_where_results_go(pipeline: Pipeline) -> None:
     assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
 
 
-@pytest.mark.parametrize("verb", ["demo", "run", "plan", "greens", "modes", "verify", "doctor"])
+@pytest.mark.parametrize("verb", ["demo", "run", "plan", "greens", "modes", "sweep", "verify", "doctor"])
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE
     assert f"Usage: seatfem {verb}" in capsys.readouterr().out

@@ -105,8 +105,9 @@ def run_cases(
 
 
 def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
-    """A line for the worker."""
-    seat = {} if case.key == case.leader or case.leader not in found else found[case.leader].seat
+    """A line for the worker; a seat that met the target of the first scene with it serves those that follow."""
+    leader = found.get(case.leader)
+    seat = leader.seat if leader is not None and leader.state == "done" else {}
     return json.dumps({"path": str(scene), "changed": case.changed, "rounds": rounds, "seat": seat})
 
 
