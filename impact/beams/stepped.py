@@ -201,7 +201,8 @@ def elements_of(beam: SteppedCantilever, size: float) -> Elements:
 def eigen(beam: SteppedCantilever, elements: Elements, n_modes: int) -> tuple[Array, Array]:
     """(n,) angular frequencies [rad/s] and (unknowns, n) shapes of unit modal mass.
 
-    Of M y = (K + s M) y/(w^2 + s) with s between the lowest and the highest: both keep their digits.
+    Of M y = (K + s M) y/(w^2 + s) with s between the lowest and the highest; w^2 is the quotient of the energies of y,
+    summed over the elements: K itself has lost the digits that its condition takes, 1e-9 of the lowest of 100 modes.
 
     Raises:
         GreensFunctionError: more modes than unknowns.
@@ -211,22 +212,25 @@ def eigen(beam: SteppedCantilever, elements: Elements, n_modes: int) -> tuple[Ar
     if n_modes > size - 2:
         raise GreensFunctionError(f"{n_modes} modes asked for, the elements have {size - 2} unknowns")
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    parts = []
     for e, (low, high) in enumerate(pairwise(elements.edges)):
         cuts = [low, *(cut for cut in beam.breaks if low < cut < high), high]
         x, dx = (np.concatenate(each) for each in zip(*(gauss(*ends, 1) for ends in pairwise(cuts)), strict=True))
         s = (2 * x - low - high) / (high - low)
         block = np.ix_(places[e], places[e])
-        bent, moved = elements.shapes(e, s, 2), elements.shapes(e, s)
-        stiffness[block] += bent * (dx * beam.rigidity_at(x)) @ bent.T
-        mass[block] += moved * (dx * beam.density * beam.thickness * beam.width_at(x)) @ moved.T
+        bent = elements.shapes(e, s, 2) * np.sqrt(dx * beam.rigidity_at(x))
+        moved = elements.shapes(e, s) * np.sqrt(dx * beam.density * beam.thickness * beam.width_at(x))
+        stiffness[block] += bent @ bent.T
+        mass[block] += moved @ moved.T
+        parts.append((places[e], bent, moved))
     stiffness, mass = stiffness[2:, 2:], mass[2:, 2:]  # clamped
     wave = beam.young * beam.thickness**2 / (12 * beam.density)  # w^2/k^4, of any width
     shift = wave * (1.875 * n_modes * math.pi / beam.length**2) ** 2
     last = size - 3
-    inverse, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass, subset_by_index=(last - n_modes + 1, last))
-    inverse, shapes = inverse[::-1], shapes[:, ::-1] / np.sqrt(inverse[::-1])
-    full = np.concatenate([np.zeros((2, n_modes)), shapes])
-    return np.sqrt(1 / inverse - shift), full * np.sign(elements.values(full, 0.0, 2))
+    _, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass, subset_by_index=(last - n_modes + 1, last))
+    full = np.concatenate([np.zeros((2, n_modes)), shapes[:, ::-1]])
+    bent, moved = (sum(((each[k].T @ full[each[0]]) ** 2).sum(axis=0) for each in parts) for k in (1, 2))
+    return np.sqrt(bent / moved), full * (np.sign(elements.values(full, 0.0, 2)) / np.sqrt(moved))
 
 
 @lru_cache(maxsize=8)

@@ -1,4 +1,4 @@
-"""Verbs that take no scene: faces of a part, verify, doctor."""
+"""Verbs that take no scene: init, faces of a part, verify, doctor."""
 
 from __future__ import annotations
 
@@ -64,6 +64,43 @@ def faces(
     if not gap:
         told.print(f"wrote {path}")
     return FAILED if gap and output else DONE
+
+
+def init(
+    kind: str,
+    /,
+    *,
+    output: Output = None,
+    schema: Annotated[bool, Parameter(negative="")] = False,
+    common: Common = COMMON,
+) -> int:
+    """Write a scene to begin with: a reed or a seat of this kind and what suits it, every key with its meaning.
+
+    Parameters
+    ----------
+    kind:
+        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...
+    output:
+        The file [default: the kind + ".toml"].
+    schema:
+        Write seatfem.schema.json beside it, too, by which editors complete and check its keys.
+    """
+    from impact.files.atomic import write_whole
+    from seatfem.study.scene.schema import SCHEMA_FILE, schema_text
+    from seatfem.study.scene.template import NoTemplate, scene_template
+
+    path = output or Path(f"{kind}.toml")
+    text = scene_template(kind, file=path.name)
+    if path.exists():
+        raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
+    written = {path: f"#:schema {SCHEMA_FILE}\n{text}" if schema else text}
+    if schema:
+        written[path.with_name(SCHEMA_FILE)] = schema_text()
+    for file, content in written.items():
+        write_whole(file, content.encode("utf-8"))
+    if not common.quiet:
+        lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem plan {path}")
+    return DONE
 
 
 def verify(*, common: Common = COMMON) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,7 +84,7 @@ def load(path: Path) -> Scene:
     return scene
 
 
-def tell(outcome: RunOutcome, common: Common) -> None:
+def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:
     """What is worth knowing, what was written, and where the time went."""
     if common.quiet:
         return
@@ -92,6 +93,6 @@ def tell(outcome: RunOutcome, common: Common) -> None:
     told = lines()
     for message in outcome.messages:
         told.print(f"note: {message}")
-    for file in outcome.files:
+    for file in (*outcome.files, *more):
         told.print(f"wrote {file}")
     told.print(f"time: {time_line(outcome.stages)}")

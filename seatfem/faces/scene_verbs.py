@@ -1,4 +1,4 @@
-"""Verbs that take a scene: demo, run, plan, trade, greens, modes."""
+"""Verbs that take a scene, or its results: demo, run, report, export, plan, trade, greens, modes."""
 
 from __future__ import annotations
 
@@ -53,6 +53,45 @@ def run(scene: SceneFile, /, *, output: Output = None, effort: Effort = WHOLE, c
         Folder for the results [default: the scene's name + "-result"].
     """
     return _run(scene, output or Path(f"{scene.stem}-result"), effort, common)
+
+
+def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    output:
+        The file [default: report.html in that folder].
+    """
+    from seatfem.faces.report.page import write_report
+
+    path = output or folder / "report.html"
+    write_report(folder, path)
+    lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE
+
+
+def export(
+    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+) -> int:
+    """Write a run in the formats of other programs.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    to:
+        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
+    output:
+        Folder for the files [default: that of the run].
+    """
+    from seatfem.faces.exchange import export as write
+
+    for path in write(folder, to, output or folder):
+        lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE
 
 
 def plan(scene: SceneFile, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
@@ -194,6 +233,8 @@ def demo_scene() -> Path:
 
 def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     scene = load(path)
+    content = path.read_bytes()
+    from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
     from seatfem.faces.verdict import lasting, simpler, verdict
     from seatfem.study.runs.next_round import Limits
@@ -203,6 +244,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     errors = lines(stderr=True, quiet=common.quiet)
     with progress_of(common, errors) as progress:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
+    kept = keep_asked(content, outcome.plan, folder)
     if not common.quiet:
         wide = Console(highlight=False, markup=False)
         title = (scene.title or path.stem).replace("\n", "\\n")
@@ -213,7 +255,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
             wide.print(words, soft_wrap=True)
         if outcome.summary.get("regime_predicted_peak_error") is not None:
             wide.print(f"regime: {outcome.summary['regime']}", soft_wrap=True)
-    tell(outcome, common)
+    tell(outcome, common, kept)
     if common.quiet and not outcome.met:  # an exit code alone explains nothing
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return DONE if outcome.met else FAILED

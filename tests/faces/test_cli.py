@@ -1,5 +1,6 @@
 """The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
 
+import json
 import math
 import os
 import signal
@@ -58,6 +59,7 @@ class Outcome:
     stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
     met: bool = True
     modes: tuple[object, ...] = ()
+    plan: None = None
 
 
 class Pipeline(types.ModuleType):
@@ -194,7 +196,9 @@ def test_where_results_go(pipeline: Pipeline) -> None:
     assert pipeline.asked[0][1] == "Flapper reed on a PEEK seat sleeve"
 
 
-@pytest.mark.parametrize("verb", ["demo", "run", "plan", "greens", "modes", "sweep", "verify", "doctor"])
+@pytest.mark.parametrize(
+    "verb", ["demo", "init", "run", "report", "plan", "greens", "modes", "sweep", "faces", "verify", "doctor"]
+)
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE
     assert f"Usage: seatfem {verb}" in capsys.readouterr().out
@@ -328,6 +332,25 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     inside.write_text("")
     monkeypatch.setattr(scene_verbs.resources, "files", lambda package: tmp_path)
     assert cli.demo_scene() == inside
+
+
+def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "mine.toml"
+    assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
+    told = " ".join(capfd.readouterr().out.split())
+    assert "next: seatfem plan" in told
+    assert file.read_text(encoding="utf-8").startswith("#:schema seatfem.schema.json\n")
+    assert json.loads((tmp_path / "seatfem.schema.json").read_text(encoding="utf-8"))["title"] == "seatfem scene"
+    written = file.read_bytes()
+    assert run_command(["init", "disc", "--output", str(file)]) == BAD_INPUT
+    assert "is there already" in capfd.readouterr().err
+    assert file.read_bytes() == written
+
+
+def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["init", "../flapper", "--output", str(tmp_path / "a.toml")]) == BAD_INPUT
+    assert "is none of" in capfd.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_interrupting_the_program_ends_it_cleanly(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -13,6 +13,13 @@ from seatfem.structures.shapes import AnnularSeat
 
 class Annular(Turned):
     """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
+
+    sample: ClassVar[str] = """
+bore_radius = "5 mm"
+lip_width = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
 
     kind: Literal["annular"]
     bore_radius: Length = Field(description="radius of the port")

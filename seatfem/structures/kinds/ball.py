@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,14 @@ class Ball(Turned):
     translates as a rigid body exactly, and its waves and own compliance are in its Green's function. Hertz's contact of
     a ball on a flat face, whose disc grows with the force, is kind = "rigid_mass" with law = { kind = "hertz", ... }:
     that has the compliance of both bodies, and no waves in the ball."""
+
+    sample: ClassVar[str] = """
+diameter = "10 mm"
+material = "steel"
+damping_ratio = 0.005
+"""
+    sample_motion: ClassVar[str] = 'velocity = "-0.5 m/s"'
+    sample_opposite: ClassVar[str] = "stopper"
 
     kind: Literal["ball"]
     diameter: Length = Field(description="diameter")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -25,6 +25,14 @@ MODES: Final = 200  # of Love's rod; the last has a wavelength of a hundredth of
 
 class BarSeat(Drawn):
     """A straight bar, clamped at one end and struck on the other: the rod in three dimensions."""
+
+    sample: ClassVar[str] = """
+length = "30 mm"
+width = "5 mm"
+height = "5 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
 
     kind: Literal["bar"]
     length: Length = Field(description="length along the impact")

@@ -66,6 +66,7 @@ class Beam(Structure):
     """What all beams have that bend about their thin side."""
 
     has_weight: ClassVar[bool] = True
+    sample_opposite: ClassVar[str] = "annular"
     long: ClassVar[str] = "reed.length"
     """The key that states its length."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -14,6 +14,16 @@ from seatfem.structures.shapes import Block
 
 class BlockSeat(Drawn):
     """A block with a rectangular contact patch in the middle of its top."""
+
+    sample: ClassVar[str] = """
+width = "20 mm"
+depth = "20 mm"
+thickness = "10 mm"
+patch_width = "8 mm"
+patch_depth = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
 
     kind: Literal["block"]
     width: Length = Field(description="side of the block")

@@ -28,6 +28,14 @@ class Cad(Drawn):
 
     has_faces: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+file = "seat.step"
+contact = { number = 1 }
+fixed = { number = 2 }
+material = "steel"
+damping_ratio = 0.02
+"""
+
     kind: Literal["cad"]
     file: ExistingFile = Field(description="the file, relative to the scene's folder")
     unit: LengthUnit | None = Field(None, description="length unit of the file; a STEP file states its own")

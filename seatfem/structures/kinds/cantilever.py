@@ -26,6 +26,15 @@ class Cantilever(UniformBeam):
 
     has_stress: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+length = "25 mm"
+width = "10 mm"
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'release = { tip_deflection = "1 mm" }'
+
     kind: Literal["cantilever"]
 
     def beam(self) -> impact.Cantilever:

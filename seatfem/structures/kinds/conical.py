@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -16,6 +16,13 @@ from seatfem.structures.shapes import ConicalSeat
 
 class Conical(Turned):
     """A ring whose port widens in a cone, as under a poppet valve; a band in the middle of the cone is struck."""
+
+    sample: ClassVar[str] = """
+bore_radius = "4 mm"
+face_width = "2 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
 
     kind: Literal["conical"]
     bore_radius: Length = Field(description="radius of the port")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -14,6 +14,15 @@ from seatfem.structures.shapes.disc import Disc as Outline
 class Disc(FreePlate):
     """A round flat plate that nothing holds, in free flight: a plate valve. It touches with a disc or a ring about its
     centre. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+
+    sample: ClassVar[str] = """
+diameter = "16 mm"
+thickness = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'velocity = "-2 m/s"'
+    sample_opposite: ClassVar[str] = "stopper"
 
     kind: Literal["disc"]
     diameter: Length = Field(description="diameter")

@@ -26,6 +26,18 @@ class Flapper(ClampedPlate):
 
     about: ClassVar[str] = "the paddle's centre"
 
+    sample: ClassVar[str] = """
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "15 mm"
+paddle_diameter = "16 mm"
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'release = { mode = 1, velocity = "-2 m/s" }'
+
     kind: Literal["flapper"]
     root_width: Length = Field(description="width where it is clamped")
     taper_length: Length = Field(description="from the root, over which it narrows to the neck")

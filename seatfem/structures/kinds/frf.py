@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,6 +30,10 @@ UNIVERSAL: Final = (".uff", ".unv")
 
 class FrequencyResponseFile(Moving):
     """A measured frequency response of the contact: poles are fitted to it."""
+
+    sample: ClassVar[str] = """
+file = "response.csv"
+"""
 
     kind: Literal["frf"]
     file: ExistingFile = Field(description="CSV file with quantities and units in its header, or a universal file (58)")

@@ -25,6 +25,10 @@ class GreensFile(Moving):
 
     has_rings: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+file = "seat.h5"
+"""
+
     kind: Literal["greens"]
     file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
 

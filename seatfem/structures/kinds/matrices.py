@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -30,6 +30,13 @@ Constrained = Literal["refuse", "drop"]
 
 class Matrices(Reduced):
     """Mass, stiffness and damping matrices of another finite element program (.mtx, .npz, .npy)."""
+
+    sample: ClassVar[str] = """
+mass = "mass.mtx"
+stiffness = "stiffness.mtx"
+contact = "contact.csv"
+damping_ratio = 0.02
+"""
 
     kind: Literal["matrices"]
     mass: ExistingFile = Field(description="file of the mass matrix")

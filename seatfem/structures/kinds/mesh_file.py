@@ -36,6 +36,12 @@ class MeshFile(Elastic):
 
     has_faces: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+file = "seat.msh"
+material = "steel"
+damping_ratio = 0.02
+"""
+
     kind: Literal["mesh"]
     file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
     unit: LengthUnit = Field("m", description="length unit of the file")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -26,6 +26,12 @@ System = Literal["SI", "mm-N-s", "inch-lbf-s"]
 
 class UniversalModes(Moving):
     """Measured or computed modes in a universal file (dataset 55)."""
+
+    sample: ClassVar[str] = """
+file = "modes.unv"
+node = 1
+direction = "+z"
+"""
 
     kind: Literal["modes"]
     file: ExistingFile = Field(description="the universal file")

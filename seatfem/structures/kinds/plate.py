@@ -20,6 +20,18 @@ class Plate(Drawn):
 
     has_faces: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+ports = 4
+port_radius = "3 mm"
+pitch = "10 mm"
+margin = "5 mm"
+thickness = "3 mm"
+land_width = "1 mm"
+clamp_width = "2 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+
     kind: Literal["plate"]
     ports: int = Field(strict=True, ge=1, le=200, description="number of ports")
     port_radius: Length = Field(description="radius of each port")

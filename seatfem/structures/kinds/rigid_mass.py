@@ -19,6 +19,12 @@ class RigidMass(Structure):
 
     has_weight: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+mass = "5 g"
+"""
+    sample_motion: ClassVar[str] = 'velocity = "-1 m/s"'
+    sample_opposite: ClassVar[str] = "stopper"
+
     kind: Literal["rigid_mass"]
     mass: Mass = Field(description="mass")
     velocity: Approach = Field(description='velocity at the start; towards the seat it is negative, as in "-2 m/s"')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -14,6 +14,17 @@ from seatfem.structures.shapes.ring_plate import RingPlate as Outline
 class RingPlate(FreePlate):
     """A flat annulus that nothing holds, in free flight: the ring of a ring valve. It touches with a ring about its
     axis. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+
+    sample: ClassVar[str] = """
+outer_diameter = "16 mm"
+inner_diameter = "6 mm"
+thickness = "1 mm"
+contact_radius = "5.5 mm"
+contact_width = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'velocity = "-2 m/s"'
 
     kind: Literal["ring_plate"]
     outer_diameter: Length = Field(description="outer diameter")

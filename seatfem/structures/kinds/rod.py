@@ -22,6 +22,15 @@ class Rod(Moving):
     plane: ClassVar[bool] = True
     is_solved: ClassVar[bool] = False
 
+    sample: ClassVar[str] = """
+young = "206 GPa"
+density = "7850 kg/m^3"
+length = "30 mm"
+width = "5 mm"
+thickness = "5 mm"
+damping_ratio = 0.02
+"""
+
     kind: Literal["rod"]
     young: Pressure = Field(description="Young's modulus")
     density: Density = Field(description="mass per volume")

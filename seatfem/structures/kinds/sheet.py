@@ -69,6 +69,16 @@ class OutlinedSheet(ClampedPlate):
     about: ClassVar[str] = "contact_at"
     also: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({"plate": ("outline", "file")})
 
+    sample: ClassVar[str] = """
+outline = [["0 mm", "-7 mm"], ["28 mm", "-7 mm"], ["28 mm", "7 mm"], ["0 mm", "7 mm"]]
+clamped = [["0 mm", "-7 mm"], ["0 mm", "7 mm"]]
+contact_at = ["20 mm", "0 mm"]
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'release = { mode = 1, velocity = "-2 m/s" }'
+
     kind: Literal["sheet"]
     outline: tuple[Place, ...] | None = Field(
         None, description="its corners in order, [x, y] each; or give file", examples=[CORNERS]

@@ -17,6 +17,10 @@ class Spring(Structure):
 
     plane: ClassVar[bool] = True
 
+    sample: ClassVar[str] = """
+stiffness = "50 N/um"
+"""
+
     kind: Literal["spring"]
     stiffness: Stiffness = Field(description="force per displacement of the contact")
 

@@ -20,6 +20,14 @@ class Stepped(Beam):
 
     long: ClassVar[str] = "the last position in reed.widths"
 
+    sample: ClassVar[str] = """
+widths = [["0 mm", "10 mm"], ["15 mm", "6 mm"], ["25 mm", "6 mm"]]
+thickness = "0.3 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
+    sample_motion: ClassVar[str] = 'release = { tip_deflection = "1 mm" }'
+
     kind: Literal["stepped"]
     widths: tuple[tuple[Gap, Gap], ...] = Field(
         min_length=2,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -13,6 +13,14 @@ from seatfem.structures.shapes import Stopper
 
 class StopperSeat(Turned):
     """A disc, flat or domed, struck around its axis: the stop that limits a valve's lift."""
+
+    sample: ClassVar[str] = """
+radius = "8 mm"
+thickness = "5 mm"
+contact_radius = "1 mm"
+material = "steel"
+damping_ratio = 0.02
+"""
 
     kind: Literal["stopper"]
     radius: Length = Field(description="radius of the disc")

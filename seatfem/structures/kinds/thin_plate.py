@@ -48,6 +48,7 @@ class ThinPlate(Moving):
     """What all flat plates have that touch with a disc or a ring; computed by Mindlin plate elements."""
 
     needs_gmsh: ClassVar[bool] = True
+    sample_opposite: ClassVar[str] = "annular"
     is_kept: ClassVar[bool] = True
     meets_lips: ClassVar[bool] = True
     not_of_greens: ClassVar[tuple[str, ...]] = ("velocity", "release", "deflection", "force")

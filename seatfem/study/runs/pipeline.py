@@ -29,7 +29,6 @@ from seatfem.study.impacts.life import Lasting, lasting, life_notes, run_keys
 from seatfem.study.impacts.measures import bar_keys
 from seatfem.study.impacts.simpler import simpler_keys, simpler_models
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import RunMethod
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.ended import ended_plan, remember
@@ -64,8 +63,8 @@ GAS_FILE: Final = "gas.csv"
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes; how
-    the last round was computed."""
+    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes, the
+    plan of the last round."""
 
     summary: Mapping[str, object]
     messages: tuple[str, ...]
@@ -73,7 +72,7 @@ class RunOutcome:
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool = True
     modes: tuple[Mode, ...] = ()
-    method: RunMethod | None = None
+    plan: Plan | None = None
 
 
 def run_scene(
@@ -156,7 +155,7 @@ def run_scene(
     files = (folder / SUMMARY_FILE, *result_files, folder / SEAT_FILE, *gas_files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (*missed(done), *remarks(done), *gas_notes(scene), *life_notes(scene, lives[0]), *gaps)
-    return RunOutcome(summary, messages, files, watch.stages, done.met, method=done.plan.method)
+    return RunOutcome(summary, messages, files, watch.stages, done.met, plan=done.plan)
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,10 @@ from typing import Final
 from seatfem.machine.memory import available_memory
 from seatfem.machine.rates import Machine, cores
 from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
+from seatfem.study.planning.plan import Cost
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.safety import MEMORY
-from seatfem.study.scene import load_scene
+from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.sweep.cases import Case
 
 SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
@@ -64,11 +65,22 @@ class Ahead:
 
 
 def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
-    """Of these cases of the scene at a path. Raises what plans raise."""
+    """Of these cases of the scene at a path. Raises what plans raise where none of the sampled scenes can be planned;
+    one that cannot stands in the table when it has been tried."""
     machine = Machine.known()
     last = len(cases) - 1
     chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
-    costs = [plan_scene(load_scene(scene, case.changed), machine).cost for case in chosen]
+    costs: list[Cost] = []
+    problems: list[Exception] = []
+    for case in chosen:
+        try:
+            costs.append(plan_scene(load_scene(scene, case.changed), machine).cost)
+        except SceneError as error:
+            problems.append(located(error, scene))
+        except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+            problems.append(error)
+    if not costs:
+        raise problems[0]
     seats = [sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT) for cost in costs]
     each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
     different = len({case.leader for case in cases}) if max(seats) > 0 else 0

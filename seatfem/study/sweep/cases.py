@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from seatfem.machine.code import code_version
 from seatfem.structures.store import content_key
@@ -50,6 +51,7 @@ def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     problems: dict[str, Problem] = {}
     wrong: Counter[str] = Counter()
     leaders: dict[str, str] = {}
+    files: dict[Path, str] = {}
     for number, changed in enumerate(changes_of(study), start=1):
         try:
             scene = load_scene(study.scene, changed)
@@ -60,8 +62,9 @@ def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
                 problems.setdefault(told.key, told)
                 wrong[told.key] += 1
             continue
-        own = _key(scene.model_dump(exclude={"title"}, exclude_unset=True), rounds)
-        leader = leaders.setdefault(_key(scene.seat.model_dump(exclude_unset=True), 0), own)
+        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), files)
+        own = _key(asked, rounds)
+        leader = leaders.setdefault(_key(asked["seat"], 0), own)
         found.append(Case(number, changed, own if own == leader else _key([own, leader], rounds), leader))
     if problems:
         told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
@@ -71,6 +74,19 @@ def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
 def _key(asked: object, rounds: int) -> str:
     return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
+
+
+def _by_content(asked: Any, known: dict[Path, str]) -> Any:
+    """With a hash of its content in place of every file, each of which is read once."""
+    if isinstance(asked, Mapping):
+        return {key: _by_content(value, known) for key, value in asked.items()}
+    if isinstance(asked, list | tuple):
+        return [_by_content(value, known) for value in asked]
+    if not isinstance(asked, Path):
+        return asked
+    if asked not in known:
+        known[asked] = content_key({"file": asked})
+    return known[asked]
 
 
 def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:

@@ -87,9 +87,9 @@ def _carried_out(path: Path, changed: Changes, rounds: int) -> Outcome:
         limits = Limits(rounds, steady=True)
         found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
-    assert found.method is not None
+    assert found.plan is not None
     open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
-    chosen = {key: found.method.value(key) for key in open_keys}
+    chosen = {key: found.plan.method.value(key) for key in open_keys}
     seat = {key: _scalar(written(key, value)) for key, value in chosen.items() if value not in (None, "auto")}
     return Outcome("done" if found.met else "missed", "" if found.met else found.messages[0], 0.0, summary, seat)
 

@@ -54,6 +54,7 @@ def run_cases(
     scene: Path,
     cases: Sequence[Case],
     journal: Path,
+    known: Mapping[str, Outcome],
     *,
     about: Mapping[str, object],
     rounds: int,
@@ -63,7 +64,7 @@ def run_cases(
     progress: Progress = silent,
     heard: Callable[[Outcome], None] = lambda _: None,
 ) -> dict[str, Outcome]:
-    """Outcomes by the cases' keys. Those in the ``journal`` are not computed again; each new one goes there at once.
+    """Outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal`` at once.
 
     Args:
         scene: its file.
@@ -75,8 +76,7 @@ def run_cases(
         heard: hears of each new outcome once it is on file; what it raises ends the study.
     """
     wanted = {case.key: case for case in cases}
-    on_file = read_journal(journal)
-    found = {key: on_file[key] for key in wanted if key in on_file and not _again(on_file[key], limit, retry)}
+    found = {key: known[key] for key in wanted if key in known and not _again(known[key], limit, retry)}
     pending = [case for key, case in wanted.items() if key not in found]
     if pending:
         lines.append(journal, {"study": about})

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 from pydantic import ValidationError
 
 from impact.progress import Progress, Tell, silent, untold
@@ -95,8 +96,8 @@ def run_study(
             tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
         outcomes = run_cases(
-            study.scene, cases, journal, about=about, rounds=rounds, workers=workers or 1, limit=limit, retry=retry,
-            progress=progress, heard=heard,
+            study.scene, cases, journal, known, about=about, rounds=rounds, workers=workers or 1, limit=limit,
+            retry=retry, progress=progress, heard=heard,
         )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
@@ -140,7 +141,8 @@ def sweep(
     Raises:
         SceneError, StudyError, OutputError: as `run_study`.
     """
-    given = {"scene": str(scene), "vary": dict(vary), "design": design, "seed": seed, "limit": limit}
+    values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
+    given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
     given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
     try:
         study = Study.model_validate(given, context={"folder": Path()})

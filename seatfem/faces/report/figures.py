@@ -1,0 +1,180 @@
+"""Figures of a run to be zoomed into in a browser, by plotly."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact import measures
+from impact.after.result import ImpactResult
+from impact.greens.base import Array, GreensFunction
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, scaled
+from impact.pictures.greens_plots import sampled_filter
+from seatfem.structures.rings import as_a_whole
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+MOST: Final = 6000  # points of a curve while a contact lasts, and as many beside: of each bin the smallest and largest
+MARGIN: Final = 0.05  # of the time of all contacts, before and after them
+CELLS: Final = 400  # of a map along time
+PULSES: Final = 60  # widths of the pulse over which a Green's function is shown
+LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "spring": ("spring baseline", ORANGE)}
+SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
+
+
+def force_figure(runs: Mapping[str, ImpactResult], width: float) -> Figure:
+    """Contact force averaged over ``width`` [s], and raw, of seat and spring."""
+    figure, (factor, unit) = _Along(runs), scaled(_largest(runs, "force"), "N")
+    for name, (label, colour) in LINES.items():
+        if name in runs:
+            mean = measures.filtered_force(runs[name], width)
+            figure.line(runs[name], factor * mean, f"{label}, mean over {1e6 * width:g} µs", colour)
+            figure.line(runs[name], factor * runs[name].force, f"{label}, raw", colour, hidden=True)
+    return figure.of(f"contact force [{unit}]")
+
+
+def motion_figure(runs: Mapping[str, ImpactResult]) -> Figure:
+    """Displacements of striker and seat, and the gap between them."""
+    figure, (factor, unit) = _Along(runs), scaled(_largest(runs, "striker_displacement"), "m")
+    for name, (label, colour) in LINES.items():
+        if name in runs:
+            run = runs[name]
+            figure.line(run, factor * run.striker_displacement, f"striker, {label}", colour)
+            figure.line(run, factor * run.gap, f"gap, {label}", colour, dash="dot", hidden=True)
+    if "wave" in runs:
+        figure.line(runs["wave"], factor * runs["wave"].target_displacement, "seat", GREEN)
+    return figure.of(f"displacement [{unit}]", zoomed=False)
+
+
+def energy_figure(run: ImpactResult) -> Figure:
+    """Where the energy is, each term integrated by itself."""
+    figure, ledger = _Along({"wave": run}), run.energy
+    terms = {"put in": ledger.input, "striker": ledger.striker, "seat": ledger.target, "dissipated": ledger.dissipated}
+    factor, unit = scaled(max(float(np.abs(term).max()) for term in terms.values()), "J")
+    for (label, term), colour in zip(terms.items(), (GREY, ORANGE, BLUE, PURPLE), strict=True):
+        figure.line(run, factor * term, label, colour)
+    return figure.of(f"energy [{unit}]", zoomed=False)
+
+
+def lip_figure(run: ImpactResult) -> Figure:
+    """Force on each arc of the lip over time, the mean of each interval, while anything is pressed."""
+    first, last = _pressed([run])
+    force, time = run.force[first:last], run.time[first:last]
+    size = max(1, math.ceil(len(time) / CELLS))
+    whole = len(time) // size * size
+    mean = force[:whole].reshape(-1, size, force.shape[1]).mean(axis=1)
+    factor, unit = scaled(float(mean.max(initial=0.0)), "N")
+    rate, time_unit = scaled(float(time[-1]), "s")
+    figure = _empty(f"time [{time_unit}]")
+    arcs = [f"{k + 1}" for k in range(force.shape[1])]
+    colours = {"colorscale": "Cividis", "colorbar": {"title": f"force [{unit}]"}}
+    figure.add_heatmap(x=_short(rate * time[:whole:size]), y=arcs, z=_short(factor * mean.T), **colours)
+    figure.update_layout(hovermode="closest")
+    figure.update_yaxes(title="arc of the lip", showgrid=False)
+    return figure
+
+
+def greens_figure(greens: GreensFunction, width: float) -> Figure:
+    """Driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` of it."""
+    time, curve = sampled_filter(as_a_whole(greens), 48 * PULSES, width)
+    (factor, unit), (rate, time_unit) = scaled(float(np.abs(curve).max()), "m/(N s)"), scaled(float(time[-1]), "s")
+    figure = _empty(f"time [{time_unit}]")
+    label = f"after a {1e6 * width:g} µs pulse"
+    figure.add_scatter(x=_short(rate * time), y=_short(factor * curve), name=label, mode="lines", line={"color": BLUE})
+    figure.update_yaxes(title=f"g [{unit}]")
+    return figure
+
+
+def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
+    """What each source of error may change each measure by, relative [%]: source -> measure -> share."""
+    figure = _empty("")
+    for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
+        names, values = list(of), [100 * value for value in of.values()]
+        figure.add_bar(y=names, x=_short(np.array(values)), name=source, marker={"color": colour}, orientation="h")
+    figure.update_layout(barmode="stack", height=140 + 40 * max(map(len, shares.values()), default=1))
+    figure.update_xaxes(title="share of the error [% of the value]")
+    figure.update_yaxes(automargin=True, autorange="reversed")
+    return figure
+
+
+class _Along:
+    """A figure along time, of runs whose contacts are shown first, and in most detail."""
+
+    def __init__(self, runs: Mapping[str, ImpactResult]) -> None:
+        shown = [runs[name] for name in LINES if name in runs]
+        self._dense = _pressed(shown)
+        time = shown[0].time
+        margin = max(MARGIN * (time[self._dense[1] - 1] - time[self._dense[0]]), 20 * shown[0].dt)
+        self._window = (time[self._dense[0]] - margin, time[self._dense[1] - 1] + margin)
+        self._end = float(time[-1])
+        self._curves: list[tuple[Array, dict[str, Any]]] = []
+
+    def line(
+        self, run: ImpactResult, values: Array, name: str, colour: str, *, dash: str = "solid", hidden: bool = False
+    ) -> None:
+        """A curve over the time of a run."""
+        first, last = self._dense
+        parts = [(0, first), (first, last), (last, len(values))]
+        kept = np.concatenate([low + _envelope(values[low:high]) for low, high in parts])
+        line = {"color": colour, "dash": dash, "width": 1.6}
+        shown = {"visible": "legendonly" if hidden else True, "name": name, "mode": "lines", "line": line}
+        self._curves.append((run.time[kept], {"y": _short(values[kept]), **shown}))
+
+    def of(self, quantity: str, *, zoomed: bool = True) -> Figure:
+        """The figure; ``zoomed``: on the contacts, where they are short."""
+        start, end = self._window
+        near = zoomed and end - start < 0.5 * self._end
+        rate, unit = scaled(end - start if near else self._end, "s")
+        figure = _empty(f"time [{unit}]")
+        for time, curve in self._curves:
+            figure.add_scatter(x=_short(rate * time), **curve)
+        if near:
+            figure.update_xaxes(range=[rate * start, rate * end])
+        figure.update_yaxes(title=quantity)
+        return figure
+
+
+def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:
+    """The first step at which any of them is pressed, and the one after the last; all where none is."""
+    found = np.concatenate([np.flatnonzero(np.abs(run.force).reshape(len(run.time), -1).sum(axis=1)) for run in runs])
+    return (int(found.min()), int(found.max()) + 1) if len(found) else (0, len(runs[0].time))
+
+
+def _empty(along: str) -> Figure:
+    from plotly.graph_objects import Figure
+
+    figure = Figure()
+    legend = {"orientation": "h", "y": -0.22, "yanchor": "top"}
+    font = {"family": "system-ui, sans-serif", "size": 13}
+    margin = {"l": 70, "r": 20, "t": 36, "b": 60}
+    figure.update_layout(template="simple_white", height=400, margin=margin, hovermode="x unified", legend=legend)
+    figure.update_layout(font=font)
+    figure.update_xaxes(title=along)
+    return figure
+
+
+def _envelope(values: Array) -> NDArray[np.int64]:
+    """Numbers of the values that are kept: all, or of each bin the smallest and the largest, and both ends."""
+    if len(values) <= MOST:
+        return np.arange(len(values), dtype=np.int64)
+    edges = np.linspace(0, len(values), MOST // 2 + 1).astype(np.int64)
+    bins = [(low, values[low:high]) for low, high in itertools.pairwise(edges)]
+    found = [low + int(pick) for low, part in bins for pick in (part.argmin(), part.argmax())]
+    return np.unique(np.array([0, *found, len(values) - 1], dtype=np.int64))
+
+
+def _short(values: Array) -> list[Any]:
+    """Six digits: what a screen can show, at a third of the size."""
+    rounded = np.array([float(f"{value:.6g}") for value in np.ravel(values)]).reshape(np.shape(values))
+    return list(rounded.tolist())
+
+
+def _largest(runs: Mapping[str, ImpactResult], name: str) -> float:
+    found: Sequence[float] = [float(np.abs(getattr(runs[key], name)).max()) for key in LINES if key in runs]
+    return max(found, default=0.0)

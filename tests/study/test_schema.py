@@ -1,0 +1,70 @@
+"""The JSON schema of scenes: it takes every example, and refuses misspelt keys and kinds of values."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from seatfem.fields import kind_of
+from seatfem.structures.kinds import kinds_of
+from seatfem.study.scene import Scene
+from seatfem.study.scene.keys import own_keys
+from seatfem.study.scene.schema import schema_text
+from seatfem.study.scene.template import scene_template
+
+FOLDER = Path(__file__).parents[2] / "examples"
+EXAMPLES = sorted({*FOLDER.glob("*.toml")} - {*FOLDER.glob("*_study.toml")})
+SCHEMA = json.loads(schema_text())
+VALID = Draft202012Validator(SCHEMA)
+
+
+def test_it_is_a_schema() -> None:
+    Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_it_takes_every_example(example: Path) -> None:
+    given = tomllib.loads(example.read_text(encoding="utf-8"))
+    if "seat" in given:
+        assert [error.message for error in VALID.iter_errors(given)] == []
+
+
+def test_it_takes_a_scene_of_every_kind() -> None:
+    for kind in kinds_of():
+        if kind.__module__.startswith("seatfem."):
+            VALID.validate(tomllib.loads(scene_template(kind_of(kind))))
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value"),
+    [
+        ("seat", "bore_radus", "5 mm"),
+        ("seat", "bore_radius", 5),
+        ("seat", "kind", "anular"),
+        ("reed", "release", {"mode": 1, "speed": "2 m/s"}),
+        ("contact", "law", {"kind": "hertz", "stifness": "1 N/m^1.5"}),
+        ("contact", "ports", "many"),
+        ("accuracy", "measures", ["impuls"]),
+        ("run", "steps", 3),
+        ("sort", "of", "thing"),
+    ],
+)
+def test_it_refuses_misspelt_keys_and_values(table: str, key: str, value: object) -> None:
+    given = tomllib.loads(scene_template("flapper"))
+    assert VALID.is_valid(given)
+    given.setdefault(table, {})[key] = value
+    assert not VALID.is_valid(given)
+
+
+def test_every_key_of_every_kind_is_in_it() -> None:
+    for name, field in Scene.model_fields.items():
+        assert SCHEMA["properties"][name].get("description", "") == (field.description or ""), name
+    for kind in kinds_of():
+        if kind.__module__.startswith("seatfem."):
+            known = SCHEMA["$defs"][kind.__name__]["properties"]
+            assert set(own_keys(kind)) <= set(known)
+            assert all("description" in known[key] for key in own_keys(kind) if key != "kind")

@@ -1,0 +1,78 @@
+"""Scenes to begin with: of every kind, ready to be planned; what stands behind a # is what holds without it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from seatfem.fields import kind_of
+from seatfem.structures.kinds import kinds_of
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.template import NoTemplate, scene_template
+
+NAMES = [kind_of(kind) for kind in kinds_of() if kind.__module__.startswith("seatfem.")]
+ABSENT = re.compile(r"no such file")
+"""What is wrong with a scene whose files are the user's."""
+
+
+@pytest.mark.parametrize("kind", NAMES)
+def test_a_scene_of_every_kind_lacks_nothing_but_files(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(scene_template(kind), encoding="utf-8")
+    try:
+        scene = load_scene(path)
+    except SceneError as error:
+        problems = str(error).splitlines()
+        assert all(ABSENT.search(line) for line in problems), problems
+        assert f'kind = "{kind}"' in path.read_text(encoding="utf-8")
+        return
+    assert kind in (scene.seat.kind, scene.reed.kind)
+
+
+@pytest.mark.parametrize("kind", ["ball", "conical", "plate", "stepped"])
+def test_it_can_be_planned(kind: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(scene_template(kind), encoding="utf-8")
+    assert plan_scene(load_scene(tmp_path / "scene.toml")).scene.accuracy.target == 0.02
+
+
+@pytest.mark.parametrize("kind", ["annular", "flapper", "bar"])
+def test_every_default_is_what_the_comment_says(kind: str, tmp_path: Path) -> None:
+    """All commented keys at once that show a default; those that are absent show how one would be written."""
+    text = scene_template(kind)
+    absent = load(text, tmp_path)
+    shown, tables = [], 0
+    for line in text.splitlines():
+        name, _, _ = line.removeprefix("# ").partition(" = ")
+        tables = 0 if re.match(r"\[\w+\]", line) else tables + line.startswith("# [")
+        said = line.startswith("# ") and name.isidentifier() and not tables
+        shown.append(line.removeprefix("# ") if said and name in STATED else line)
+    assert sum(a != b for a, b in zip(shown, text.splitlines(), strict=True)) >= 8
+    stated = load("\n".join(shown), tmp_path)
+    assert stated.model_dump() == absent.model_dump()
+
+
+STATED = {
+    *("model", "fixed", "lip_height", "lip_edge_radius", "outer_radius", "thickness", "gap", "preload", "rings"),
+    *("tilt", "tilt_axis", "offset", "line_arc", "filter_width", "measures", "damping_ratio"),
+}
+"""Keys with a default."""
+
+
+def load(text: str, folder: Path) -> Scene:
+    (folder / "scene.toml").write_text(text, encoding="utf-8")
+    return load_scene(folder / "scene.toml")
+
+
+def test_no_line_is_too_wide_and_every_key_has_words() -> None:
+    for kind in NAMES:
+        for line in scene_template(kind).splitlines():
+            assert len(line) <= 120 or " = " in line
+    assert "# lip_height = " in scene_template("annular")
+
+
+def test_what_is_no_kind() -> None:
+    with pytest.raises(NoTemplate, match=r"'flaper' is none of annular, .*; did you mean 'flapper'"):
+        scene_template("flaper")
