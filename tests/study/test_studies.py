@@ -18,8 +18,11 @@ import seatfem
 from impact.files.atomic import OutputError
 from seatfem.jobs.claims import claimed
 from seatfem.jobs.journal import JournalError
+from seatfem.structures.errors import ModelError
+from seatfem.study.planning.plan import Plan
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.sweep import ahead
 from seatfem.study.sweep import outcome as one
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
@@ -198,6 +201,25 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     again = run_study(load_study(path), tmp_path / "out", retry=True)
     assert len(jobs) == 3
     assert again.has_numbers.all()
+
+
+def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The prediction does without it; but not without any."""
+    in_process(monkeypatch)
+    real = ahead.plan_scene
+
+    def planned(scene: Scene, *given: object, **named: object) -> Plan:
+        if scene.run.duration > longest:
+            raise ModelError("too long")
+        return real(scene, *given, **named)
+
+    longest = 0.5e-3
+    monkeypatch.setattr(ahead, "plan_scene", planned)
+    path = study_file(tmp_path, '[vary]\nrun.duration = ["0.2 ms", "1 ms"]')
+    assert run_study(load_study(path), tmp_path / "out").has_numbers.all()
+    longest = 0.0
+    with pytest.raises(ModelError, match="too long"):
+        run_study(load_study(path), tmp_path / "other")
 
 
 @posix
