@@ -56,7 +56,7 @@ def main() -> None:
 
 def scene_files() -> list[Path]:
     """All examples that are scenes."""
-    return sorted(EXAMPLES.glob("*.toml"))
+    return sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")})
 
 
 def best(arguments: list[str], environment: dict[str, str]) -> Spent:

@@ -171,7 +171,7 @@ def main() -> None:
         return
     there = {(row.scene, row.target) for row in rows()}
     for target in () if "--table" in sys.argv else TARGETS:
-        for path in sorted(EXAMPLES.glob("*.toml")):
+        for path in sorted({*EXAMPLES.glob("*.toml")} - {*EXAMPLES.glob("*_study.toml")}):
             if (path.stem, target) in there:
                 continue
             row = measure(path.stem, target)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from seatfem.structures.store import Store, content_key
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
+    from seatfem.study.sweep.sweep import sweep
     from seatfem.study.trade.chart import draw_trade
     from seatfem.study.trade.table import write_trade
     from seatfem.study.trade.trade import Trade, measure_trade
@@ -72,6 +73,7 @@ __all__ = [
     "ring_greens",
     "run_scene",
     "solve_modes",
+    "sweep",
     "write_mesh",
     "write_trade",
 ]
@@ -100,6 +102,7 @@ _NAMES = {
     "seatfem.structures.store": "Store content_key",
     "seatfem.study.runs.pipeline": "run_scene",
     "seatfem.study.scene": "load_scene",
+    "seatfem.study.sweep.sweep": "sweep",
     "seatfem.study.trade.chart": "draw_trade",
     "seatfem.study.trade.table": "write_trade",
     "seatfem.study.trade.trade": "Trade measure_trade",

@@ -158,6 +158,15 @@ def parse_fraction(text: str) -> float:
     return float(Decimal(match[1]) * (Decimal("0.01") if match[2] else 1))
 
 
+def number_and_unit(value: str | float) -> tuple[float, str]:
+    """As they are written, the unit as it stands: "0.3 mm" -> (0.3, "mm"), 0.1 -> (0.1, ""). Raises `UnitError`."""
+    text = _bounded(str(value))
+    match = _NUMBER.match(text)
+    if match is None:
+        raise UnitError(f"{value!r} does not start with a number")
+    return float(match[0]), text[match.end() :].strip()
+
+
 def _bounded(text: str) -> str:
     """Without blanks around it."""
     stripped = text.strip()

@@ -24,6 +24,7 @@ from seatfem.faces.output import (
     progress_of,
     tell,
 )
+from seatfem.faces.study_verbs import study_ahead
 from seatfem.faces.terminal import Console
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
@@ -94,13 +95,20 @@ def export(
 
 
 def plan(scene: SceneFile, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
-    """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error.
+    """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error; of a study
+    file the number of its scenes and what they would take.
 
     Parameters
     ----------
     json:
         Print one JSON object instead: all of it, and the scene in SI units with every open key filled.
     """
+    if (ahead := study_ahead(scene)) is not None:
+        if json:
+            sys.stdout.write(ahead.as_json() + "\n")
+        else:
+            lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
+        return DONE
     checked = load(scene)
     from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
     from seatfem.study.planning.planner import plan_scene

@@ -1,11 +1,13 @@
-"""Many jobs carried out by a worker: one that hangs or crashes ends as its own outcome, not the rest's."""
+"""Many jobs carried out by workers: one that hangs or crashes ends as its own outcome, not the rest's."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import LineWorker
@@ -46,28 +48,81 @@ def answers(
         renew: answers after which another worker takes over.
         own_session, environment: as of `start_worker`; with a session, what a lost job has started ends with it.
     """
-    with private_folder(module.rpartition(".")[0].rpartition(".")[2]) as folder, ExitStack() as ours:
-        log = folder / "log.txt"
-        worker: LineWorker | None = None
-        done = 0
-        for job in jobs:
-            if worker is None:
-                started = LineWorker(module, *arguments, log=log, own_session=own_session, environment=environment)
-                worker = ours.enter_context(started)
-                done = 0
-            begun = time.monotonic()
-            answer: str | Lost
-            try:
-                answer = worker.ask(job, limit)
-                hung = False
-            except TimeoutError:
-                answer, hung = "", True
-            if not answer:
-                code = None if hung else worker.code()
-                said = log.read_text(encoding="utf-8", errors="replace")
-                answer = Lost(hung, code, said, time.monotonic() - begun)
-            done += 1
-            if isinstance(answer, Lost) or done >= renew:
-                ours.close()
-                worker = None
-            yield answer
+    one = answers_at_once(
+        jobs, module, *arguments, workers=1, limit=limit, renew=renew, own_session=own_session, environment=environment
+    )
+    return (answer for _, answer in one)
+
+
+def answers_at_once(
+    jobs: Sequence[str],
+    module: str,
+    *arguments: str,
+    workers: int,
+    limit: float,
+    renew: int = 1_000_000_000,
+    own_session: bool = False,
+    environment: Mapping[str, str] | None = None,
+) -> Iterator[tuple[int, str | Lost]]:
+    """The number of each job and its answer, as they come from several workers; else as `answers`.
+
+    The jobs are begun in their order. All workers are started by the thread that asks for the answers.
+    """
+    count = min(workers, len(jobs))
+    purpose = module.rpartition(".")[0].rpartition(".")[2]
+    with private_folder(purpose) as folder, ThreadPoolExecutor(max(count, 1)) as threads, ExitStack() as ours:
+        desks = [_Desk(folder / f"log{number}.txt") for number in range(count)]
+        for desk in desks:
+            ours.callback(desk.end)
+        waiting, asked = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[_Desk, int]]()
+
+        def hand_out(desk: _Desk) -> None:
+            for number, job in waiting:
+                if desk.worker is None:
+                    desk.worker = LineWorker(
+                        module, *arguments, log=desk.log, own_session=own_session, environment=environment
+                    )
+                    desk.done = 0
+                asked[threads.submit(desk.answer, job, limit)] = desk, number
+                return
+
+        for desk in desks:
+            hand_out(desk)
+        while asked:
+            ended, _ = wait(asked, return_when=FIRST_COMPLETED)
+            for future in ended:
+                desk, number = asked.pop(future)
+                answer = future.result()
+                if isinstance(answer, Lost) or desk.done >= renew:
+                    desk.end()
+                yield number, answer
+                hand_out(desk)
+
+
+@dataclass
+class _Desk:
+    """A worker, one at a time, with its log."""
+
+    log: Path
+    worker: LineWorker | None = field(default=None)
+    done: int = 0
+
+    def answer(self, job: str, limit: float) -> str | Lost:
+        """Of the worker, which is there."""
+        assert self.worker is not None
+        worker, begun, hung = self.worker, time.monotonic(), False
+        try:
+            answer = worker.ask(job, limit)
+        except TimeoutError:
+            answer, hung = "", True
+        self.done += 1
+        if answer:
+            return answer
+        code = None if hung else worker.code()
+        return Lost(hung, code, self.log.read_text(encoding="utf-8", errors="replace"), time.monotonic() - begun)
+
+    def end(self) -> None:
+        """The worker, whatever it does."""
+        if self.worker is not None:
+            self.worker.end()
+            self.worker = None

@@ -7,19 +7,27 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
+
+from impact.files.input_files import MB, read_text
 
 T = TypeVar("T")
+MOST: Final = 1024 * MB
+
+
+class JournalError(ValueError):
+    """What is in a journal's place is none."""
 
 
 def append(path: Path, entry: Mapping[str, object]) -> None:
     """One more line, by a single write, so that several programs may share a journal.
 
-    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file.
+    After a line that was cut short it begins on a new one. Raises `OSError` with the name of the file, also where that
+    is a link: what it leads to is another's.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with path.open("ab+", buffering=0) as file:
+        with open(path, "ab+", buffering=0, opener=_no_link) as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(size - 1, 0))
             whole = size == 0 or file.read(1) == b"\n"
@@ -31,11 +39,18 @@ def append(path: Path, entry: Mapping[str, object]) -> None:
         raise OSError(problem.errno, problem.strerror, str(path)) from problem
 
 
+def _no_link(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+
+
 def entries(path: Path) -> Iterator[dict[str, Any]]:
-    """The lines that are whole; those that a kill cut short, or that are no JSON objects, are passed."""
+    """The lines that are whole; those that a kill cut short, or that are no JSON objects, are passed.
+
+    Raises `JournalError` of what is no regular file of up to `MOST` bytes.
+    """
     if not path.exists():
         return
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+    for line in read_text(path, MOST, JournalError, errors="replace").splitlines():
         with suppress(ValueError, RecursionError):
             entry = json.loads(line)
             if isinstance(entry, dict):

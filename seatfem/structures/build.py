@@ -22,7 +22,7 @@ def build(
     progress: Progress = silent,
     mesh_error: bool = True,
 ) -> Solved:
-    """A structure's Green's function.
+    """A structure's Green's function. Of several programs that ask for the same one, one computes it.
 
     Args:
         structure: of any kind.
@@ -36,8 +36,13 @@ def build(
     Raises:
         What the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    found = None if cache is None else cache.find(structure, method, duration, mesh_error=mesh_error)
-    if found is not None:
+    if cache is None:
+        return structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+    if (found := cache.find(structure, method, duration, mesh_error=mesh_error)) is not None:
         return found
-    solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
-    return solved if cache is None else cache.keep(structure, method, solved, mesh_error=mesh_error)
+    with cache.claimed(structure, method, mesh_error=mesh_error) as made_meanwhile:
+        found = cache.find(structure, method, duration, mesh_error=mesh_error) if made_meanwhile else None
+        if found is not None:
+            return found
+        solved = structure.solve(method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+        return cache.keep(structure, method, solved, mesh_error=mesh_error)

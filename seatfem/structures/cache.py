@@ -6,17 +6,22 @@ import hashlib
 import math
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Final
 
 from impact.greens.base import GreensFunction
+from seatfem.jobs.claims import claimed
 from seatfem.machine.code import sources_from_elsewhere
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method
 from seatfem.structures.rings import Division, divided_less
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError, Tell, content_key
+
+PATIENCE: Final = 3600.0  # s for which another program that computes the same function is waited for
 
 # h5py takes long to load, and is rarely needed: what reads and writes functions is imported by what does so.
 
@@ -133,6 +138,20 @@ class Cache:
         where = "the store" if self.path is None else self.path.name
         return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {where}"})
 
+    @contextmanager
+    def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:
+        """Within the block no other program computes the same function for the store.
+
+        Gives whether one has put it there before the block began, since it was looked for.
+        """
+        if not structure.is_kept:
+            yield False
+            return
+        path = self.store.path(key_of(structure, method, mesh_error=mesh_error))
+        before = _age(path)
+        with claimed(path.parent / "claims" / path.stem, PATIENCE):
+            yield _age(path) != before
+
     def keep(self, structure: Structure, method: Method, solved: Solved, *, mesh_error: bool = True) -> Solved:
         """``solved``, its function marked with its key and on file."""
         key, greens = key_of(structure, method, mesh_error=mesh_error), solved.greens
@@ -158,6 +177,14 @@ class Cache:
     def _is_own(self, structure: Structure) -> bool:
         """Whether the file of the run is one that the structure itself is read from."""
         return self.path is not None and self.path.resolve() in structure.files()
+
+
+def _age(path: Path) -> int:
+    """When a file was written [ns]; 0 where there is none."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def _beside(key: str) -> str:

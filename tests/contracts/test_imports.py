@@ -241,7 +241,7 @@ def test_the_verification_is_a_leaf() -> None:
 
 ROOMS = ("units", "fields", "machine", "jobs", "structures", "pictures", "study", "leaves", "faces")
 """Of `seatfem`, the lowest first: each imports from those before it, inside functions too."""
-IN_STUDY = ("safety", "scene", "method", "impacts", "accuracy", "planning", "runs", "trade")
+IN_STUDY = ("safety", "scene", "method", "impacts", "accuracy", "planning", "runs", "trade", "sweep")
 """The same of what a study is made of."""
 LEAVES = ("machine/calibration.py", "machine/doctor.py", "verification/")
 """What nothing but a verb imports, and which may import everything below the faces."""

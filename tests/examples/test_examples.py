@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 from impact import measures
 from impact.storage.hdf5 import load_results
+from seatfem.faces.cli import run_command
 from seatfem.structures.kinds import Annular, BarSeat, Cad, Cantilever, MeshFile, Plate, RigidMass, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.accuracy import prerun
@@ -26,7 +27,7 @@ from seatfem.study.scene import Scene, load_scene
 ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
 SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
-SCENES = sorted((ROOT / "examples").glob("*.toml"))
+SCENES = sorted({*(ROOT / "examples").glob("*.toml")} - {*(ROOT / "examples").glob("*_study.toml")})
 REEDS = [path for path in SCENES if isinstance((scene := load_scene(path)).reed, Cantilever) and scene.gas is None]
 ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed with 5000 modes
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
@@ -373,3 +374,14 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     for name in ("one_port", "beam", "spring"):
         assert summary[f"{name}_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=0.2)
     assert summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.slow
+def test_the_study(tmp_path: Path) -> None:
+    """Every scene of it ends within its target, and all its reports are drawn."""
+    study = ROOT / "examples" / "tolerance_study.toml"
+    assert run_command(["sweep", str(study), "-o", str(tmp_path), "--quiet"]) == 0
+    states = [line.split(",")[-3] for line in (tmp_path / "study.csv").read_text(encoding="utf-8").splitlines()]
+    assert states == ["status", *["done"] * 32]
+    drawn = {path.stem for path in tmp_path.glob("*.png")}
+    assert drawn == {"main_effects", "percentiles", "scatter", "pareto"}

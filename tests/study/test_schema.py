@@ -16,7 +16,8 @@ from seatfem.study.scene.keys import own_keys
 from seatfem.study.scene.schema import schema_text
 from seatfem.study.scene.template import scene_template
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FOLDER = Path(__file__).parents[2] / "examples"
+EXAMPLES = sorted({*FOLDER.glob("*.toml")} - {*FOLDER.glob("*_study.toml")})
 SCHEMA = json.loads(schema_text())
 VALID = Draft202012Validator(SCHEMA)
 

@@ -35,6 +35,7 @@ class Limits:
         seconds: wall time of the whole run [s], by prediction of each further round; a round that outlasts it is
             stopped, and the one before is the answer. The first round is always finished. Infinite: `LONGEST` for
             each round.
+        steady: whether rounds are chosen by predicted times alone: no clock then decides what a scene ends with.
 
     Raises:
         RunError: no round, no time.
@@ -42,6 +43,7 @@ class Limits:
 
     rounds: int = MOST_ROUNDS
     seconds: float = math.inf
+    steady: bool = False
 
     def __post_init__(self) -> None:
         if self.rounds < 1:
@@ -79,6 +81,8 @@ def changed(done: Round, plan: Plan) -> str:
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
     """The refined plan, or why there is none; ``time_left``: of the time allowed [s]."""
+    if limits.steady:
+        done = replace(done, paces={})
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
     accuracy, left = done.plan.scene.accuracy, done.left

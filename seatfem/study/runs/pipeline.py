@@ -91,6 +91,8 @@ def run_scene(
     tell: Tell = untold,
     limits: Limits = ANY,
     pictures: bool = True,
+    plan: Plan | None = None,
+    histories: bool = True,
 ) -> RunOutcome:
     """Everything: plan, seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
@@ -103,6 +105,8 @@ def run_scene(
         tell: hears of each round what it left and took, and the price of the next.
         limits: number of rounds and time.
         pictures: whether to draw.
+        plan: of the scene, where there is one already.
+        histories: whether result.h5 is written.
 
     Raises:
         OutputError: ``folder`` cannot be written to.
@@ -113,7 +117,7 @@ def run_scene(
     check_step(scene)
     check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE)))
     with watch("plan"):
-        plan = ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
+        plan = plan or ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan, progress)
     baseline: _Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
@@ -130,7 +134,8 @@ def run_scene(
             }
             all_of_them = {"wave": done.result, "spring": baseline.result}
             all_of_them |= {name: result for name, result in others.items() if result is not None}
-            save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
+            if histories:
+                save_results(folder / RESULT_FILE, all_of_them, {"title": scene.title, "round": done.number})
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
             gas_files = _write_gas(scene, done, folder)
     remember(done)
@@ -183,7 +188,8 @@ def run_scene(
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
-    files = (folder / SUMMARY_FILE, folder / RESULT_FILE, folder / SEAT_FILE, *gas_files, *spots, *curve_files, *drawn)
+    written = (folder / SUMMARY_FILE, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
+    files = (*written, *gas_files, *spots, *curve_files, *drawn)
     summary |= timing_keys(watch, start)
     messages = (
         *missed(done),

@@ -16,7 +16,7 @@ from impact.files.input_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.laws import ContactLaw, laws
-from seatfem.study.scene.locate import KeyPath, key_lines
+from seatfem.study.scene.locate import KeyPath, key_lines, single
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Accuracy, Contact, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
@@ -55,6 +55,14 @@ def load_table(path: Path | str, model: type[AnyTable], changed: Mapping[str, ob
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+def has_table(path: Path, name: str) -> bool:
+    """Whether a file is TOML with such a table; what is wrong with it otherwise is told by who reads it."""
+    try:
+        return isinstance(_parse(_read(path), path).get(name), dict)
+    except SceneError:
+        return False
 
 
 @lru_cache
@@ -129,7 +137,7 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
 def _lines(text: str) -> dict[KeyPath, int]:
     """Without lines where nesting is deeper than the reader of places goes."""
     try:
-        return key_lines(text)
+        return {single(path): line for path, line in key_lines(text).items()}
     except RecursionError:
         return {}
 

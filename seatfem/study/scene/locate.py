@@ -30,6 +30,11 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     return reader.lines
 
 
+def single(path: KeyPath) -> KeyPath:
+    """The same place with every dotted name in its parts, however it is quoted: ("vary", "reed.length") in three."""
+    return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
+
+
 @dataclass
 class _Reader:
     text: str

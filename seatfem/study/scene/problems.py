@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from seatfem.fields import KeyProblem, kind_of
-from seatfem.study.scene.locate import KeyPath
+from seatfem.study.scene.locate import KeyPath, single
 
 MOST: Final = 100
 
@@ -75,7 +75,8 @@ class _Place:
     @staticmethod
     def of(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
         path, table, beside = _walk(model, details["loc"])
-        known = (*beside, *(table.model_fields if table else ()))
+        fields = table.model_fields.items() if table else ()
+        known = (*beside, *(field.alias or name for name, field in fields))
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, KeyProblem):
             path = (*path, *cause.key.split("."))
@@ -85,14 +86,15 @@ class _Place:
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
-    """The line of the key, or of the nearest table around it."""
+    """The line of the key, or of the nearest table around it; ``lines``: by paths that are `single`."""
+    path = single(path)
     return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
 
 
 def _message(place: _Place, data: Mapping[str, Any]) -> str:
     details, path = place.details, place.path
     context = details.get("ctx", {})
-    written = _written(data, path)
+    written = _written(data, path) if (found := _written(data, single(path))) is None else found
     match details["type"]:
         case "extra_forbidden":
             close = _did_you_mean(str(path[-1]), list(place.known))

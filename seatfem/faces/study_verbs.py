@@ -1,0 +1,80 @@
+"""The verb that takes a study: sweep; and what plan tells of one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, lines, progress_of
+
+if TYPE_CHECKING:
+    from seatfem.study.sweep.ahead import Ahead
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+
+def sweep(
+    study: Annotated[Path, Parameter(help="The study file (TOML): a scene and what varies of it.")],
+    /,
+    *,
+    output: Output = None,
+    workers: int | None = None,
+    rounds: int = 4,
+    limit: float = 3600.0,
+    retry: Annotated[bool, Parameter(negative="")] = False,
+    no_pictures: Annotated[bool, Parameter(negative="")] = False,
+    common: Common = COMMON,
+) -> int:
+    """Run a scene over many values of its keys: one table, and what follows from it; goes on where it stopped.
+
+    Parameters
+    ----------
+    output:
+        Folder for table, reports and journal [default: the study's name + "-sweep"].
+    workers:
+        Processes that run scenes [default: one a core, as far as the memory does].
+    rounds:
+        At most so many rounds of refinement of each scene, the first included.
+    limit:
+        Seconds of the clock for one scene.
+    retry:
+        Try scenes again that have failed before.
+    no_pictures:
+        Tables only.
+    """
+    from seatfem.study.sweep.reports import write_reports
+    from seatfem.study.sweep.study import load_study
+    from seatfem.study.sweep.sweep import PARQUET, TABLE, run_study
+
+    asked = load_study(study)
+    folder, told = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
+    with progress_of(common) as progress:
+        table = run_study(
+            asked, folder, file=study, workers=workers, rounds=rounds, limit=limit, retry=retry, progress=progress,
+            tell=lines(stderr=True, quiet=common.quiet).print,
+        )  # fmt: skip
+    files, gaps = write_reports(table, folder, pictures=not no_pictures)
+    states = list(table.columns["status"])
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    told.print(f"{asked.heading}: {len(table)} scenes, {counts}")
+    for words in (*table.failures(), *(f"note: {gap}" for gap in gaps)):
+        told.print(words)
+    for file in (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files):
+        told.print(f"wrote {file}")
+    return DONE if table.has_numbers.all() else FAILED
+
+
+def study_ahead(path: Path) -> Ahead | None:
+    """What a study would take; ``None`` of other files."""
+    from seatfem.study.scene.load import has_table
+
+    if not has_table(path, "vary"):
+        return None
+    from seatfem.study.sweep.ahead import ahead
+    from seatfem.study.sweep.cases import cases_of
+    from seatfem.study.sweep.study import load_study
+
+    study = load_study(path)
+    return ahead(study.scene, cases_of(study, file=path))

@@ -1,0 +1,88 @@
+"""What a study will take, before anything runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final
+
+from seatfem.machine.memory import available_memory
+from seatfem.machine.rates import Machine, cores
+from seatfem.study.planning.costs import OF_THE_SEAT, PROGRAM
+from seatfem.study.planning.plan import Cost
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.safety import MEMORY
+from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.sweep.cases import Case
+
+SAMPLED: Final = 3  # scenes that are planned: the first, the middle and the last
+NOT_HERE: Final = ("program start", "pictures", "files", *OF_THE_SEAT)
+"""Stages that scenes of a study do without, or only the first one with a seat has."""
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """Predicted from the plans of a few scenes.
+
+    Attributes:
+        scenes, seats: how many there are to compute, and different seats among them.
+        seconds: of one worker in all; ``start``: of that the program's.
+        each, seat: of one scene without its seat, of a seat that is not there yet [s].
+        memory: largest of a worker [bytes].
+    """
+
+    scenes: int
+    seats: int
+    start: float
+    each: float
+    seat: float
+    memory: float
+
+    def seconds(self, workers: int = 1) -> float:
+        """Of the clock. The seats are waited for by all, the scenes are shared out."""
+        return self.start + self.seats * self.seat + self.scenes * self.each / max(1, min(workers, self.scenes))
+
+    def workers(self) -> int:
+        """One a core, fewer where the memory that is there would not do."""
+        return max(1, min(cores(), int(MEMORY * available_memory() / self.memory)))
+
+    def as_json(self) -> str:
+        """All of it, and the time with as many workers as there would be."""
+        workers = self.workers()
+        return json.dumps({**asdict(self), "workers": workers, "time_s": self.seconds(workers)}, indent=1)
+
+    def in_words(self, workers: int) -> str:
+        """One line."""
+        seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
+        a_seat = f" {self.seat:.2g} s a seat," if self.seats else ""
+        return (
+            f"{self.scenes} scene{'s'[: self.scenes > 1]}{seats}: about {self.seconds(workers):.2g} s predicted with "
+            f"{workers} worker{'s'[: workers > 1]} ({self.each:.2g} s a scene,{a_seat} {self.memory / 1e9:.2g} GB a "
+            "worker)"
+        )
+
+
+def ahead(scene: Path, cases: Sequence[Case]) -> Ahead:
+    """Of these cases of the scene at a path. Raises what plans raise where none of the sampled scenes can be planned;
+    one that cannot stands in the table when it has been tried."""
+    machine = Machine.known()
+    last = len(cases) - 1
+    chosen = [cases[place] for place in sorted({round(last * k / (SAMPLED - 1)) for k in range(SAMPLED)})]
+    costs: list[Cost] = []
+    problems: list[Exception] = []
+    for case in chosen:
+        try:
+            costs.append(plan_scene(load_scene(scene, case.changed), machine).cost)
+        except SceneError as error:
+            problems.append(located(error, scene))
+        except (ArithmeticError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+            problems.append(error)
+    if not costs:
+        raise problems[0]
+    seats = [sum(cost.parts.get(stage, 0.0) for stage in OF_THE_SEAT) for cost in costs]
+    each = [sum(spent for stage, spent in cost.parts.items() if stage not in NOT_HERE) for cost in costs]
+    different = len({case.leader for case in cases}) if max(seats) > 0 else 0
+    memory = max(PROGRAM, *(cost.memory for cost in costs))
+    return Ahead(len(cases), different, machine.start, sum(each) / len(each), max(seats), memory)

@@ -1,0 +1,126 @@
+"""The scenes of a study, each of them checked before the first one runs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from seatfem.machine.code import code_version
+from seatfem.structures.store import content_key
+from seatfem.study.impacts.contact import RunError, check_step
+from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene.problems import Problem
+from seatfem.study.sweep.design import Changes, changes_of
+from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.variations import Listed
+from seatfem.units import number_and_unit
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene of a study.
+
+    Attributes:
+        number: from 1.
+        changed: its values, as the file would have them.
+        key: a hash of all that its numbers depend on: what it asks for, its files by content, the code.
+        leader: key of the first scene with the same seat; that scene's model of the seat serves the others, too.
+    """
+
+    number: int
+    changed: Changes
+    key: str
+    leader: str
+
+
+def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> list[Case]:
+    """All scenes of the study.
+
+    Args:
+        rounds: of refinement that each may take.
+        file: of the study, for messages.
+
+    Raises:
+        SceneError: what is wrong with the scene or with values of it; for each key the first scene of which it is so.
+    """
+    found: list[Case] = []
+    problems: dict[str, Problem] = {}
+    wrong: Counter[str] = Counter()
+    leaders: dict[str, str] = {}
+    files: dict[Path, str] = {}
+    for number, changed in enumerate(changes_of(study), start=1):
+        try:
+            scene = load_scene(study.scene, changed)
+            check_step(scene)
+        except (SceneError, RunError) as error:
+            for problem in _problems(error, study):
+                told = _in_the_study(problem, changed, f"scene {number} of {study.number_of_scenes}")
+                problems.setdefault(told.key, told)
+                wrong[told.key] += 1
+            continue
+        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), files)
+        own = _key(asked, rounds)
+        leader = leaders.setdefault(_key(asked["seat"], 0), own)
+        found.append(Case(number, changed, own if own == leader else _key([own, leader], rounds), leader))
+    if problems:
+        told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
+        raise told_all if file is None else located(told_all, file)
+    return found
+
+
+def _key(asked: object, rounds: int) -> str:
+    return content_key({"asked": asked, "rounds": rounds, "program": code_version()})[:32]
+
+
+def _by_content(asked: Any, known: dict[Path, str]) -> Any:
+    """With a hash of its content in place of every file, each of which is read once."""
+    if isinstance(asked, Mapping):
+        return {key: _by_content(value, known) for key, value in asked.items()}
+    if isinstance(asked, list | tuple):
+        return [_by_content(value, known) for value in asked]
+    if not isinstance(asked, Path):
+        return asked
+    if asked not in known:
+        known[asked] = content_key({"file": asked})
+    return known[asked]
+
+
+def _problems(error: SceneError | RunError, study: Study) -> tuple[Problem, ...]:
+    if isinstance(error, SceneError):
+        return error.problems
+    return (Problem(study.scene, 0, "run.time_step", str(error)),)
+
+
+def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
+    """A problem of a key that varies, with its value, at its place in the study; others as they are in the scene."""
+    touching = [key for key in changed if _within(problem.key, key) or _within(key, problem.key)]
+    if not touching:
+        varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
+        return replace(problem, message=f"{problem.message} ({which}: {varied})")
+    key = touching[0]
+    path = ("vary", *key.split("."))
+    return Problem(None, 0, f"vary.{key}", f"{which}, {key} = {changed[key]!r}: {problem.message}", path)
+
+
+def _within(key: str, table: str) -> bool:
+    return key == table or key.startswith(f"{table}.")
+
+
+def _with_others(problem: Problem, others: int) -> Problem:
+    told = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
+    return replace(problem, message=told) if others else problem
+
+
+def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:
+    """The values of each key by scene: numbers in the unit of the key, else as they are."""
+    found: dict[str, list[object]] = {}
+    for key, variation in study.vary.items():
+        texts = isinstance(variation, Listed) and not variation.numbers()
+        values = [case.changed[key] for case in cases]
+        name = f"{key} [{variation.unit}]" if variation.unit else key
+        found[name] = [str(value) if texts else number_and_unit(value)[0] for value in values]
+    return found

@@ -1,0 +1,177 @@
+"""Pictures of a study: each shows what is meaningful for its design, else it is not drawn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
+from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
+from seatfem.study.sweep.table import BAR, StudyTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST: Final = 6  # rows or columns of panels: the first ones are shown
+LABELS: Final = 8  # of scenes on a front
+FEW: Final = 60  # scenes whose error bars are drawn
+
+
+def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
+    """A panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
+
+    Raises:
+        PictureError: matplotlib is missing; as all functions here.
+    """
+    parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
+    measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
+    with sheet(path, 0.8 + 2.7 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
+        figure.suptitle(f"{table.study.heading}: main effects")
+        panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
+        for effect in effects:
+            if effect.parameter in parameters and effect.measure in measures:
+                row, column = measures.index(effect.measure), parameters.index(effect.parameter)
+                _effect(panels[row, column], table, effect)
+                if row == len(measures) - 1:
+                    panels[row, column].set_xlabel(effect.parameter)
+                if column == 0:
+                    panels[row, column].set_ylabel(effect.measure)
+
+
+def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
+    names = [value for value in effect.at if isinstance(value, str)]
+    if names:
+        x = np.array([names.index(str(value)) for value in table.columns[effect.parameter]], dtype=float)
+        axes.set_xticks(range(len(names)), names)
+        at = np.arange(len(names), dtype=float)
+    else:
+        x, at = table.numbers(effect.parameter), np.array(effect.at, dtype=float)
+        axes.locator_params(axis="x", nbins=5)
+    _scenes(axes, table, x, effect.measure)
+    if len(table) > len(at):  # else every mean is of one scene
+        error = np.where(np.isfinite(effect.error), effect.error, 0.0)
+        axes.errorbar(at, effect.mean, error, color=BLUE, marker="o", markersize=3.5, capsize=2, zorder=3)
+    elif not names:
+        axes.plot(at, effect.mean, color=BLUE, linewidth=0.8, zorder=2)
+
+
+def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
+    """Every scene, with its error bar where there are few."""
+    y, bars = table.numbers(measure), table.numbers(BAR + measure)
+    size = 3.0 if len(table) <= FEW else 1.8
+    if len(table) <= FEW and np.isfinite(bars).any():
+        axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, elinewidth=0.7, zorder=1.8)
+    axes.plot(x, y, "o", color=GREY, markersize=size, markeredgewidth=0, alpha=0.7, zorder=1.9)
+
+
+def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
+    """First-order and total index of each key with its confidence interval, a panel for each measure."""
+    shown = found[:MOST]
+    places = np.arange(len(table.parameters), dtype=float)
+    columns = min(len(shown), 3)
+    rows = math.ceil(len(shown) / columns)
+    with sheet(path, 1.6 + 2.6 * columns, 0.9 + rows * (0.7 + 0.42 * len(places))) as figure:
+        figure.suptitle(f"{table.study.heading}: Sobol indices, {100 * CONFIDENCE:g} % confidence")
+        panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        for axes, each in zip(panels.flat, shown, strict=False):
+            for off, colour, label, value, interval in (
+                (-0.19, BLUE, "first order", each.first, each.first_interval),
+                (0.19, ORANGE, "total", each.total, each.total_interval),
+            ):
+                ends = np.abs(interval - value)
+                axes.barh(places + off, value, 0.36, color=colour, label=label, zorder=2)
+                axes.errorbar(
+                    value, places + off, xerr=ends, linestyle="", color="black", capsize=2, elinewidth=0.8, zorder=3
+                )
+            axes.set_title(each.measure)
+            axes.set_yticks(places, table.parameters)
+            axes.axvline(0.0, color="black", linewidth=0.7)
+            axes.set_xlabel("share of the variance")
+        panels[0, 0].invert_yaxis()
+        for axes in list(panels.flat)[len(shown) :]:
+            axes.set_axis_off()
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+
+def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
+    """The share of scenes below each value, with the percentiles, a panel for each measure."""
+    shown = bands[:MOST]
+    columns = min(len(shown), 3)
+    rows = math.ceil(len(shown) / columns)
+    with sheet(path, 0.7 + 2.9 * columns, 0.7 + 2.5 * rows) as figure:
+        figure.suptitle(f"{table.study.heading}: tolerance bands")
+        panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for axes, band in zip(panels.flat, shown, strict=False):
+            count = len(band.sample)
+            axes.axvspan(band.at[0], band.at[-1], color=SKY, alpha=0.25, linewidth=0)
+            axes.step(band.sample, 100 * (np.arange(count) + 1) / count, where="post", color=BLUE)
+            for share, at, low, high in zip(PERCENTILES, band.at, *band.interval, strict=True):
+                axes.plot([at], [share], "D", color=ORANGE, markersize=4, zorder=3)
+                if math.isfinite(low) and math.isfinite(high):
+                    axes.plot([low, high], [share, share], color=ORANGE, linewidth=1.6, zorder=2.5)
+                side = 1 if share < 60 else -1
+                axes.annotate(f"{share:g} %: {at:.4g}", (at, share), (7 * side, 0), textcoords="offset points",
+                              fontsize=7.5, ha="left" if side > 0 else "right", va="center", zorder=4,
+                              bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1})  # fmt: skip
+            axes.set_title(
+                f"{count} scenes" + (f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else "")
+            )
+            axes.set_xlabel(band.measure)
+            axes.set_ylim(-3, 103)
+            axes.locator_params(axis="x", nbins=5)
+        for row in panels:
+            row[0].set_ylabel("scenes below [%]")
+        for axes in list(panels.flat)[len(shown) :]:
+            axes.set_axis_off()
+
+
+def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
+    """Every column against every other, their histograms in the diagonal."""
+    shown = list(names)
+    rows = drawn_rows(table) | (not table.study.is_drawn)
+    data = {name: table.numbers(name)[rows & table.has_numbers] for name in shown}
+    n = len(shown)
+    with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
+        figure.suptitle(f"{table.study.heading}: {len(data[shown[0]])} scenes")
+        panels = figure.subplots(n, n, squeeze=False, sharex="col")
+        for i, below in enumerate(shown):
+            for j, right in enumerate(shown):
+                axes = panels[i, j]
+                if i == j:
+                    axes.hist(
+                        data[right][np.isfinite(data[right])], bins=12, color=SKY, edgecolor="white", linewidth=0.5
+                    )
+                    axes.set_yticks([])
+                else:
+                    measured = below in table.measures or right in table.measures
+                    axes.plot(data[right], data[below], "o", color=BLUE if measured else GREY, markersize=2.2,
+                              markeredgewidth=0, alpha=0.7)  # fmt: skip
+                    axes.margins(0.08)
+                if j > 0:
+                    axes.set_yticklabels([])
+                if i == n - 1:
+                    axes.set_xlabel(right, fontsize=7)
+                if j == 0:
+                    axes.set_ylabel(below, fontsize=7)
+                axes.tick_params(labelsize=6.5)
+
+
+def draw_front(table: StudyTable, path: Path) -> None:
+    """Every scene by the two measures, those that none beats in both joined by a line and numbered."""
+    (across, more_across), (up, more_up) = objectives(table)
+    x, y, best = table.numbers(across), table.numbers(up), front(table)
+    with sheet(path, 5.2, 4.0) as figure:
+        figure.suptitle(f"{table.study.heading}: Pareto front")
+        axes = figure.add_subplot()
+        _scenes(axes, table, x, up)
+        axes.plot(x[best], y[best], color=GREEN, marker="o", markersize=4.5, zorder=3, label="beaten by none")
+        for place in best[:: math.ceil(len(best) / LABELS)]:
+            words = f"scene {table.columns['scene'][place]}"
+            axes.annotate(words, (x[place], y[place]), (7, -4), textcoords="offset points", fontsize=7, va="top")
+        axes.set_xlabel(f"{across} ({'more' if more_across else 'less'} is better)")
+        axes.set_ylabel(f"{up} ({'more' if more_up else 'less'} is better)")
+        axes.legend()

@@ -1,0 +1,247 @@
+"""What follows from the table of a study: main effects, Sobol's indices, percentiles, a Pareto front."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatfem.study.sweep.table import Columns, StudyTable
+from seatfem.study.trade.trade import pareto_front
+
+Array = NDArray[np.float64]
+MOST_LEVELS: Final = 12  # values of a key that are groups by themselves; more are divided into groups of equal size
+PERCENTILES: Final = (5.0, 50.0, 95.0)
+ENOUGH: Final = 20  # scenes that percentiles are told of
+CONFIDENCE: Final = 0.95
+RESAMPLES: Final = 999
+
+
+def varying(table: StudyTable) -> list[str]:
+    """Parameters with several values."""
+    return [name for name in table.parameters if len(set(table.columns[name])) > 1]
+
+
+def told(table: StudyTable) -> list[str]:
+    """Measures with several values."""
+    return [name for name in table.measures if len(set(table.numbers(name)[_known(table, name)].tolist())) > 1]
+
+
+def _known(table: StudyTable, name: str) -> NDArray[np.bool_]:
+    return np.isfinite(table.numbers(name))
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A measure's mean over groups of scenes in which a parameter has about one value.
+
+    Attributes:
+        at: the parameter's mean in each group, or its names.
+        mean: of the measure.
+        error: standard error of that mean; nan of one scene.
+        count: scenes.
+    """
+
+    parameter: str
+    measure: str
+    at: Sequence[float | str]
+    mean: Array
+    error: Array
+    count: NDArray[np.int64]
+
+
+def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
+    """By each value of the parameter, or of many values by groups of neighbours."""
+    known = _known(table, measure)
+    y = table.numbers(measure)[known]
+    column = [value for value, there in zip(table.columns[parameter], known, strict=True) if there]
+    text = table.is_text(parameter)
+    values = np.array(column, dtype=object if text else float)
+    levels = list(dict.fromkeys(column)) if text else sorted(set(column))  # type: ignore[type-var]
+    if text or len(levels) <= MOST_LEVELS:
+        groups = [np.flatnonzero(values == level) for level in levels]
+    else:
+        order = np.argsort(values, kind="stable")
+        groups = np.array_split(order, int(min(MOST_LEVELS, max(3, round(len(y) ** 0.5)))))
+    at = list(map(str, levels)) if text else [float(np.mean(values[group])) for group in groups]
+    mean = np.array([np.mean(y[group]) for group in groups])
+    count = np.array([len(group) for group in groups])
+    spread = [np.std(y[group], ddof=1) if len(group) > 1 else np.nan for group in groups]
+    return Effect(parameter, measure, at, mean, np.array(spread) / np.sqrt(count), count)
+
+
+def main_effects(table: StudyTable) -> list[Effect]:
+    """Of every parameter on every measure; none of a zip of several keys, whose values go together."""
+    parameters = varying(table)
+    if table.study.design == "zip" and len(table.parameters) > 1:
+        return []
+    return [main_effect(table, parameter, measure) for measure in told(table) for parameter in parameters]
+
+
+def effects_columns(effects: Sequence[Effect]) -> Columns:
+    """As a table."""
+    rows = [
+        (each.parameter, each.measure, at, float(mean), float(error), int(count))
+        for each in effects
+        for at, mean, error, count in zip(each.at, each.mean, each.error, each.count, strict=True)
+    ]
+    names = ("parameter", "measure", "value", "mean", "standard_error", "scenes")
+    return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol's indices of one measure: shares of its variance, (keys,), with confidence intervals (2, keys).
+
+    Attributes:
+        first: by a key alone.
+        total: by a key and all that it does together with others.
+        blocks: of the two samples that count: those in which every scene has numbers.
+    """
+
+    measure: str
+    first: Array
+    total: Array
+    first_interval: Array
+    total_interval: Array
+    blocks: int
+
+
+def sobol_indices(table: StudyTable) -> list[Indices]:
+    """Of every measure; none of other designs. Blocks with a scene that failed are left out."""
+    count, keys = table.study.number, len(table.parameters)
+    if table.study.design != "sobol_indices" or count is None:
+        return []
+    found = []
+    for measure in told(table):
+        blocks = table.numbers(measure).reshape(keys + 2, count)
+        whole = np.isfinite(blocks).all(axis=0)
+        if whole.sum() > 2:
+            found.append(saltelli(blocks[0, whole], blocks[1, whole], blocks[2:, whole], measure, table.study.seed))
+    return found
+
+
+def saltelli(first: Array, second: Array, mixed: Array, measure: str = "", seed: int = 0) -> Indices:
+    """Indices from two samples (n,) of a measure, and from those of the first with one key from the second (keys, n).
+
+        S_i = mean(f_B (f_ABi - f_A))/V,  ST_i = mean((f_A - f_ABi)^2)/(2 V),
+
+    f less its mean, V the variance over both samples (Saltelli and others, Computer Physics Communications 181, 2010);
+    intervals by bootstrap of the blocks (percentiles, `CONFIDENCE`).
+    """
+    from scipy.stats import bootstrap  # takes long to load
+
+    mean = np.mean([first, second])
+    samples = np.array([first, second, *mixed]) - mean
+
+    def indices(blocks: NDArray[np.int64], axis: int = -1) -> Array:
+        """(2 keys, ...) of resampled blocks (..., n)."""
+        a, b, *others = samples[:, blocks]
+        variance = np.var(np.concatenate([a, b], axis=-1), axis=-1)
+        one = [np.mean(b * (ab - a), axis=-1) / variance for ab in others]
+        every = [0.5 * np.mean((a - ab) ** 2, axis=-1) / variance for ab in others]
+        return np.array([*one, *every])
+
+    numbers = np.arange(samples.shape[1])
+    here = indices(numbers)
+    spread = bootstrap(
+        (numbers,), indices, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, method="percentile",
+        rng=np.random.default_rng(seed), vectorized=True,
+    ).confidence_interval  # fmt: skip
+    low, high = np.asarray(spread.low), np.asarray(spread.high)
+    keys = len(mixed)
+    return Indices(
+        measure, here[:keys], here[keys:], np.array([low[:keys], high[:keys]]), np.array([low[keys:], high[keys:]]),
+        len(numbers),
+    )  # fmt: skip
+
+
+def indices_columns(table: StudyTable, found: Sequence[Indices]) -> Columns:
+    """As a table."""
+    return {
+        "measure": [each.measure for each in found for _ in table.parameters],
+        "parameter": [parameter for _ in found for parameter in table.parameters],
+        "first_order": [float(value) for each in found for value in each.first],
+        "first_order_low": [float(value) for each in found for value in each.first_interval[0]],
+        "first_order_high": [float(value) for each in found for value in each.first_interval[1]],
+        "total": [float(value) for each in found for value in each.total],
+        "total_low": [float(value) for each in found for value in each.total_interval[0]],
+        "total_high": [float(value) for each in found for value in each.total_interval[1]],
+        "blocks": [each.blocks for each in found for _ in table.parameters],
+    }
+
+
+def drawn_rows(table: StudyTable) -> NDArray[np.bool_]:
+    """(scenes,) those that are a sample of the distributions: of "sobol_indices" the first two samples alone."""
+    rows = np.full(len(table), table.study.is_drawn)
+    if table.study.design == "sobol_indices" and table.study.number is not None:
+        rows[2 * table.study.number :] = False
+    return rows
+
+
+@dataclass(frozen=True)
+class Band:
+    """Percentiles of a measure over the scenes drawn.
+
+    Attributes:
+        sample: its values, sorted.
+        at: its values at `PERCENTILES`.
+        interval: (2, percentiles) with `CONFIDENCE`, of independent scenes (order statistics); nan of others, and where
+            there are too few scenes.
+        bar: largest numerical error bar among them; nan: not known.
+    """
+
+    measure: str
+    sample: Array
+    at: Array
+    interval: Array
+    bar: float
+
+
+def tolerance_bands(table: StudyTable) -> list[Band]:
+    """Of every measure with at least `ENOUGH` scenes; none of designs that draw nothing."""
+    from scipy.stats import quantile_test  # takes long to load
+
+    found = []
+    for measure in told(table):
+        rows = drawn_rows(table) & _known(table, measure)
+        sample = np.sort(table.numbers(measure)[rows])
+        if len(sample) < ENOUGH:
+            continue
+        interval = np.full((2, len(PERCENTILES)), np.nan)
+        if table.study.design == "monte_carlo":
+            tests: list[Any] = [quantile_test(sample, p=share / 100) for share in PERCENTILES]
+            interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
+        bars = table.numbers(f"error_bar_{measure}")[rows]
+        bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")
+        found.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
+    return found
+
+
+def bands_columns(bands: Sequence[Band]) -> Columns:
+    """As a table."""
+    found: dict[str, list[object]] = {
+        "measure": [band.measure for band in bands],
+        "scenes": [len(band.sample) for band in bands],
+    }
+    for k, share in enumerate(PERCENTILES):
+        found[f"p{share:g}"] = [float(band.at[k]) for band in bands]
+        found[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
+        found[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
+    return found | {"largest_error_bar": [band.bar for band in bands]}
+
+
+def front(table: StudyTable) -> list[int]:
+    """Rows on the Pareto front of the two measures asked for, by the first of them; none where none are."""
+    if table.study.outputs.pareto is None:
+        return []
+    costs = [-table.numbers(name) if more else table.numbers(name) for name, more in objectives(table)]
+    return list(pareto_front(costs[0].tolist(), costs[1].tolist()))
+
+
+def objectives(table: StudyTable) -> list[tuple[str, bool]]:
+    """The measures of the front, and whether more is better."""
+    return [(text.split()[-1], text.startswith("max ")) for text in table.study.outputs.pareto or ()]

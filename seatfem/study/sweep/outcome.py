@@ -1,0 +1,113 @@
+"""One scene of a study, carried out in a process of its own: `python -m seatfem.study.sweep.outcome` answers each job,
+a line of JSON, with its outcome.
+
+Its numbers are a function of the scene alone: the plan knows neither what was computed before nor how fast this
+computer is, and no time that was measured decides anything.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from seatfem.jobs.worker import answer_lines
+
+State = Literal["done", "missed", "stopped", "failed"]
+Changes = Mapping[str, Any]
+Scalar = float | int | bool | str | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a scene.
+
+    Attributes:
+        state: "done"; "missed": done, its target of accuracy missed; "stopped" at the limit of time; "failed".
+        message: why.
+        wall: seconds of the clock.
+        summary: summary.json, as far as its values are single ones.
+        seat: how its seat was computed, by dotted key as a scene file has it, as far as its own does not say.
+    """
+
+    state: State
+    message: str = ""
+    wall: float = math.nan
+    summary: Mapping[str, Scalar] = field(default_factory=dict)
+    seat: Mapping[str, Scalar] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        known = self.state in get_args(State) and isinstance(self.message, str) and isinstance(self.summary, Mapping)
+        scalars = known and isinstance(self.seat, Mapping) and (*self.summary.values(), *self.seat.values())
+        if not (scalars is not False and isinstance(self.wall, int | float) and all(map(_is_scalar, scalars))):
+            raise TypeError("no outcome of a scene")  # a damaged journal
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether the scene was carried out."""
+        return self.state in ("done", "missed")
+
+
+def carry_out(path: Path, changed: Changes, rounds: int, seat: Mapping[str, Scalar]) -> Outcome:
+    """The scene at ``path`` with some keys changed; files go to a folder that is removed. Whatever fails is the
+    outcome.
+
+    ``seat``: how the same seat served another scene. Where this one misses its target with it, it is carried out again
+    with a seat of its own.
+    """
+    begun = time.perf_counter()
+    try:
+        found = _carried_out(path, {**changed, **seat}, rounds)
+        if seat and found.state != "done":
+            found = _carried_out(path, changed, rounds)
+    except (ArithmeticError, AssertionError, LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
+        found = Outcome("failed", f"{type(error).__name__}: {error}")
+    return replace(found, wall=time.perf_counter() - begun)
+
+
+def _carried_out(path: Path, changed: Changes, rounds: int) -> Outcome:
+    from seatfem.jobs.folders import private_folder  # what runs scenes takes long to load
+    from seatfem.machine.rates import Machine
+    from seatfem.structures.store import Store
+    from seatfem.study.method import FIELDS, has_key, is_given
+    from seatfem.study.planning.planner import plan_scene
+    from seatfem.study.runs.next_round import Limits
+    from seatfem.study.runs.pipeline import run_scene
+    from seatfem.study.scene import load_scene
+    from seatfem.study.trade.point import written
+
+    scene = load_scene(path, changed)
+    with private_folder("sweep") as folder:
+        plan = plan_scene(scene, Machine(), store=Store(folder / "no-store"))  # never written: no seat is at hand
+        limits = Limits(rounds, steady=True)
+        found = run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
+    summary = {key: _scalar(value) for key, value in found.summary.items() if _is_scalar(value)}
+    assert found.plan is not None
+    open_keys = [key for key in FIELDS if key.startswith("seat.") and has_key(scene, key) and not is_given(scene, key)]
+    chosen = {key: found.plan.method.value(key) for key in open_keys}
+    seat = {key: _scalar(written(key, value)) for key, value in chosen.items() if value not in (None, "auto")}
+    return Outcome("done" if found.met else "missed", "" if found.met else found.messages[0], 0.0, summary, seat)
+
+
+def _is_scalar(value: object) -> bool:
+    return value is None or isinstance(value, str | Real)
+
+
+def _scalar(value: object) -> Scalar:
+    if value is None or isinstance(value, bool | str):
+        return value
+    return int(value) if isinstance(value, Integral) else float(value)  # type: ignore[arg-type]
+
+
+def _reply(line: str) -> str:
+    job = json.loads(line)
+    return json.dumps(asdict(carry_out(Path(job.pop("path")), **job)))
+
+
+if __name__ == "__main__":
+    answer_lines(_reply)

@@ -1,0 +1,134 @@
+"""Carries out the scenes of a study in workers, each outcome on file at once: one that was stopped goes on there."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Final
+
+from impact.files.atomic import check_writable
+from impact.progress import Progress, silent
+from seatfem.jobs import journal as lines
+from seatfem.jobs.batch import Lost, answers_at_once
+from seatfem.jobs.claims import claimed
+from seatfem.study.sweep.cases import Case
+from seatfem.study.sweep.outcome import Outcome
+
+JOURNAL: Final = "study.jsonl"
+STAGE: Final = "scenes"
+TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
+RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
+WORKER: Final = "seatfem.study.sweep.outcome"
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""In each worker, so that numbers do not depend on how many there are."""
+
+
+class StudyError(ValueError):
+    """A study that cannot be carried out; the message says why and what to do."""
+
+
+@contextmanager
+def folder_of_ours(folder: Path) -> Iterator[Path]:
+    """The journal in a folder that can be written to and that no other study is at work in.
+
+    Raises:
+        OutputError, StudyError: it is not so.
+    """
+    journal = folder / JOURNAL
+    check_writable(journal)
+    with claimed(folder / f".{JOURNAL}.lock", 0.0) as ours:
+        if not ours:
+            raise StudyError(f"{folder}: another sweep is at work there; wait for it, or choose another --output")
+        if journal.is_symlink():
+            raise StudyError(f"{journal}: is a link; remove it, or choose another --output")
+        yield journal
+
+
+def run_cases(
+    scene: Path,
+    cases: Sequence[Case],
+    journal: Path,
+    known: Mapping[str, Outcome],
+    *,
+    about: Mapping[str, object],
+    rounds: int,
+    workers: int,
+    limit: float,
+    retry: bool = False,
+    progress: Progress = silent,
+    heard: Callable[[Outcome], None] = lambda _: None,
+) -> dict[str, Outcome]:
+    """Outcomes by the cases' keys. Those ``known`` are not computed again; new ones go to the ``journal`` at once.
+
+    Args:
+        scene: its file.
+        about: the study, for the journal.
+        rounds: of refinement, at most, of each scene.
+        workers: processes.
+        limit: seconds of the clock for one scene; one that was stopped is tried again where it is given more.
+        retry: whether scenes without numbers are tried again, too.
+        heard: hears of each new outcome once it is on file; what it raises ends the study.
+    """
+    wanted = {case.key: case for case in cases}
+    found = {key: known[key] for key in wanted if key in known and not _again(known[key], limit, retry)}
+    pending = [case for key, case in wanted.items() if key not in found]
+    if pending:
+        lines.append(journal, {"study": about})
+    progress(STAGE, len(found) / len(wanted))
+
+    def carry_out(pending: list[Case], attempt: int = 1) -> None:
+        died, jobs = [], [_job(scene, case, rounds, found) for case in pending]
+        for number, answer in answers_at_once(
+            jobs, WORKER, workers=workers, limit=limit, renew=RENEW, own_session=True, environment=ONE_THREAD
+        ):
+            case = pending[number]
+            if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
+                died.append(case)
+                continue
+            outcome = _lost(answer, limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
+            append(journal, case, outcome)
+            found[case.key] = outcome
+            heard(outcome)
+            progress(STAGE, len(found) / len(wanted))
+        if died:
+            carry_out(died, attempt + 1)
+
+    carry_out([case for case in pending if case.key == case.leader])
+    carry_out([case for case in pending if case.key != case.leader])
+    return found
+
+
+def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
+    """A line for the worker; a seat that met the target of the first scene with it serves those that follow."""
+    leader = found.get(case.leader)
+    seat = leader.seat if leader is not None and leader.state == "done" else {}
+    return json.dumps({"path": str(scene), "changed": case.changed, "rounds": rounds, "seat": seat})
+
+
+def read_journal(path: Path) -> dict[str, Outcome]:
+    """Outcomes by key. A line that a kill cut short, or that is none of ours, is skipped."""
+    return lines.outcomes(path, "key", lambda changed, outcome: Outcome(**outcome))
+
+
+def append(path: Path, case: Case, outcome: Outcome) -> None:
+    """One more line, on file at once."""
+    lines.append(path, {"key": case.key, "changed": case.changed, "outcome": asdict(outcome)})
+
+
+def _again(outcome: Outcome, limit: float, retry: bool) -> bool:
+    return not outcome.has_numbers and (retry or (outcome.state == "stopped" and outcome.wall < limit))
+
+
+def _lost(answer: Lost, limit: float) -> Outcome:
+    if answer.hung:
+        return Outcome("stopped", f"no end within {limit:g} s (--limit)", limit)
+    told = answer.log.strip().splitlines() or ["no message"]
+    code = answer.code or 0
+    by = f"signal {signal.Signals(-code).name}" if -code in set(signal.Signals) else f"exit code {code}"
+    return Outcome("failed", f"the process died ({by}): {told[-1]}", answer.seconds)

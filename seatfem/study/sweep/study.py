@@ -1,0 +1,154 @@
+"""Study files: a scene, what varies of it, by which design, and what is asked of the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
+from seatfem.study.scene.load import load_table
+from seatfem.study.sweep.variations import AnyVariation, Variation
+
+Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobol_indices"]
+DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
+"""Designs that draw each value from its distribution."""
+POWERS: Final = ("sobol", "sobol_indices")
+"""Those whose number has to be a power of two: Sobol's points are even for no other."""
+MOST_KEYS: Final = 100
+DEEPEST: Final = 8  # parts of a key
+LONGEST: Final = 200  # characters of it
+OF_VARIATIONS: Final = {
+    field.alias or name for kind in kinds_below(Variation) for name, field in kind.model_fields.items()
+} - {"number"}  # of which a scene may have tables
+MOST_SCENES: Final = 1_000_000
+
+
+def _whole_key(key: str) -> str:
+    parts = key.split(".")
+    if not all(part.strip() for part in parts) or len(parts) > DEEPEST or len(key) > LONGEST:
+        raise ValueError(f"{key[:LONGEST]!r} is no key of a scene; write its tables and its name, as reed.thickness")
+    return key
+
+
+def _objective(text: str) -> str:
+    words = text.split()
+    if len(words) not in (1, 2) or (len(words) == 2 and words[0] not in ("min", "max")):
+        raise ValueError(f"{text!r}: write a key of summary.json, or 'max ' before one of which more is better")
+    return text
+
+
+Objective = Annotated[str, AfterValidator(_objective)]
+
+
+class Outputs(Table):
+    """What is asked of the table."""
+
+    measures: tuple[str, ...] = Field(
+        (),
+        max_length=MOST_KEYS,
+        description="keys of summary.json; those of the scene's accuracy.measures where absent",
+    )
+    pareto: tuple[Annotated[str, AfterValidator(_objective)], Annotated[str, AfterValidator(_objective)]] | None = (
+        Field(None, description="two measures, of which less is better, as 'max life_margin' more; none where absent")
+    )
+
+    def asked(self) -> tuple[str, ...]:
+        """All keys that are named, each once."""
+        return tuple(dict.fromkeys((*self.measures, *(text.split()[-1] for text in self.pareto or ()))))
+
+
+class Study(Table):
+    """Many scenes: one of them, with other values of some keys."""
+
+    title: str = Field("", description="for reports and pictures")
+    scene: ExistingFile = Field(description="the scene's file; what it does not state is chosen for each scene anew")
+    design: Design = Field("grid", description="how the values are combined")
+    number: int | None = Field(None, strict=True, ge=1, le=MOST_SCENES, description="scenes that are drawn")
+    seed: int = Field(1, strict=True, ge=0, lt=2**32, description="of what is drawn")
+    limit: int = Field(10_000, strict=True, ge=1, le=MOST_SCENES, description="scenes that are allowed at most")
+    vary: dict[Annotated[str, AfterValidator(_whole_key)], AnyVariation] = Field(
+        min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
+    )
+    outputs: Outputs = default({}, "what is asked of the table")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, given: object) -> object:
+        """[vary] with reed.thickness = ... as with "reed.thickness" = ..."""
+        if isinstance(given, Mapping) and isinstance(vary := given.get("vary"), Mapping):
+            return {**given, "vary": dict(_flat(vary))}
+        return given
+
+    @property
+    def heading(self) -> str:
+        """For people."""
+        return self.title or self.scene.stem.replace("_", " ")
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether values are drawn from distributions."""
+        return self.design in DRAWN
+
+    @property
+    def number_of_scenes(self) -> int:
+        """Of the design."""
+        if self.design == "grid":
+            numbers: list[int] = [len(each.levels(key)) for key, each in self.vary.items()]
+            return math.prod(numbers)
+        if self.design == "zip":
+            return len(next(iter(self.vary.values())).levels(""))
+        assert self.number is not None
+        return self.number * (len(self.vary) + 2 if self.design == "sobol_indices" else 1)
+
+    @model_validator(mode="after")
+    def _a_design(self) -> Self:
+        for key, each in self.vary.items():
+            if self.is_drawn:
+                each.check_drawn(f"vary.{key}")
+            else:
+                each.levels(f"vary.{key}")
+        if self.is_drawn and self.number is None:
+            raise KeyProblem("number", f"required key is missing: scenes that design = {self.design!r} draws")
+        if not self.is_drawn and self.number is not None:
+            raise KeyProblem(
+                "number", f"design = {self.design!r} draws none: its scenes are those of [vary]; remove it"
+            )
+        if self.design in POWERS and self.number is not None and self.number & (self.number - 1):
+            lower = 1 << (self.number.bit_length() - 1)
+            raise KeyProblem(
+                "number", f"{self.number} is no power of two, as Sobol's points need; {lower} is, or {2 * lower}"
+            )
+        if self.design == "zip":
+            lengths = {key: len(each.levels(key)) for key, each in self.vary.items()}
+            first, length = next(iter(lengths.items()))
+            for key, other in lengths.items():
+                if other != length:
+                    raise KeyProblem(
+                        f"vary.{key}", f"{other} values beside {length} of {first}: design = 'zip' takes one of each"
+                    )
+        if (count := self.number_of_scenes) > self.limit:
+            raise KeyProblem(
+                "limit", f"{count} scenes are more than limit = {self.limit}: vary less, or raise the limit"
+            )
+        return self
+
+
+def _flat(vary: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by dotted key; a table with a key of a variation is one, others hold further keys."""
+    for key, value in vary.items():
+        if isinstance(value, Mapping) and not OF_VARIATIONS & value.keys() and before.count(".") < DEEPEST:
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def load_study(path: Path | str) -> Study:
+    """Read a study file (TOML, up to 1 MB). Its scene is looked for from its own folder.
+
+    Raises `SceneError` with everything that is wrong, as `load_scene`; of the scenes themselves `cases_of` tells.
+    """
+    return load_table(path, Study)

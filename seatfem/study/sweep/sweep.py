@@ -1,0 +1,153 @@
+"""A study carried out: checked, run in workers, one table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pydantic import ValidationError
+
+from impact.progress import Progress, Tell, silent, untold
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.libraries import require_gmsh_libraries
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import SceneError, load_scene
+from seatfem.study.scene.problems import explain
+from seatfem.study.sweep.ahead import ahead
+from seatfem.study.sweep.cases import cases_of
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import StudyError, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.table import (
+    StudyTable,
+    as_frame,
+    check_measures,
+    measures_of,
+    table_of,
+    write_csv,
+    write_parquet,
+)
+
+LIMIT: Final = 3600.0  # s of the clock for one scene
+TABLE: Final = "study.csv"
+PARQUET: Final = "study.parquet"
+
+
+def run_study(
+    study: Study,
+    folder: Path,
+    *,
+    file: Path | None = None,
+    workers: int | None = None,
+    rounds: int = MOST_ROUNDS,
+    limit: float = LIMIT,
+    retry: bool = False,
+    progress: Progress = silent,
+    tell: Tell = untold,
+) -> StudyTable:
+    """Every scene of a study, and its table in study.csv (study.parquet where pyarrow is there).
+
+    Outcomes go to a journal in ``folder`` one by one and are taken from there: a study that was stopped at any moment
+    goes on where it was, with the same numbers. Scenes that fail stand in the table with their message.
+
+    Args:
+        file: of the study, for messages.
+        workers: processes [one a core, as far as the memory does].
+        rounds: of refinement of each scene, at most.
+        limit: seconds of the clock for one scene.
+        retry: whether scenes that have no numbers in the journal are tried again.
+        tell: hears how many scenes there are to compute, and what is predicted of them.
+
+    Raises:
+        SceneError: all that is wrong with the scenes, before anything runs.
+        StudyError: measures that no summary has, another sweep in the folder, numbers without meaning.
+        OutputError: ``folder`` cannot be written to. Also what plans raise.
+    """
+    Limits(rounds)
+    if workers is not None and workers < 1:
+        raise StudyError(f"--workers = {workers} must be at least 1")
+    if not (limit > 0 and math.isfinite(limit)):
+        raise StudyError(f"--limit = {limit:g} s must be positive and finite")
+    cases = cases_of(study, rounds, file=file)
+    scene = load_scene(study.scene, cases[0].changed)
+    if any(body.needs_gmsh for body in scene.bodies.values()):
+        require_gmsh_libraries()
+    measures = measures_of(study, scene)
+    with folder_of_ours(folder) as journal:
+        on_file = read_journal(journal)
+        known = {case.key: on_file[case.key] for case in cases if case.key in on_file}
+
+        def heard(outcome: Outcome) -> None:
+            check_measures(measures, outcome)
+
+        for outcome in [each for each in known.values() if each.has_numbers][:1]:
+            heard(outcome)
+        left = list({case.key: case for case in cases if case.key not in known}.values())
+        if left:
+            predicted = ahead(study.scene, left)
+            workers = workers or predicted.workers()
+            tell(predicted.in_words(workers))
+        if known:
+            tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
+        about = study.model_dump(mode="json", by_alias=True)
+        outcomes = run_cases(
+            study.scene, cases, journal, known, about=about, rounds=rounds, workers=workers or 1, limit=limit,
+            retry=retry, progress=progress, heard=heard,
+        )  # fmt: skip
+        table = table_of(study, cases, outcomes, measures)
+        write_csv(folder / TABLE, table.columns)
+        write_parquet(folder / PARQUET, table.columns)
+    return table
+
+
+def sweep(
+    scene: Path | str,
+    vary: Mapping[str, object],
+    *,
+    design: str = "grid",
+    number: int | None = None,
+    seed: int = 1,
+    limit: int = 10_000,
+    measures: Sequence[str] = (),
+    folder: Path | str | None = None,
+    workers: int = 1,
+    rounds: int = MOST_ROUNDS,
+    progress: Progress = silent,
+) -> Any:
+    """A study as a table: a pandas DataFrame where pandas is there, else lists by the names of the columns.
+
+        seatfem.sweep("scene.toml", {"contact.gap": ["0 mm", "0.1 mm"], "reed.n_modes": [10, 20]})
+
+    Args:
+        scene: its file.
+        vary: by dotted key a list of values as the file would have them, or a table as in [vary] (docs/studies.md).
+        design: "grid", "zip", "latin_hypercube", "sobol", "monte_carlo" or "sobol_indices".
+        number, seed: of what is drawn.
+        limit: scenes that are allowed at most.
+        measures: keys of summary.json; those of the scene's accuracy.measures where none.
+        folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
+        workers: processes.
+        rounds: of refinement of each scene, at most.
+
+    Returns:
+        One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "status" (done,
+        missed, stopped, failed), "wall_time_s", "message".
+
+    Raises:
+        SceneError, StudyError, OutputError: as `run_study`.
+    """
+    values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
+    given = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    given |= {"outputs": {"measures": list(measures)}, **({} if number is None else {"number": number})}
+    try:
+        study = Study.model_validate(given, context={"folder": Path()})
+    except ValidationError as error:
+        raise SceneError(explain(error, Study, given, Path(scene), {})) from None
+    with ExitStack() as ours:
+        place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
+        return as_frame(run_study(study, place, workers=workers, rounds=rounds, progress=progress).columns)

@@ -1,0 +1,138 @@
+"""The table of a study: one row a scene, with its values, measures, error bars and what became of it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cached_property
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.brief import brief
+from impact.files.atomic import whole_file, write_whole
+from seatfem.study.scene import Scene
+from seatfem.study.scene.measures import key_of
+from seatfem.study.sweep.cases import Case, columns_of
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.study import Study
+
+BAR: Final = "error_bar_"
+Columns = Mapping[str, Sequence[object]]
+
+
+@dataclass(frozen=True)
+class StudyTable:
+    """What came out of a study.
+
+    Attributes:
+        study: what was asked.
+        parameters: columns of what varies, as "reed.thickness [mm]", in the order of the study.
+        measures: columns of what is asked; beside each that has one its error bar, "error_bar_" + its name, SI.
+        columns: all of them, by scene; ``None`` where a scene tells nothing.
+    """
+
+    study: Study
+    parameters: tuple[str, ...]
+    measures: tuple[str, ...]
+    columns: Columns
+
+    __repr__ = brief
+
+    def __len__(self) -> int:
+        return len(self.columns["scene"])
+
+    def numbers(self, name: str) -> NDArray[np.float64]:
+        """(scenes,) a column; nan where it is no number."""
+        values = self.columns.get(name, [None] * len(self))
+        return np.array([float(v) if isinstance(v, int | float) else np.nan for v in values])
+
+    def is_text(self, name: str) -> bool:
+        """Whether a column holds names."""
+        return any(isinstance(value, str) for value in self.columns[name])
+
+    @cached_property
+    def has_numbers(self) -> NDArray[np.bool_]:
+        """(scenes,) which were carried out."""
+        return np.array([state in ("done", "missed") for state in self.columns["status"]])
+
+    def failures(self) -> list[str]:
+        """What became of the scenes without numbers, in words."""
+        shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
+        return [
+            f"scene {number} ({', '.join(f'{key} = {v}' for key, v in zip(self.parameters, row, strict=True))}): "
+            f"{state}: {message}"
+            for number, state, message, *row in shown
+            if state not in ("done", "missed")
+        ]
+
+
+def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
+    """Keys of summary.json that the study asks for; where it names none those that its first scene's accuracy does."""
+    named = study.outputs.measures
+    usual = () if named else tuple(map(key_of, first.accuracy.measures))
+    return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
+
+
+def check_measures(measures: Sequence[str], outcome: Outcome) -> None:
+    """Raises `StudyError` of keys that a scene's summary does not have."""
+    if not outcome.has_numbers:
+        return
+    for name in measures:
+        if name not in outcome.summary:
+            close = get_close_matches(name, outcome.summary, n=3)
+            remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "seatfem run tells which there are"
+            raise StudyError(f"outputs: summary.json of these scenes has no single value {name!r}; {remedy}")
+
+
+def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
+    """One row for each case."""
+    found = [outcomes[case.key] for case in cases]
+    parameters = columns_of(cases, study)
+    columns: dict[str, list[object]] = {"scene": [case.number for case in cases], **parameters}
+    for name in measures:
+        columns[name] = [outcome.summary.get(name) for outcome in found]
+        bars: list[object] = [outcome.summary.get(BAR + name) for outcome in found]
+        if any(bar is not None for bar in bars):
+            columns[BAR + name] = bars
+    columns["status"] = [outcome.state for outcome in found]
+    columns["wall_time_s"] = [outcome.wall for outcome in found]
+    columns["message"] = [" ".join(outcome.message.split()) for outcome in found]
+    return StudyTable(study, tuple(parameters), tuple(measures), columns)
+
+
+def write_csv(path: Path, columns: Columns) -> None:
+    """All digits of every number, nothing where there is none; whole or absent."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    write_whole(path, text.getvalue().encode("utf-8"))
+
+
+def write_parquet(path: Path, columns: Columns) -> bool:
+    """The same for programs that read Parquet, if pyarrow is there; whole or absent."""
+    if find_spec("pyarrow") is None:
+        return False
+    import pyarrow
+    import pyarrow.parquet
+
+    with whole_file(path) as temporary:
+        pyarrow.parquet.write_table(pyarrow.table({name: list(column) for name, column in columns.items()}), temporary)
+    return True
+
+
+def as_frame(columns: Columns) -> Any:
+    """A pandas DataFrame where pandas is there, else the columns."""
+    if find_spec("pandas") is None:
+        return columns
+    import pandas
+
+    return pandas.DataFrame(columns)

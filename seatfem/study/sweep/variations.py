@@ -1,0 +1,268 @@
+"""[vary]: the values that one key of a scene takes, as a list, a range or a distribution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from seatfem.fields import KeyProblem, Table, kinds_below, one_of
+from seatfem.units import number_and_unit
+
+MOST: Final = 10_000  # values of a key
+EDGE: Final = 2.0**-53  # of the shares at which distributions without bounds are taken
+Value = Any
+"""As a scene file has it: "0.3 mm", 5, "signorini"."""
+
+
+def _quantity(value: object) -> tuple[float, str]:
+    """Number and unit, as written."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
+    number, unit = number_and_unit(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{value!r} is not finite")
+    return number, unit
+
+
+Quantity = Annotated[tuple[float, str], BeforeValidator(_quantity)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Variation(Table):
+    """The values of one key. A subclass with a ``kind`` is one more way to state them."""
+
+    kind: str
+
+    @property
+    def unit(self) -> str:
+        """Of its numbers, as the file has it; "" of pure numbers and of what are none."""
+        return ""
+
+    def levels(self, keys: str) -> tuple[Value, ...]:
+        """For grids; raises `KeyProblem` where there are none. ``keys``: the dotted key, for messages."""
+        raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
+
+    def at(self, share: float) -> Value:
+        """The value below which this share (0..1) of all lies."""
+        raise NotImplementedError
+
+    def check_drawn(self, keys: str) -> None:
+        """Raises `KeyProblem` of what a design that draws values cannot heed."""
+
+    def written(self, number: float) -> Value:
+        """A number as a scene file has it."""
+        return f"{number!r} {self.unit}" if self.unit else number
+
+
+def _one_unit(**given: tuple[float, str] | None) -> None:
+    """Raises `KeyProblem` where quantities have several units."""
+    units = {key: each[1] for key, each in given.items() if each is not None}
+    first = next(iter(units.values()))
+    for key, unit in units.items():
+        if unit != first:
+            raise KeyProblem(key, f"is in {unit or 'no unit'}, another in {first or 'none'}: give all in one unit")
+
+
+def _rising(low: tuple[float, str], high: tuple[float, str]) -> None:
+    if not low[0] < high[0]:
+        raise KeyProblem("to", f"{high[0]:g} is not above from = {low[0]:g}")
+
+
+class Listed(Variation):
+    """Written as a plain list; designs that draw take each entry as often as the others."""
+
+    kind: Literal["list"]
+    values: tuple[Value, ...] = Field(min_length=1, max_length=MOST)
+
+    @property
+    def unit(self) -> str:
+        numbers = self.numbers()
+        return numbers[0][1] if numbers else ""
+
+    def numbers(self) -> list[tuple[float, str]]:
+        """Of all values in one unit; none where one is something else."""
+        try:
+            found = [_quantity(value) for value in self.values]
+        except ValueError:
+            return []
+        return found if len({unit for _, unit in found}) == 1 else []
+
+    def levels(self, keys: str) -> tuple[Value, ...]:
+        return self.values
+
+    def at(self, share: float) -> Value:
+        return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+
+
+class Range(Variation):
+    """From one value to another: ``number`` levels in grids, anything between in designs that draw."""
+
+    kind: Literal["range"]
+    low: Quantity = Field(alias="from", description="lowest value")
+    high: Quantity = Field(alias="to", description="highest value")
+    number: int | None = Field(None, strict=True, ge=2, le=MOST, description="of levels")
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _between(self) -> Self:
+        _one_unit(**{"from": self.low, "to": self.high})
+        _rising(self.low, self.high)
+        if self.scale == "log" and self.low[0] <= 0:
+            raise KeyProblem("from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it")
+        return self
+
+    @property
+    def unit(self) -> str:
+        return self.low[1]
+
+    def levels(self, keys: str) -> tuple[Value, ...]:
+        if self.number is None:
+            raise KeyProblem(f"{keys}.number", "required key is missing: levels of the range, for this design")
+        return tuple(self.at(step / (self.number - 1)) for step in range(self.number))
+
+    def at(self, share: float) -> Value:
+        low, high = self.low[0], self.high[0]
+        if share in (0.0, 1.0):
+            return self.written(high if share else low)
+        if self.scale == "log":
+            return self.written(low * (high / low) ** share)
+        return self.written(low + (high - low) * share)
+
+    def check_drawn(self, keys: str) -> None:
+        if self.number is not None:
+            raise KeyProblem(f"{keys}.number", "this design draws anywhere between from and to; remove the key")
+
+
+class Uniform(Range):
+    """Any value between two, or with ``scale = "log"`` any of their logarithms', as likely as another."""
+
+    kind: Literal["uniform"]  # type: ignore[assignment]
+
+    def levels(self, keys: str) -> tuple[Value, ...]:
+        return Variation.levels(self, keys)
+
+
+class Normal(Variation):
+    """Gauss's distribution."""
+
+    kind: Literal["normal"]
+    mean: Quantity = Field(description="mean value")
+    deviation: Quantity = Field(description="standard deviation")
+
+    @model_validator(mode="after")
+    def _spread(self) -> Self:
+        _one_unit(mean=self.mean, deviation=self.deviation)
+        if not self.deviation[0] > 0:
+            raise KeyProblem("deviation", f"{self.deviation[0]:g} is not positive")
+        return self
+
+    @property
+    def unit(self) -> str:
+        return self.mean[1]
+
+    def at(self, share: float) -> Value:
+        return self.written(self.mean[0] + self.deviation[0] * _normal(share))
+
+
+class TruncatedNormal(Normal):
+    """Gauss's distribution within bounds: mean and deviation are those of the whole bell."""
+
+    kind: Literal["truncated_normal"]  # type: ignore[assignment]
+    low: Quantity = Field(alias="from", description="lowest value")
+    high: Quantity = Field(alias="to", description="highest value")
+
+    @model_validator(mode="after")
+    def _between(self) -> Self:
+        _one_unit(**{"mean": self.mean, "from": self.low, "to": self.high})
+        _rising(self.low, self.high)
+        if self._inside() < 1e-9:
+            raise KeyProblem("from", f"{self.low[0]:g} to {self.high[0]:g} holds next to nothing of the distribution")
+        return self
+
+    def _below(self, value: float) -> float:
+        from scipy.special import ndtr  # for load time
+
+        return float(ndtr((value - self.mean[0]) / self.deviation[0]))
+
+    def _inside(self) -> float:
+        return self._below(self.high[0]) - self._below(self.low[0])
+
+    def at(self, share: float) -> Value:
+        found = self.mean[0] + self.deviation[0] * _normal(self._below(self.low[0]) + share * self._inside())
+        return self.written(min(max(found, self.low[0]), self.high[0]))
+
+
+class LogNormal(Variation):
+    """The logarithm is normal: median exp(sigma z), z standard normal."""
+
+    kind: Literal["lognormal"]
+    median: Quantity = Field(description="value that half of all lie below")
+    sigma: float = Field(gt=0, le=5, description="standard deviation of the natural logarithm")
+
+    @model_validator(mode="after")
+    def _positive(self) -> Self:
+        if not self.median[0] > 0:
+            raise KeyProblem("median", f"{self.median[0]:g} is not positive")
+        return self
+
+    @property
+    def unit(self) -> str:
+        return self.median[1]
+
+    def at(self, share: float) -> Value:
+        return self.written(self.median[0] * math.exp(self.sigma * _normal(share)))
+
+
+class Tabled(Variation):
+    """A measured distribution: values, and the share of all that lies below each; in between a line."""
+
+    kind: Literal["table"]
+    points: tuple[tuple[Quantity, Share], ...] = Field(
+        min_length=2, max_length=MOST, description="[value, share below it], from 0 to 1"
+    )
+
+    @model_validator(mode="after")
+    def _rising_from_0_to_1(self) -> Self:
+        _one_unit(**{f"points.{number}": value for number, (value, _) in enumerate(self.points)})
+        values, shares = np.array([(value[0], share) for value, share in self.points]).T
+        if np.any(np.diff(values) <= 0) or np.any(np.diff(shares) < 0):
+            raise KeyProblem("points", "values and shares must rise from one point to the next")
+        if shares[0] != 0 or shares[-1] != 1:
+            raise KeyProblem("points", f"the shares go from {shares[0]:g} to {shares[-1]:g}: begin with 0, end with 1")
+        return self
+
+    @property
+    def unit(self) -> str:
+        return self.points[0][0][1]
+
+    def at(self, share: float) -> Value:
+        values, shares = zip(*((value[0], below) for value, below in self.points), strict=True)
+        return self.written(float(np.interp(share, shares, values)))
+
+
+def _normal(share: float) -> float:
+    """The inverse of the standard normal distribution."""
+    from scipy.special import ndtri  # for load time
+
+    return float(ndtri(min(max(share, EDGE), 1 - EDGE)))
+
+
+def _as_table(given: object) -> object:
+    """A list is one of kind "list", a single value a list of one; a table with ``from`` and no kind is a range."""
+    if isinstance(given, str | int | float):
+        return {"kind": "list", "values": [given]}
+    if isinstance(given, list | tuple):
+        return {"kind": "list", "values": given}
+    if isinstance(given, Mapping) and "kind" not in given and "from" in given:
+        return {**given, "kind": "range"}
+    return given
+
+
+if TYPE_CHECKING:
+    AnyVariation = Variation
+else:
+    AnyVariation = Annotated[one_of(kinds_below(Variation)), BeforeValidator(_as_table)]

@@ -1,0 +1,363 @@
+"""Studies carried out: same numbers however they are stopped and shared out, nothing computed twice, failures kept."""
+
+import csv
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+import seatfem
+from impact.files.atomic import OutputError
+from seatfem.jobs.claims import claimed
+from seatfem.jobs.journal import JournalError
+from seatfem.structures.errors import ModelError
+from seatfem.study.planning.plan import Plan
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.sweep import ahead
+from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import TABLE, run_study
+from seatfem.study.sweep.table import write_parquet
+
+ROOT = Path(__file__).parents[2]
+posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+BALL = """[reed]
+kind = "rigid_mass"
+mass = "1 g"
+velocity = "-1 m/s"
+[run]
+duration = "0.2 ms"
+"""
+SPRING = f'[seat]\nkind = "spring"\nstiffness = "1 N/um"\n{BALL}'
+MESHED = f"""[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+lip_height = "0.5 mm"
+outer_radius = "12 mm"
+thickness = "8 mm"
+material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}
+damping_ratio = 0.1
+fixed = "underside"
+{BALL}[accuracy]
+target = "10 %"
+"""
+DRAWN = """design = "monte_carlo"
+number = {}
+[vary]
+reed.mass = {{ kind = "normal", mean = "1 g", deviation = "0.1 g" }}
+"""
+
+
+def study_file(folder: Path, text: str, scene: str = SPRING) -> Path:
+    (folder / "scene.toml").write_text(scene, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(f'scene = "scene.toml"\n{text}', encoding="utf-8")
+    return path
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    """Without what the clock says."""
+    with (folder / TABLE).open(newline="", encoding="utf-8") as file:
+        return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
+
+
+def in_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Workers' jobs are answered here, which saves their start; gives the jobs."""
+    jobs: list[str] = []
+
+    def answered(given: list[str], *_: object, **__: object):
+        for number, job in enumerate(given):
+            jobs.append(job)
+            yield number, one._reply(job)
+
+    monkeypatch.setattr("seatfem.study.sweep.runner.answers_at_once", answered)
+    return jobs
+
+
+def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
+    in_process(monkeypatch)
+    text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
+    path = study_file(tmp_path, text)
+    table = run_study(load_study(path), tmp_path / "out", file=path)
+    assert table.parameters == ("reed.mass [g]", "reed.velocity [m/s]")
+    assert table.measures == ("impulse_Ns", "filtered_peak_force_N")
+    assert list(table.columns["status"]) == ["done"] * 4
+    for mass, speed, impulse, bar, peak, peak_bar in zip(
+        *(table.numbers(name) for name in list(table.columns)[1:7]), strict=True
+    ):
+        assert impulse == pytest.approx(-2e-3 * mass * speed, abs=max(bar, 1e-12))
+        assert peak == pytest.approx(-speed * (1e6 * mass * 1e-3) ** 0.5, abs=peak_bar)
+    [last] = [row for row in rows(tmp_path / "out") if (row["reed.mass [g]"], row["scene"]) == ("4.0", "4")]
+    alone = run_scene(load_scene(path.parent / "scene.toml", {"reed.mass": "4 g", "reed.velocity": "-2 m/s"}), tmp_path)
+    assert float(last["impulse_Ns"]) == alone.summary["impulse_Ns"]
+
+
+def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
+    jobs = in_process(monkeypatch)
+    out = tmp_path / "out"
+    run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
+    assert len(jobs) == 2
+    larger = 'design = "zip"\n[vary]\nreed.mass = ["1 g", "2 g", "3 g"]\n[outputs]\nmeasures = ["restitution"]'
+    table = run_study(load_study(study_file(tmp_path, larger)), out)
+    assert len(jobs) == 3
+    assert table.measures == ("restitution",)
+    assert table.numbers("restitution") == pytest.approx([1, 1, 1], abs=5e-3)  # of its step
+    run_study(load_study(study_file(tmp_path, larger)), out)
+    assert len(jobs) == 3
+
+
+def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_test: Path) -> None:
+    """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
+    text = '[vary]\nreed.mass = ["1 g", "1.1 g", "0.9 g", "1.2 g"]'
+    path = study_file(tmp_path, text, MESHED)
+    run_study(load_study(path), tmp_path / "one", workers=1)
+    kept = {file: file.stat().st_mtime_ns for file in store_of_the_test.glob("*.h5")}
+    run_study(load_study(path), tmp_path / "two", workers=2)
+    assert len(kept) == 2  # with the coarser one behind its error
+    assert {file.name for file in store_of_the_test.glob("*.h5")} == {file.name for file in kept}
+    assert rows(tmp_path / "one") == rows(tmp_path / "two")
+    journals = [read_journal(tmp_path / name / JOURNAL) for name in ("one", "two")]
+    of_the_work = ("time_s", "memory", "seat_model", "reused")
+    for key, first in journals[0].items():
+        second = journals[1][key].summary
+        different = {name for name in first.summary.keys() & second.keys() if second[name] != first.summary[name]}
+        assert [name for name in different if not any(word in name for word in of_the_work)] == []
+
+
+def kill_at_random(command: list[str], journal: Path, chance: random.Random, most: int) -> bool:
+    """Start the program and end it by SIGKILL once it has put some more lines into the journal, or is about to; whether
+    it had not ended by itself."""
+    before = len(journal.read_bytes().splitlines()) if journal.exists() else 0
+    wanted, pause = before + chance.randint(0, most), chance.random() * chance.choice([0.02, 0.2, 2.0])
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        while process.poll() is None:
+            if journal.exists() and len(journal.read_bytes().splitlines()) >= wanted:
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(pause)
+                break
+            time.sleep(0.005)
+        alive = process.poll() is None
+        process.send_signal(signal.SIGKILL)
+    return alive
+
+
+@posix
+@pytest.mark.parametrize("kills", [pytest.param(5, id="5"), pytest.param(50, marks=pytest.mark.slow, id="50")])
+def test_a_study_survives_kills_at_any_moment(kills: int, tmp_path: Path) -> None:
+    """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed."""
+    scenes = 2 * kills
+    path = study_file(tmp_path, DRAWN.format(scenes))
+    run_study(load_study(path), tmp_path / "whole", workers=1)
+    out = tmp_path / "out"
+    journal, chance = out / JOURNAL, random.Random(kills)
+    command = [sys.executable, "-m", "seatfem", "sweep", str(path), "-o", str(out), "--workers", "1", "--no-pictures"]
+    done = sum(kill_at_random(command, journal, chance, 3) for _ in range(kills))
+    assert done >= 4 * kills // 5
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    assert rows(out) == rows(tmp_path / "whole")
+    lines = [json.loads(line) for line in journal.read_text(encoding="utf-8").splitlines()]
+    times = Counter(line["key"] for line in lines if "key" in line)
+    assert len(times) == scenes
+    assert set(times.values()) == {1}
+    assert not list(out.glob(".*-*"))  # nothing half-written is left by the one that ended well
+
+
+def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit code 1, its message and values; tried again when it is asked for."""
+    text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
+    jobs = in_process(monkeypatch)
+    real = one._carried_out
+
+    def failing(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+        if changed["seat.mesh.size"] == "60 mm":
+            raise RuntimeError("no mesh\nof that kind")
+        return real(path, changed, rounds)
+
+    monkeypatch.setattr(one, "_carried_out", failing)
+    path = study_file(tmp_path, text, MESHED)
+    table = run_study(load_study(path), tmp_path / "out")
+    assert list(table.columns["status"])[1] == "failed"
+    [told] = table.failures()
+    assert told.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
+    assert rows(tmp_path / "out")[1]["message"] == "RuntimeError: no mesh of that kind"
+    assert rows(tmp_path / "out")[1]["impulse_Ns"] == ""
+    monkeypatch.setattr(one, "_carried_out", real)
+    run_study(load_study(path), tmp_path / "out")
+    assert len(jobs) == 2
+    again = run_study(load_study(path), tmp_path / "out", retry=True)
+    assert len(jobs) == 3
+    assert again.has_numbers.all()
+
+
+def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The prediction does without it; but not without any."""
+    in_process(monkeypatch)
+    real = ahead.plan_scene
+
+    def planned(scene: Scene, *given: object, **named: object) -> Plan:
+        if scene.run.duration > longest:
+            raise ModelError("too long")
+        return real(scene, *given, **named)
+
+    longest = 0.5e-3
+    monkeypatch.setattr(ahead, "plan_scene", planned)
+    path = study_file(tmp_path, '[vary]\nrun.duration = ["0.2 ms", "1 ms"]')
+    assert run_study(load_study(path), tmp_path / "out").has_numbers.all()
+    longest = 0.0
+    with pytest.raises(ModelError, match="too long"):
+        run_study(load_study(path), tmp_path / "other")
+
+
+@posix
+def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is given one more chance if it dies, and more time if more is given."""
+    module = "tests.study.dying_worker"
+    monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", module)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]')
+    table = run_study(load_study(path), tmp_path / "out", limit=1.5)
+    assert list(table.columns["status"]) == ["done", "failed", "stopped"]
+    assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
+    assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
+    lines = (tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 4
+    run_study(load_study(path), tmp_path / "out", limit=1.0)
+    assert len((tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()) == 4
+    run_study(load_study(path), tmp_path / "out", limit=1.6)
+    assert len((tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines()) == 6
+
+
+def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jobs = in_process(monkeypatch)
+    path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
+    for _ in range(2):  # at once, the second time from the journal
+        with pytest.raises(StudyError, match=r"'impulse_N'; did you mean .*'impulse_Ns'"):
+            run_study(load_study(path), tmp_path / "out")
+    assert len(jobs) == 1
+
+
+@posix
+def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_process(monkeypatch)
+    path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
+    out.mkdir()
+    mine = tmp_path / "mine"
+    mine.write_text("mine", encoding="utf-8")
+    (out / JOURNAL).symlink_to(mine)
+    with pytest.raises(StudyError, match="is a link"):
+        run_study(load_study(path), out)
+    (out / JOURNAL).unlink()
+    os.mkfifo(out / JOURNAL)
+    with pytest.raises(JournalError, match="is a pipe"):
+        run_study(load_study(path), out)
+    (out / JOURNAL).unlink()
+    (out / TABLE).symlink_to(mine)
+    run_study(load_study(path), out)
+    assert mine.read_text(encoding="utf-8") == "mine"
+    assert not (out / TABLE).is_symlink()
+    with pytest.raises(OutputError, match="choose another place"):
+        run_study(load_study(path), mine / "out")
+
+
+def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jobs = in_process(monkeypatch)
+    path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
+    run_study(load_study(path), out)
+    before = rows(out)
+    lines = (out / JOURNAL).read_text(encoding="utf-8").splitlines()
+    strange = [
+        lines[2].replace('"done"', '"fine"'),
+        lines[2].replace('"wall": ', '"wall": "x", "was": '),
+        json.dumps(json.loads(lines[2]) | {"outcome": {"state": "done", "summary": {"impulse_Ns": [1]}}}),
+        json.dumps(json.loads(lines[2]) | {"outcome": 3}),
+    ]
+    (out / JOURNAL).write_text("\n".join([lines[1], *strange, "\x00", lines[3][:-9]]), encoding="utf-8")
+    run_study(load_study(path), out)
+    assert rows(out) == before
+    assert len(jobs) == 5
+
+
+@posix
+def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
+    path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
+    with (
+        claimed(out / f".{JOURNAL}.lock", 0.0),
+        pytest.raises(StudyError, match="another sweep is at work there"),
+    ):
+        run_study(load_study(path), out)
+
+
+@posix
+def test_a_claim_is_one_programs(tmp_path: Path) -> None:
+    """Two processes that take it in turn never hold it at once; a killed one holds nothing."""
+    code = (
+        "import sys, time\nfrom pathlib import Path\nfrom seatfem.jobs.claims import claimed\n"
+        "place = Path(sys.argv[1])\n"
+        "for _ in range(40):\n"
+        "    with claimed(place / 'lock', 60) as ours:\n"
+        "        assert ours\n"
+        "        (place / 'inside').touch(exist_ok=False)\n"
+        "        time.sleep(0.002)\n"
+        "        (place / 'inside').unlink()\n"
+    )
+    both = [
+        subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], env=os.environ | {"PYTHONPATH": str(ROOT)})
+        for _ in range(3)
+    ]
+    assert [each.wait() for each in both] == [0, 0, 0]
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "lock").touch()
+    with claimed(tmp_path / "lock", 0.0) as ours:
+        assert ours
+        with claimed(tmp_path / "lock", 0.05) as other:
+            assert not other
+
+
+def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_process(monkeypatch)
+    (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
+    vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
+    monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
+    found = seatfem.sweep(
+        tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
+    )
+    assert list(found) == [
+        "scene", "reed.mass [g]", "restitution", "impulse_Ns", "error_bar_impulse_Ns", "status", "wall_time_s",
+        "message",
+    ]  # fmt: skip
+    assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+    with pytest.raises(SceneError, match="number: required key is missing"):
+        seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
+    with pytest.raises(SceneError, match=r"vary\.reed\.mas: scene 1 of 1"):
+        seatfem.sweep(tmp_path / "scene.toml", {"reed.mas": ["1 g"]})
+
+
+def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
+    """Where they are installed; else no file."""
+    columns = {"scene": [1, 2], "a": [0.1, None], "name": ["x", "y"]}
+    try:
+        import pandas
+        import pyarrow  # noqa: F401
+    except ImportError:
+        assert not write_parquet(tmp_path / "a.parquet", columns)
+        assert not list(tmp_path.iterdir())
+        return
+    assert write_parquet(tmp_path / "a.parquet", columns)
+    found = pandas.read_parquet(tmp_path / "a.parquet")
+    assert found["a"][0] == 0.1
+    assert list(found) == list(columns)

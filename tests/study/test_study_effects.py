@@ -1,0 +1,175 @@
+"""What follows from a table: against scipy, closed forms and values that are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from seatfem.study.sweep import effects
+from seatfem.study.sweep.design import shares_of
+from seatfem.study.sweep.reports import reports_of, write_reports
+from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.table import StudyTable
+
+KEYS = ("reed.a", "reed.b", "reed.c")
+PARETO = {"pareto": ["first", "max second"]}
+
+
+def study(design: str, number: int | None, keys: tuple[str, ...] = KEYS, **others: object) -> Study:
+    each: object = {"kind": "uniform", "from": -np.pi, "to": np.pi} if number else [1.0, 2.0, 3.0, 4.0]
+    given = {
+        "scene": str(Path(__file__)),
+        "design": design,
+        "limit": 100_000,
+        "vary": dict.fromkeys(keys, each),
+        **others,
+    }
+    return Study.model_validate(given | ({"number": number} if number else {}))
+
+
+def table(made: Study, x: np.ndarray, **measures: np.ndarray) -> StudyTable:
+    columns: dict[str, list[object]] = {"scene": list(range(1, len(x) + 1))}
+    columns |= {key: x[:, place].tolist() for place, key in enumerate(made.vary)}
+    columns |= {name: [None if np.isnan(v) else float(v) for v in values] for name, values in measures.items()}
+    columns["status"] = ["done" if np.isfinite(v) else "failed" for v in next(iter(measures.values()))]
+    columns["message"] = [""] * len(x)
+    return StudyTable(made, tuple(made.vary), tuple(measures), columns)
+
+
+def ishigami(x: np.ndarray) -> np.ndarray:
+    return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def ishigami_table(number: int, failed: int = 0) -> StudyTable:
+    made = study("sobol_indices", number)
+    x = -np.pi + 2 * np.pi * shares_of(made)
+    y = ishigami(x)
+    y[:failed] = np.nan
+    return table(made, x, y=y)
+
+
+def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
+    """Ishigami and Homma (1990), a = 7, b = 0.1, in closed form."""
+    pi, a, b = np.pi, 7.0, 0.1
+    v1, v2, v13 = 0.5 * (1 + b * pi**4 / 5) ** 2, a**2 / 8, 8 * b**2 * pi**8 / 225
+    return np.array([v1, v2, 0]) / (v1 + v2 + v13), np.array([v1 + v13, v2, v13]) / (v1 + v2 + v13)
+
+
+def test_indices_of_a_known_function() -> None:
+    """With 4096 blocks scipy's own documentation tells errors of about 0.01; here they are within their intervals."""
+    [found] = effects.sobol_indices(ishigami_table(4096))
+    first, total = ishigami_indices()
+    assert found.first == pytest.approx(first, abs=0.012)
+    assert found.total == pytest.approx(total, abs=0.012)
+    for value, interval in ((first, found.first_interval), (total, found.total_interval)):
+        assert np.all((interval[0] - 1e-9 <= value) & (value <= interval[1] + 1e-9))
+        assert np.all(np.ptp(interval, axis=0) < 0.1)
+
+
+def test_indices_are_those_of_scipy() -> None:
+    made = ishigami_table(64)
+    blocks = made.numbers("y").reshape(5, 1, 64)
+    exact = stats.sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=64)
+    [found] = effects.sobol_indices(made)
+    assert found.first == pytest.approx(exact.first_order, rel=1e-12)
+    assert found.total == pytest.approx(exact.total_order, rel=1e-12)
+    spread = exact.bootstrap()
+    for mine, theirs in ((found.first_interval, spread.first_order), (found.total_interval, spread.total_order)):
+        width = theirs.confidence_interval.high - theirs.confidence_interval.low  # theirs are BCa, unseeded
+        assert np.ptp(mine, axis=0) == pytest.approx(width, rel=0.4)
+
+
+def test_indices_without_the_blocks_that_failed() -> None:
+    [found] = effects.sobol_indices(ishigami_table(1024, failed=24))
+    assert found.blocks == 1000
+    assert found.first == pytest.approx(ishigami_indices()[0], abs=0.03)
+    again = effects.sobol_indices(ishigami_table(1024, failed=24))[0]
+    assert np.array_equal(found.first_interval, again.first_interval)
+
+
+def test_main_effects_of_a_grid() -> None:
+    """Of y = 3 a + b c: the means over the others, exactly."""
+    made = study("grid", None)
+    x = np.array(np.meshgrid(*[[1.0, 2.0, 3.0, 4.0]] * 3, indexing="ij")).reshape(3, -1).T
+    y = 3 * x[:, 0] + x[:, 1] * x[:, 2]
+    of_a, of_b, of_c = effects.main_effects(table(made, x, y=y))
+    assert of_a.at == [1, 2, 3, 4]
+    assert of_a.mean == pytest.approx([3 * a + 6.25 for a in (1, 2, 3, 4)], rel=1e-14)
+    assert of_b.mean == pytest.approx([7.5 + 2.5 * b for b in (1, 2, 3, 4)], rel=1e-14)
+    assert of_b.error == pytest.approx([np.std(y[x[:, 1] == b], ddof=1) / 4 for b in (1, 2, 3, 4)], rel=1e-12)
+    assert of_c.count.tolist() == [16] * 4
+
+
+def test_main_effects_of_what_is_drawn_are_of_equal_groups() -> None:
+    made = study("latin_hypercube", 400)
+    x = shares_of(made)
+    of_a, of_b, _ = effects.main_effects(table(made, x, y=2 * x[:, 0]))
+    assert of_a.mean == pytest.approx(2 * np.array(of_a.at), rel=1e-12)
+    assert len(of_a.at) == effects.MOST_LEVELS
+    assert of_a.count.max() - of_a.count.min() <= 1
+    assert np.all(np.abs(of_b.mean - 1.0) < 4 * of_b.error)
+
+
+def test_percentiles_and_their_confidence() -> None:
+    """Of 10,000 normal values: 4 standard errors of a percentile; intervals by order statistics hold the true ones."""
+    made = study("monte_carlo", 10_000, KEYS[:1])
+    x = shares_of(made)
+    y = stats.norm.ppf(x[:, 0])
+    [band] = effects.tolerance_bands(table(made, x, y=y, error_bar_y=np.full(10_000, 0.1)))[:1]
+    exact = stats.norm.ppf([0.05, 0.5, 0.95])
+    assert band.at == pytest.approx(exact, abs=0.085)
+    assert np.all((band.interval[0] < exact) & (exact < band.interval[1]))
+    assert np.ptp(band.interval, axis=0) == pytest.approx([0.083, 0.049, 0.083], rel=0.3)  # 2*1.96 sqrt(p(1-p)/n)/pdf
+    assert band.bar == 0.1
+
+
+def test_percentiles_are_of_the_two_samples_alone() -> None:
+    made = ishigami_table(64)
+    [band] = effects.tolerance_bands(made)
+    assert np.array_equal(band.sample, np.sort(made.numbers("y")[:128]))
+    assert np.isnan(band.interval).all()
+
+
+def test_the_front_heeds_which_way_is_better() -> None:
+    made = study("zip", None, KEYS[:1], outputs=PARETO)
+    x = np.arange(5.0)[:, None]
+    found = table(made, x, first=np.array([1.0, 2, 3, 2, np.nan]), second=np.array([1.0, 3, 2, 0, 9]))
+    assert effects.front(found) == [0, 1]
+
+
+WHAT = {
+    ("grid", 1): {"main_effects"},
+    ("grid", 2): {"main_effects", "scatter"},
+    ("zip", 1): {"main_effects"},
+    ("zip", 2): {"scatter"},
+    ("monte_carlo", 2): {"main_effects", "percentiles", "scatter"},
+    ("sobol_indices", 2): {"main_effects", "percentiles", "scatter", "sobol_indices"},
+}
+
+
+@pytest.mark.parametrize(("design", "keys"), WHAT)
+def test_nothing_is_drawn_that_means_nothing(design: str, keys: int, tmp_path: Path) -> None:
+    made = study(design, 32 if design in ("monte_carlo", "sobol_indices") else None, KEYS[:keys])
+    x = shares_of(made) if made.is_drawn else np.random.default_rng(1).random((8, keys))
+    assert {name for name, _, _ in reports_of(table(made, x, y=x.sum(axis=1)))} == WHAT[design, keys]
+    assert list(reports_of(table(made, x, y=np.ones(len(x))))) == []  # nothing changes
+    assert list(reports_of(table(made, x, y=np.full(len(x), np.nan)))) == []
+
+
+def test_all_reports_are_drawn(tmp_path: Path) -> None:
+    """With names in a column, scenes that failed, and a front."""
+    made = study("sobol_indices", 16, KEYS[:2], outputs=PARETO)
+    x = shares_of(made)
+    y = x[:, 0] + x[:, 1] ** 2
+    y[3] = np.nan
+    found = table(made, x, first=y, second=x[:, 0] - y)
+    named = {**found.columns, KEYS[1]: ["wide" if value > 0.5 else "narrow" for value in x[:, 1]]}
+    for each in (found, StudyTable(made, found.parameters, found.measures, named)):
+        files, gaps = write_reports(each, tmp_path)
+        assert gaps == []
+        names = {file.name for file in files}
+        assert {"main_effects.csv", "sobol_indices.csv", "percentiles.csv", "pareto.csv"} <= names
+        assert {"main_effects.png", "sobol_indices.png", "percentiles.png", "scatter.png", "pareto.png"} <= names
+        assert all(file.stat().st_size > 0 for file in files)
+    assert [file.suffix for file in write_reports(found, tmp_path, pictures=False)[0]] == [".csv"] * 4
