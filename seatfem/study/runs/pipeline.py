@@ -9,43 +9,29 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
-import impact
-from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.files.atomic import check_writable, write_whole
-from impact.greens.base import GreensFunction
 from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
 from seatfem.structures.natural_modes import Mode, Wanted
-from seatfem.structures.rings import Division, as_a_whole, face_compliance
-from seatfem.structures.statics import bed
-from seatfem.study.impacts.contact import RunError, check_step, run_contacts, seat_of, stress_of
-from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys, gas_notes
-from seatfem.study.impacts.life import Lasting, life_notes
+from seatfem.structures.rings import as_a_whole
+from seatfem.study.impacts.contact import RunError, check_step, seat_of
+from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys
 from seatfem.study.impacts.measures import bar_keys
-from seatfem.study.impacts.simpler import simpler_keys, simpler_models
+from seatfem.study.impacts.simpler import simpler_keys
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.afterwards import afterwards
+from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
 from seatfem.study.runs.ended import ended_plan, remember
-from seatfem.study.runs.gas_bars import gas_bars
-from seatfem.study.runs.left_in import contact_margin_bar
-from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lip_pictures import lip_pictures
-from seatfem.study.runs.lives import Stressed, lives, run_keys
-from seatfem.study.runs.margin_map import margin_pictures
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
-from seatfem.study.runs.reed_stress import plate_stress_keys
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
 from seatfem.study.runs.seat_fields import check_stress
-from seatfem.study.runs.seat_stress import stress_keys, stress_pictures, write_spots
-from seatfem.study.runs.stress_wave import after_touch, wave_pictures
-from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -119,10 +105,10 @@ def run_scene(
     with watch("plan"):
         plan = plan or ended_plan(scene) or plan_scene(scene, progress=progress, folder=folder)
         check_stress(plan, progress)
-    baseline: _Baseline | None = None
+    baseline: Baseline | None = None
     for done in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if baseline is None or baseline.beside is not done.result:  # a round comes again where the next one failed
-            baseline = _baseline(done, watch)
+            baseline = baseline_of(done, watch)
         summary = _summary(scene, done, baseline, watch)
         with watch("files"):
             touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
@@ -140,47 +126,17 @@ def run_scene(
             gas_files = _write_gas(scene, done, folder)
     remember(done)
     assert baseline is not None
-    if scene.gas is not None:
-        with watch("gas bars"):
-            summary |= gas_bars(done)
-        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-    stress, of_reed = None, None
-    if scene.stress is not None:
-        with watch("seat stress"):
-            stress, of_reed = stresses(done, progress)
-        summary |= stress_keys(stress) | plate_stress_keys(of_reed)
-        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-    here, curves, curve_files = Lasting(), tuple[MarginCurve, ...](), tuple[Path, ...]()
-    stressed: Stressed | None = None
-    if scene.life is not None:
-        with watch("life"):
-            stressed = Stressed.of(done, stress, of_reed)
-            here = lives(done, stressed, done.touches, done.stress)
-            there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
-        summary |= run_keys(done, stressed, here, there)
-        if here.below is not None and here.below[0].tensor_margin is not None:
-            bar = contact_margin_bar(done, here.below[0].tensor_margin)
-            summary |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
-        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-        with watch("life curves"):
-            price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
-            curves = life_curves(done, stressed, price=price, tell=tell)
-            curve_files = write_curves(curves, folder)
-        summary |= curve_keys(curves)
-        write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-    spots = write_spots(stress, folder)
+
+    def keep(keys: Mapping[str, object]) -> None:
+        write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
+
+    later = afterwards(done, baseline, folder, watch, progress, tell=tell, keep=keep)
+    summary |= later.keys
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            more = [
-                *lip_pictures(done, baseline.touches),
-                *gas_pictures(scene, done.touches),
-                *stress_pictures(stress, scene.title or "Stress in the seat", after_touch(done)),
-                *wave_pictures(done, stress),
-                *margin_pictures(done, stressed),
-                *curve_pictures(curves),
-            ]
+            more = [*lip_pictures(done, baseline.touches), *gas_pictures(scene, done.touches), *later.pictures(done)]
             results = (done.result, baseline.result)
             drawn, gaps = draw_run(scene, done.plan.method, done.seat, *results, folder, progress, more)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
@@ -189,54 +145,13 @@ def run_scene(
         except OSError as problem:
             gaps = (*gaps, f"{SUMMARY_FILE} tells nothing of the pictures: {problem}")
     written = (folder / SUMMARY_FILE, *((folder / RESULT_FILE,) if histories else ()), folder / SEAT_FILE)
-    files = (*written, *gas_files, *spots, *curve_files, *drawn)
+    files = (*written, *gas_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    messages = (
-        *missed(done),
-        *remarks(done),
-        *stress_notes(stress),
-        *gas_notes(scene),
-        *life_notes(scene, here),
-        *gaps,
-    )
+    messages = (*missed(done), *remarks(done), *later.notes(scene), *gaps)
     return RunOutcome(summary, messages, files, watch.stages, done.met, plan=done.plan)
 
 
-@dataclass(frozen=True)
-class _Baseline:
-    """The spring of equal static stiffness, struck as the seat was in ``beside``; and ``simpler`` models of the seat
-    itself."""
-
-    beside: ImpactResult
-    stiffness: float
-    touches: Touches
-    stress: ReedStress | None
-    simpler: Mapping[str, Touches]
-
-    @property
-    def result(self) -> ImpactResult:
-        """At the spring."""
-        return self.touches.seat
-
-
-def _baseline(done: Round, watch: Stopwatch) -> _Baseline:
-    stiffness, scene = _static_stiffness(done.seat.greens), done.plan.scene
-    with watch("spring baseline"):
-        division = Division.of(done.seat.greens)
-        spring = bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
-        touches = run_contacts(scene, done.striker, spring, done.result.dt)
-    with watch("reed stress"):
-        coarsely = not scene.needs_stress
-        force, met = touches.seat.force, touches.stopper_force
-        stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
-    simpler: Mapping[str, Touches] = {}
-    if done.touches.line is not None or scene.contact.film is not None:
-        with watch("simpler models"):
-            simpler = simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
-    return _Baseline(done.result, stiffness, touches, stress, simpler)
-
-
-def _summary(scene: Scene, done: Round, baseline: _Baseline, watch: Stopwatch) -> dict[str, object]:
+def _summary(scene: Scene, done: Round, baseline: Baseline, watch: Stopwatch) -> dict[str, object]:
     width = scene.run.filter_width
     return {
         "title": scene.title,
@@ -283,7 +198,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
         plan = plan_scene(scene, progress=progress)
     seat = seat_of(scene, Cache(path), method=plan.method.seat, watch=watch, progress=progress)
     summary = {
-        "seat_static_stiffness_N_per_m": _static_stiffness(seat.greens),
+        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens),
         **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": seat.reused,
@@ -319,13 +234,3 @@ def write_modes(
         "seat_dof": found.dof,
     }
     return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=found.modes)
-
-
-def _static_stiffness(greens: GreensFunction) -> float:
-    compliance = face_compliance(greens)
-    if not np.isfinite(compliance) or compliance <= 0:
-        raise RunError(
-            "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
-            "to compare with; hold the seat somewhere"
-        )
-    return 1.0 / compliance

@@ -1,0 +1,101 @@
+"""What is looked at once the last round of a run is done: gas masses, stress in both bodies, their life, curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from impact.progress import Progress, Tell
+from seatfem.machine.stopwatch import Stopwatch
+from seatfem.pictures.apart import Picture
+from seatfem.study.impacts.gas import gas_notes
+from seatfem.study.impacts.life import Lasting, life_notes
+from seatfem.study.runs.baseline import Baseline
+from seatfem.study.runs.gas_bars import gas_bars
+from seatfem.study.runs.left_in import contact_margin_bar
+from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
+from seatfem.study.runs.lives import Stressed, lives, run_keys
+from seatfem.study.runs.margin_map import margin_pictures
+from seatfem.study.runs.reed_stress import plate_stress_keys
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures, write_spots
+from seatfem.study.runs.stress_wave import after_touch, wave_pictures
+from seatfem.study.runs.stresses import stress_notes, stresses
+from seatfem.study.scene import Scene
+
+
+@dataclass(frozen=True)
+class Afterwards:
+    """Attributes:
+    keys: for summary.json.
+    stress: in the seat, where it is asked for.
+    stressed: what the life of both bodies is found from, where it is asked for.
+    life: of the bodies.
+    curves: of margins.
+    files: that were written.
+    """
+
+    keys: Mapping[str, object] = field(default_factory=dict)
+    stress: SeatStress | None = None
+    stressed: Stressed | None = None
+    life: Lasting = field(default_factory=Lasting)
+    curves: tuple[MarginCurve, ...] = ()
+    files: tuple[Path, ...] = ()
+
+    def pictures(self, done: Round) -> list[Picture]:
+        """Of all of it."""
+        return [
+            *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", after_touch(done)),
+            *wave_pictures(done, self.stress),
+            *margin_pictures(done, self.stressed),
+            *curve_pictures(self.curves),
+        ]
+
+    def notes(self, scene: Scene) -> tuple[str, ...]:
+        """What a reader must be told."""
+        return (*stress_notes(self.stress), *gas_notes(scene), *life_notes(scene, self.life))
+
+
+def afterwards(
+    done: Round,
+    baseline: Baseline,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    *,
+    tell: Tell,
+    keep: Callable[[Mapping[str, object]], None],
+) -> Afterwards:
+    """Of the last round; ``keep`` is handed all keys so far after each stage, to be on file before the next."""
+    scene, keys = done.plan.scene, dict[str, object]()
+    if scene.gas is not None:
+        with watch("gas bars"):
+            keys |= gas_bars(done)
+        keep(keys)
+    stress, of_reed = None, None
+    if scene.stress is not None:
+        with watch("seat stress"):
+            stress, of_reed = stresses(done, progress)
+        keys |= stress_keys(stress) | plate_stress_keys(of_reed)
+        keep(keys)
+    spots = write_spots(stress, folder)
+    if scene.life is None:
+        return Afterwards(keys, stress, files=spots)
+    with watch("life"):
+        stressed = Stressed.of(done, stress, of_reed)
+        here = lives(done, stressed, done.touches, done.stress)
+        there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
+    keys |= run_keys(done, stressed, here, there)
+    if here.below is not None and here.below[0].tensor_margin is not None:
+        bar = contact_margin_bar(done, here.below[0].tensor_margin)
+        keys |= {"error_bar_life_contact_margin": bar if math.isfinite(bar) else None}
+    keep(keys)
+    with watch("life curves"):
+        price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
+        curves = life_curves(done, stressed, price=price, tell=tell)
+        written = write_curves(curves, folder)
+    keys |= curve_keys(curves)
+    keep(keys)
+    return Afterwards(keys, stress, stressed, here, curves, (*spots, *written))
