@@ -101,8 +101,9 @@ class Pipeline(types.ModuleType):
 
 
 @pytest.fixture
-def pipeline(monkeypatch: pytest.MonkeyPatch) -> Pipeline:
+def pipeline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Pipeline:
     stand_in = Pipeline()
+    monkeypatch.chdir(tmp_path)  # where the scene and its plan are kept
     monkeypatch.setitem(sys.modules, "seatfem.study.runs.pipeline", stand_in)
     monkeypatch.delenv("SEATFEM_DEBUG", raising=False)
     return stand_in

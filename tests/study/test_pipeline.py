@@ -421,7 +421,10 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
     done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista", "imageio")), tmp_path)
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        *("summary.json", "result.h5", "seat.h5"),
+        *("scene.toml", "plan.json"),
+    }
     notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]
     assert any(line.startswith("note: skipped pictures: ") and "matplotlib" in line for line in notes), notes
     assert any(line.startswith("note: skipped pictures: ") and "pyvista" in line for line in notes), notes

@@ -20,7 +20,7 @@ from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.structures.sheets import PlateModes
-from seatfem.study.runs import pipeline
+from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress
@@ -149,7 +149,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStres
         kept.append((done, reed))
         return seat, reed
 
-    monkeypatch.setattr(pipeline, "stresses", told)
+    monkeypatch.setattr(afterwards, "stresses", told)
     return kept
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.study.runs import pipeline
+from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
@@ -45,7 +45,7 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
         kept.append(stress)
         return stress_keys(stress)
 
-    monkeypatch.setattr(pipeline, "stress_keys", keys)
+    monkeypatch.setattr(afterwards, "stress_keys", keys)
     pipeline.run_scene(load_scene(scene(tmp_path, f"points = [{MIDDLE}]\ndistance = '3 mm'")), tmp_path, pictures=False)
     summary = json.loads((tmp_path / "summary.json").read_text())
     of_middle = kept[0].named[0]

@@ -22,7 +22,8 @@ from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.margin_map import margin_pictures, margins
 from seatfem.study.runs.rounds import rounds
-from seatfem.study.runs.seat_stress import by_port, seat_stress
+from seatfem.study.runs.seat_fields import force_by_port
+from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
@@ -95,7 +96,7 @@ def few(done: Any, scene: Any) -> Any:
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
     """Whether by a field of stress or by the unknowns themselves."""
     done, stress = pressed
-    force, dt = -by_port(done, done.touches, 1), done.result.dt
+    force, dt = force_by_port(done, done.touches), done.result.dt
     nodes = np.array([5, 17, 30])
     made = elements_of(stress.mesh)
     sites = at_nodes(made, nodes)
@@ -179,7 +180,7 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     done, stress = pressed
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
-    found = margins(stress.field, -by_port(done, done.touches, 1), done.result.dt, demand)
+    found = margins(stress.field, force_by_port(done, done.touches), done.result.dt, demand)
     middle = np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
