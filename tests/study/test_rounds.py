@@ -23,6 +23,7 @@ from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.planning.plan import Cost, Plan
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.planning.refining import rounds_ahead
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.rounds import missed
@@ -108,6 +109,8 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
     told = missed(done)
     assert any("above accuracy.target = 0.001" in words for words in told)
     assert told[-1].startswith("stopped short of the target after 1 round: nothing finer is left to choose")
+    assert "which alone is above the target (stated in the file?)" in told[-1]
+    assert rounds_ahead(done.plan).number == 1  # nor is another promised
 
 
 @pytest.mark.parametrize("n_modes", [1, 3])
@@ -318,7 +321,8 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     scene, out = tmp_path / "s.toml", tmp_path / "out"
     scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
-    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"}
+    asked = {"scene.toml", "plan.json"}
+    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"} | asked
     assert "skipped" not in capsys.readouterr().out
 
 

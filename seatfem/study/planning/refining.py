@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from impact.runs.budget import safety
 from seatfem.machine.rates import Machine
 from seatfem.structures.rings import MOST_PORTS, MOST_RINGS
 from seatfem.study.impacts.measures import LIP
@@ -169,7 +170,8 @@ def rounds_ahead(plan: Plan, machine: Machine | None = None) -> RoundsAhead:
 
 
 def _next(plan: Plan, machine: Machine | None) -> Plan | None:
-    """With the largest source of the largest error made smaller, or the next one that can be."""
+    """With the largest source of the largest error made smaller, or the next one that can be; ``None`` where one that
+    cannot is too large by itself."""
     worst = max(plan.error, key=lambda name: plan.error[name], default=None)
     if worst is None:
         return None
@@ -177,6 +179,8 @@ def _next(plan: Plan, machine: Machine | None) -> Plan | None:
         finer = _finer_keys(plan, source, LEAST_FINER, machine)
         if finer is not None:
             return finer
+        if safety(worst) * plan.shares[source].get(worst, 0.0) > plan.scene.accuracy.target:
+            return None  # whatever else is made finer
     return None
 
 

@@ -10,6 +10,7 @@ from typing import Final
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
+from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
@@ -23,6 +24,8 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """Stages of a round whose predicted times are off alike."""
 LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
+STATED: Final = "stated in the file?"
+AT_ITS_END: Final[Mapping[str, str]] = {STRIKER: "its band is stated, or ends where its theory does"}
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
 
 
@@ -123,13 +126,21 @@ def _finer_in(done: Round, measure: str, time_left: float) -> tuple[Plan | None,
         if plan.without != done.plan.without:  # another level, and a plan of its own
             break
     if plan == done.plan:
-        largest = [source for source in left if left[source] > RESERVE * allowed]
-        words = " and the ".join(source.replace("_", " ") for source in sorted(largest, key=lambda s: -left[s]))
-        return None, f"nothing finer is left to choose for the {words} (stated in the file?)"
+        return None, _stuck(done, left, allowed)
     kept = plan.method.seat == done.plan.method.seat
     plan = replace(plan, cost=predict_cost(plan.scene, plan.method, kept=kept), kept=kept)
     why = _too_much(done, plan, time_left)
     return (None, why) if why else (plan, "")
+
+
+def _stuck(done: Round, left: Mapping[str, float], allowed: float) -> str:
+    """Why nothing is made finer: one source that alone is too large and is at its end, or all that count."""
+    order = sorted((source for source in left if left[source] > RESERVE * allowed), key=lambda s: -left[s])
+    alone = [source for source in order if left[source] > allowed and refine(done.plan, source) is None]
+    words = " and the ".join(source.replace("_", " ") for source in alone[:1] or order)
+    by_itself = ", which alone is above the target" if alone else ""
+    why = AT_ITS_END.get(alone[0], STATED) if alone else STATED
+    return f"nothing finer is left to choose for the {words}{by_itself} ({why})"
 
 
 @dataclass(frozen=True)
