@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -21,7 +22,19 @@ DONE: Final = 0
 FAILED: Final = 1
 BAD_INPUT: Final = 2
 INTERRUPTED: Final = 130
+Changes = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--set",
+        negative="",
+        help='KEY=VALUE, as often as wanted: in place of the file\'s, as in --set reed.thickness="0.2 mm".',
+    ),
+]
 Output = Annotated[Path | None, Parameter(name=["--output", "-o"])]
+
+
+class ChangeError(ValueError):
+    """A --set that is not KEY=VALUE."""
 
 
 @Parameter(name="*")
@@ -73,15 +86,27 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
     return progress_bars(console or lines(stderr=True), quiet=common.quiet)
 
 
-def load(path: Path) -> Scene:
-    """The scene, once it is known that what it needs can run here."""
+def load(path: Path, changes: Sequence[str] = ()) -> Scene:
+    """The scene with ``changes`` made to it, as --set has them, once it is known that what it needs can run here."""
     from seatfem.machine.libraries import require_gmsh_libraries
     from seatfem.study.scene import load_scene
 
-    scene = load_scene(path)
+    scene = load_scene(path, dict(changed(each) for each in changes))
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     return scene
+
+
+def changed(given: str) -> tuple[str, object]:
+    """The dotted key and the value of one --set; what is no TOML value is text. Raises `ChangeError` without a key."""
+    key, equals, text = given.partition("=")
+    key, text = key.strip(), text.strip()
+    if not equals or not key or not text:
+        raise ChangeError(f"--set: {given!r} is not KEY=VALUE, as in reed.thickness=0.2 mm or accuracy.target=1 %")
+    try:
+        return key, tomllib.loads(f"value = {text}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return key, text
 
 
 def tell(outcome: RunOutcome, common: Common, more: Sequence[Path] = ()) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -15,6 +16,7 @@ from seatfem.faces.output import (
     DONE,
     FAILED,
     WHOLE,
+    Changes,
     Common,
     Effort,
     Output,
@@ -44,7 +46,15 @@ def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMM
     return _run(demo_scene(), output or Path("seatfem-demo"), effort, common)
 
 
-def run(scene: SceneFile, /, *, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
+def run(
+    scene: SceneFile,
+    /,
+    *,
+    output: Output = None,
+    changes: Changes = (),
+    effort: Effort = WHOLE,
+    common: Common = COMMON,
+) -> int:
     """Compute everything that a scene describes: seat, contact, measures, pictures.
 
     Parameters
@@ -52,7 +62,7 @@ def run(scene: SceneFile, /, *, output: Output = None, effort: Effort = WHOLE, c
     output:
         Folder for the results [default: the scene's name + "-result"].
     """
-    return _run(scene, output or Path(f"{scene.stem}-result"), effort, common)
+    return _run(scene, output or Path(f"{scene.stem}-result"), effort, common, changes)
 
 
 def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
@@ -94,7 +104,14 @@ def export(
     return DONE
 
 
-def plan(scene: SceneFile, /, *, json: Annotated[bool, Parameter(negative="")] = False, common: Common = COMMON) -> int:
+def plan(
+    scene: SceneFile,
+    /,
+    *,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    changes: Changes = (),
+    common: Common = COMMON,
+) -> int:
     """Choose what the scene leaves open, and print every choice with its reason, predicted cost and error; of a study
     file the number of its scenes and what they would take.
 
@@ -109,7 +126,7 @@ def plan(scene: SceneFile, /, *, json: Annotated[bool, Parameter(negative="")] =
         else:
             lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
         return DONE
-    checked = load(scene)
+    checked = load(scene, changes)
     from seatfem.faces.plan_view import choices_table, costs_table, plan_json, rounds_line, shares_line, stages_line
     from seatfem.study.planning.planner import plan_scene
 
@@ -231,8 +248,8 @@ def demo_scene() -> Path:
     return installed if installed.is_file() else source
 
 
-def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
-    scene = load(path)
+def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
+    scene = load(path, changes)
     content = path.read_bytes()
     from seatfem.faces.report.asked import keep_asked
     from seatfem.faces.result_table import result_table
@@ -244,7 +261,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common) -> int:
     errors = lines(stderr=True, quiet=common.quiet)
     with progress_of(common, errors) as progress:
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
-    kept = keep_asked(content, outcome.plan, folder)
+    kept = keep_asked(content, outcome.plan, folder, changes)
     if not common.quiet:
         wide = Console(highlight=False, markup=False)
         title = (scene.title or path.stem).replace("\n", "\\n")

@@ -335,6 +335,23 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     assert cli.demo_scene() == inside
 
 
+def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    given = ["--set", "reed.thickness=0.2 mm", "--set", "reed.n_modes=7", "--set", 'title="Thin"']
+    assert run_command(["run", str(SPRING_SCENE), "-o", str(tmp_path / "out"), "--quiet", *given]) == DONE
+    assert pipeline.asked[-1][1] == "Thin"
+    kept = (tmp_path / "out" / "scene.toml").read_text(encoding="utf-8")
+    assert kept.startswith("# --set 'reed.thickness=0.2 mm'\n# --set 'reed.n_modes=7'\n")
+    for wrong, message in (("reed.thickness", "is not KEY=VALUE"), ("reed.thicknes=1 mm", "did you mean 'thickness'")):
+        assert run_command(["run", str(SPRING_SCENE), "--set", wrong]) == BAD_INPUT
+        assert message in capfd.readouterr().err
+
+
+def test_set_values_are_toml_or_text() -> None:
+    assert output.changed("reed.thickness = 0.2 mm") == ("reed.thickness", "0.2 mm")
+    assert output.changed("contact.ports=16") == ("contact.ports", 16)
+    assert output.changed('reed.release={ mode = 1, velocity = "-2 m/s" }')[1] == {"mode": 1, "velocity": "-2 m/s"}
+
+
 def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
