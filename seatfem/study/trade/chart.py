@@ -84,7 +84,7 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
             marker = MARKERS[point.varied][0]
             guess, colour = point.varied == BY_HAND, FAMILIES[point.family][0]
             axes.plot(
-                cost, error, marker, color="none" if guess else colour, markersize=5, alpha=0.85,
+                cost, error, marker=marker, linestyle="", color="none" if guess else colour, markersize=5, alpha=0.85,
                 markeredgecolor=colour if guess else "white", markeredgewidth=1.0 if guess else 0.4, zorder=3,
             )  # fmt: skip
     _front(axes, trade, measure)
