@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,7 +25,7 @@ FAMILIES: Final = {
     "as given": (SKY, "seat as given"),
 }
 """Colour and name of each."""
-MARKERS: Final = {
+MARKERS: Final[Mapping[str, tuple[Any, str]]] = {
     "diagonal": ("o", "mesh and band"),
     "by hand": ("s", "guess by hand, no error bar"),
     "mesh": ("v", "mesh alone"),
@@ -37,10 +37,10 @@ MARKERS: Final = {
     "time step": ("X", "time step"),
     "history": ("p", "history engine"),
     "rings": ("H", "rings of the patch"),
-    "ports": ("$N$", "arcs of the lip"),
-    "one port": ("$1$", "one port"),
-    "beam": ("$b$", "beam"),
-    "reed band": ("$r$", "band of the plate"),
+    "ports": ("h", "arcs of the lip"),
+    "one port": ((4, 1, 45), "one port"),
+    "beam": ((3, 1, 0), "beam"),
+    "reed band": ("8", "band of the plate"),
 }
 PER_ROW: Final = 3
 _MARKS: Final = ((PLANNED, "*", 13.0), (AS_FILED, "d", 7.0))
@@ -84,7 +84,7 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
             marker = MARKERS[point.varied][0]
             guess, colour = point.varied == BY_HAND, FAMILIES[point.family][0]
             axes.plot(
-                cost, error, marker, color="none" if guess else colour, markersize=5, alpha=0.85,
+                cost, error, marker=marker, linestyle="", color="none" if guess else colour, markersize=5, alpha=0.85,
                 markeredgecolor=colour if guess else "white", markeredgewidth=1.0 if guess else 0.4, zorder=3,
             )  # fmt: skip
     _front(axes, trade, measure)
@@ -141,7 +141,7 @@ def _legend(trade: Trade) -> Sequence[Any]:
     """Families by colour, what is varied by shape, then the lines."""
     from matplotlib.lines import Line2D  # pictures are optional
 
-    def handle(label: str, marker: str, colour: str, size: float = 5.0) -> Line2D:
+    def handle(label: str, marker: Any, colour: str, size: float = 5.0) -> Line2D:
         return Line2D([], [], color=colour, marker=marker, linestyle="", markersize=size, label=label)
 
     shown = trade.done()
