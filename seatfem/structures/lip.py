@@ -18,6 +18,7 @@ from impact.after.along import Pieces
 from impact.greens.base import Array
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import MOST_PORTS, Division, ring_borders, ring_names
+from seatfem.structures.strips import cross
 
 ACROSS: Final = 8  # Gauss points over the width of a patch
 AROUND: Final = 96  # points around a whole ring, at least
@@ -270,10 +271,6 @@ def widening(inner: Array, outer: Array) -> Array:
     """(n,) as of `AnyLip._slices`, of slices between (n, 2, 2) ends of their inner and outer edges."""
     cuts, ways = outer - inner, np.diff(inner + outer, axis=1)[:, 0] / 2
     mean, more = (cuts[:, 0] + cuts[:, 1]) / 2, cuts[:, 1] - cuts[:, 0]
-    whole = np.abs(_cross(mean, ways))
-    found = np.divide(_cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
+    whole = np.abs(cross(mean, ways))
+    found = np.divide(cross(mean, more), 2 * whole, out=np.zeros(len(whole)), where=whole > 0)
     return np.asarray(np.clip(found, -1.0, 1.0))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
