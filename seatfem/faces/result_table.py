@@ -13,6 +13,7 @@ from impact.pictures.drawing import scaled
 from seatfem.faces.verdict import OF_EACH_STEP, as_number, asked, count, difference, duration, plain
 
 DEGREES: Final = "deg"
+STRESS_UNIT: Final = "Pa"
 ALONG: Final = "m"  # of places along a lip: told where angles do not tell them
 KILOGRAM: Final = "kg"
 ROWS: Final = (
@@ -101,7 +102,8 @@ def result_table(summary: Mapping[str, object]) -> Table:
     for column in table.columns[1:5]:
         column.justify = "right"
     for label, key, unit in ROWS:
-        if key in summary and (key not in INSTEAD or INSTEAD[key] not in summary):
+        known = key in summary and (unit != STRESS_UNIT or summary[key] is not None)
+        if known and (key not in INSTEAD or INSTEAD[key] not in summary):
             words = label.format(width=duration(summary.get("filter_width_s")))
             table.add_row(words, *_cells(summary, key, unit))
     groups = (

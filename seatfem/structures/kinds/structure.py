@@ -65,6 +65,8 @@ class Structure(Striking):
     """Its motion in such a scene, of a kind that usually strikes; "" of one that usually is struck."""
     sample_opposite: ClassVar[str] = "cantilever"
     """The kind that it meets there."""
+    sample_filter: ClassVar[str] = ""
+    """Width of the mean behind the peak force there, where the usual one is too short for what strikes."""
 
     # What it is
 

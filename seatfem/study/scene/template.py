@@ -25,7 +25,8 @@ _HEAD: Final = """\
 # seatfem run {file}     force, motion, stress, error bars, pictures
 # A key behind a # has this default, or is absent: then the value shows how one is written. docs/scene.md has them all.
 """
-_GIVEN: Final[Mapping[str, Mapping[str, Any]]] = {"run": {"duration": "2 ms"}, "accuracy": {"target": "2 %"}}
+DURATION: Final = "2 ms"
+TARGET: Final = "5 %"
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 
@@ -51,11 +52,14 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     kind, other = kinds[name], kinds[kinds[name].sample_opposite]
     seat, reed = (other, kind) if kind.sample_motion else (kind, other)
     lines = [_HEAD.format(file=file), f"title = {as_toml(f'{kind_of(reed)} on {kind_of(seat)}'.replace('_', ' '))}", ""]
+    width = {"filter_width": reed.sample_filter} if reed.sample_filter else {}
+    given: dict[str, Mapping[str, Any]] = {"contact": {}, "run": {"duration": DURATION} | width}
+    given["accuracy"] = {"target": TARGET}
     for key, field in Scene.model_fields.items():
         if key in ("seat", "reed"):
             lines += _body(key, seat if key == "seat" else reed)
-        elif key in ("contact", *_GIVEN):
-            lines += [f"[{key}]", *_table(tables_in(field.annotation)[0], _GIVEN.get(key, {}), of=key), ""]
+        elif key in given:
+            lines += [f"[{key}]", *_table(tables_in(field.annotation)[0], given[key], of=key), ""]
         elif tables_in(field.annotation):
             lines += [*_commented(_header(key, field), field.description or ""), ""]
     return "\n".join(lines).rstrip() + "\n"
