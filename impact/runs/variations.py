@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
@@ -97,9 +98,9 @@ def budget_of(
 def _all_of(
     run: Run, asked: Mapping[tuple[int, float], tuple[ContactProblem, float]], threads: int
 ) -> dict[tuple[int, float], Values]:
-    if threads == 1:
-        return {key: run(*one) for key, one in asked.items()}
-    with ThreadPoolExecutor(threads) as pool:
+    """Each on one thread, its matrix products too: libraries with threads of their own would take the others' cores,
+    and the last digits would depend on their number."""
+    with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
         return dict(zip(asked, pool.map(lambda one: run(*one), asked.values()), strict=True))
 
 

@@ -428,6 +428,19 @@ def test_letters_that_a_terminal_lacks_end_nothing() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "12.0 ? 0.1 N\n", "")
 
 
+@pytest.mark.parametrize(("asked", "threads"), [(None, "1"), ("3", "3")])
+def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None, threads: str) -> None:
+    """Set before numpy is there, which reads it once."""
+    code = (
+        "import atexit, os, sys; from seatfem.faces import cli; assert 'numpy' not in sys.modules;"
+        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); sys.argv[1:] = ['--version']; cli.main()"
+    )
+    environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    environment |= {} if asked is None else {"OPENBLAS_NUM_THREADS": asked}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == threads, done.stderr
+
+
 def test_the_program_runs_as_a_module() -> None:
     for module in ("seatfem", "seatfem.faces.cli"):
         done = subprocess.run([sys.executable, "-m", module, "run"], capture_output=True, text=True, check=False)
