@@ -16,7 +16,7 @@ from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
 LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
-CHANGE: Final = 10
+BETWEEN: Final = 5e-3  # of the largest stress, that may be missed between two times that are looked at
 _BLOCK: Final = 256  # times held at once
 _POINTS: Final = 1024
 
@@ -82,7 +82,7 @@ def largest(field: Field, force: Array, dt: float) -> LargestStress:
             chosen = np.flatnonzero((times > touch) == bool(after))
             if len(chosen):
                 when = dt * times[chosen].astype(np.float64)
-                _look(field, part[chosen], when, radians * dt * stride, bounds, found[after])
+                _look(field, part[chosen], when, bounds, found[after])
     before, since = (Largest(*each.reshape(4, -1)) for each in found)
     return LargestStress(before, since)
 
@@ -97,14 +97,10 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
         first += len(part)
 
 
-def _look(field: Field, part: Array, times: Array, radians: Array, bounds: Array, found: Array) -> None:
-    """Into ``found`` (4, G, A) what these times bring, ``radians`` (K,) of each coordinate apart.
-
-    Coordinates that add up to less than `LITTLE` of the largest stress so far are left out, and of what then varies
-    slowly fewer times are looked at.
-    """
-    little = LITTLE * max(found[0].max(initial=0.0), found[2].max(initial=0.0))
-    part, times, kept = _thinned(part, times, radians, bounds.max(axis=0, initial=0.0), little)
+def _look(field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
+    """Into ``found`` (4, G, A) what these times bring."""
+    most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
+    part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:
         return
     seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
@@ -118,21 +114,21 @@ def _look(field: Field, part: Array, times: Array, radians: Array, bounds: Array
         found[:, some] = of_some.reshape(4, len(some), -1)
 
 
-def _thinned(part: Array, times: Array, radians: Array, bound: Array, little: float) -> tuple[Array, Array, Integers]:
-    """Fewer times and coordinates, and which of these: what is left out is below ``little`` [Pa] everywhere.
+def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
+    """Fewer times and coordinates, and which of these.
 
-    Between the times that are looked at the followed forces change by `CHANGE` times ``little`` at most.
+    The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked at,
+    the stress is within s^2/8 of its second difference on the line through both, and a norm is on no line larger than at
+    its ends: that is below `BETWEEN`.
     """
     weight = bound * np.abs(part).max(axis=0)
     order = np.argsort(weight)
-    kept = np.sort(order[np.cumsum(weight[order]) >= little]).astype(np.int64)
-    fastest, followed = float(radians[kept].max(initial=0.0)), radians == 0
-    jump = float(bound[followed] @ np.abs(np.diff(part[:, followed], axis=0)).max(axis=0, initial=0.0))
-    apart = min(
-        1 / (TIMES_PER_RADIAN * fastest) if fastest else np.inf, CHANGE * little / jump if jump else np.inf, len(part)
-    )
-    step = max(1, int(apart))
-    return part[::step, kept], times[::step], kept
+    kept = np.sort(order[np.cumsum(weight[order]) >= LITTLE * largest]).astype(np.int64)
+    part = part[:, kept]
+    bend = float((np.abs(np.diff(part, 2, axis=0)) @ bound[kept]).max(initial=0.0))
+    step = max(1, int(min(math.sqrt(8 * BETWEEN * largest / bend) if bend else np.inf, len(part))))
+    looked = np.append(np.arange(0, len(part) - 1, step), len(part) - 1)
+    return part[looked], times[looked], kept
 
 
 def norms(stress: Array) -> Array:
