@@ -17,8 +17,8 @@ from seatfem.structures.model import Array
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
 LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
 BETWEEN: Final = 5e-3  # of the largest stress, that may be missed between two times that are looked at
-_BLOCK: Final = 256  # times held at once
-_POINTS: Final = 1024
+_BLOCK: Final = 1024  # times
+_PLACES: Final = 32
 
 Integers = NDArray[np.int64]
 
@@ -62,8 +62,9 @@ class Field(Protocol):
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
         """(..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
-        """(g, A, 6, m) stress at some places by ``values`` (k, m) of the coordinates ``kept`` (k,) [Pa]."""
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        """(g, A, 6, m) stress at some places, a few at once and in order, by ``values`` (k, m) of the coordinates
+        ``kept`` (k,) [Pa]; each may be overwritten by the next."""
 
 
 def largest(field: Field, force: Array, dt: float) -> LargestStress:
@@ -105,13 +106,14 @@ def _look(field: Field, part: Array, times: Array, bounds: Array, found: Array) 
         return
     seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
     near = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > seen)
-    values, at_once = np.ascontiguousarray(part.T), max(1, _POINTS // found.shape[2])
-    for start in range(0, len(near), at_once):
-        some = near[start : start + at_once]
-        stress = field.stress(some, values, kept)
-        of_some = found[:, some].reshape(4, -1)
-        _largest(stress.reshape(-1, 6, len(times)), times, of_some)
-        found[:, some] = of_some.reshape(4, len(some), -1)
+    values = np.ascontiguousarray(part.T)
+    for start in range(0, len(near), _PLACES):
+        left = near[start : start + _PLACES]
+        for stress in field.stress(left, values, kept):
+            some, left = left[: len(stress)], left[len(stress) :]
+            of_some = found[:, some].reshape(4, -1)
+            _largest(stress.reshape(-1, 6, len(times)), times, of_some)
+            found[:, some] = of_some.reshape(4, len(some), -1)
 
 
 def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
