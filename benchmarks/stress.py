@@ -2,8 +2,8 @@
 
 python benchmarks/stress.py [steps] [seat ...]     seats: demo (in 32 arcs of its lip), plate
 
-Times are of the processor, of all threads together, and where the search is shared by threads the clock's, too; each seat
-has a process of its own, whose memory is what it took at most.
+Times are of the processor, of all threads together; that of the search, which threads share, by the clock, too. Each
+seat has a process of its own, whose memory is what it took at most.
 """
 
 import math

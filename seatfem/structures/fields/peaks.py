@@ -128,9 +128,9 @@ def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array
 def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
     """Fewer times and coordinates, and which of these.
 
-    The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked at,
-    the stress is within s^2/8 of its second difference on the line through both, and a norm is on no line larger than at
-    its ends: that is below `BETWEEN`.
+    The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked
+    at, the stress is off the line through both by s^2/8 of its second difference at most, which is below `BETWEEN` of
+    it; and on a line a norm is nowhere larger than at its ends.
     """
     weight = bound * np.abs(part).max(axis=0)
     order = np.argsort(weight)
@@ -175,7 +175,7 @@ def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: n
             above[m] = 4 / 3 * invariant[m] - (top - mean) * abs(top - mean)
         highest = np.argmax(above)  # first: few times are above it then
         for k in range(-1, count):
-            m = highest if k < 0 else k
+            m = int(highest) if k < 0 else k
             second = invariant[m]
             if second > mises:
                 mises = second
