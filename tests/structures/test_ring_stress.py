@@ -11,11 +11,13 @@ import pytest
 import skfem
 
 from impact.greens.base import Array
+from impact.life.multiaxial import deviators
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields import peaks, response, solids
 from seatfem.structures.fields.around import Harmonic, RingField, felt, mixing_of
 from seatfem.structures.fields.peaks import largest, principal, von_mises
+from seatfem.structures.fields.ranges import mises_range
 from seatfem.structures.fields.recovery import at_time, field_of, histories, recover
 from seatfem.structures.fields.response import Response
 from seatfem.structures.fields.sites import at_points, on_surface
@@ -164,6 +166,15 @@ def test_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch) 
     for name in ("von_mises", "von_mises_time", "principal", "principal_time"):
         np.testing.assert_array_equal(getattr(alone, name), getattr(shared, name))
     assert alone.von_mises.min() > 0
+
+
+def test_the_range_of_a_ring_is_that_of_its_histories() -> None:
+    """At the times of the histories, whose deviators a box holds."""
+    angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
+    field, force = ring(arcs(8), POINTS, angles, range(6)), PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])
+    courses = np.moveaxis(histories(field, force, STEP), 1, 2)
+    exact = [math.sqrt(3) * np.linalg.norm(np.ptp(deviators(course), axis=0)) for course in courses]
+    np.testing.assert_allclose(mises_range(field, force, STEP), exact, rtol=5e-3)
 
 
 def test_many_ports_answer_by_modes_as_few_by_krylov_vectors(monkeypatch: pytest.MonkeyPatch) -> None:
