@@ -18,7 +18,7 @@ from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
 LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
-BETWEEN: Final = 5e-3  # of the largest stress, that may be missed between two times that are looked at
+BETWEEN: Final = 5e-3  # of the largest stress: what may be missed between two times, sqrt(3/2) of it of von Mises's
 _BLOCK: Final = 1024  # times
 _PLACES: Final = 16  # at least, that a thread looks at in them
 _NUMBERS: Final = 2**18  # that it holds, where one place has fewer
