@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import pytest
 
 from impact.greens.base import Array
 from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
-from seatfem.structures.fields.peaks import Integers, largest, norms, von_mises
+from seatfem.structures.fields.peaks import BETWEEN, Integers, largest, norms, von_mises
 
 
 class Two:
@@ -26,8 +27,8 @@ class Two:
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
         return iter([force[::stride]])
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
-        return np.asarray((self.tensors[kept].T @ values)[None, None])
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        yield np.asarray((self.tensors[kept].T @ values)[None, None])
 
 
 def test_no_block_is_passed_over_that_holds_the_largest() -> None:
@@ -38,6 +39,19 @@ def test_no_block_is_passed_over_that_holds_the_largest() -> None:
     assert found.von_mises[0] == 2.0
     assert found.von_mises_time[0] == 450.0
     assert found.principal[0] == 1.9
+
+
+def test_between_two_times_no_more_is_missed_than_is_told() -> None:
+    """A hump of 1.2 after a rest at 1: the parabola's top lies at worst half way between two times."""
+    field, missed = Two((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), []
+    for top in range(1500, 1545):
+        n = np.arange(2048)
+        stress = np.where(n < 1024, 1.0, 1.2 * np.cos(0.004 * (n - top)))
+        found = largest(field, np.column_stack([stress, 0 * stress]), 0.5).after_contact
+        missed.append(1.2 - found.von_mises[0])
+        assert found.von_mises[0] == pytest.approx(stress[round(found.von_mises_time[0] / 0.5)], rel=1e-12)
+    assert min(missed) == pytest.approx(0.0, abs=1e-12)
+    assert 0.9 * BETWEEN < max(missed) < BETWEEN
 
 
 def test_norms_bound_von_mises_and_principal_stress() -> None:

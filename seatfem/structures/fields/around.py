@@ -79,6 +79,20 @@ class RingField:
         """Harmonics by cos (0) and by sin (1) that forces may excite."""
         return [(harmonic, k) for harmonic in self.harmonics for k in (0, 1) if np.any(harmonic.mixing[:, :, k])]
 
+    @cached_property
+    def _ends(self) -> Integers:
+        """Where the coordinates of each of these begin, and their number."""
+        return np.cumsum([0, *(len(harmonic.field.radians) for harmonic, _ in self._waves)])
+
+    @cached_property
+    def _turns(self) -> Array:
+        """(2, G, A, W) factors of each of these in rr, tt, zz, rz and in tz, rt."""
+        out = np.empty((2, *self.angles.shape, len(self._waves)))
+        for w, (harmonic, by_sin) in enumerate(self._waves):
+            phase = harmonic.number * self.angles
+            out[..., w] = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
+        return out
+
     def at(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> RingField:
         """Of some of its points, each at its own angle."""
         place, angle = np.divmod(np.arange(self.angles.size)[which], self.angles.shape[1])
@@ -90,24 +104,21 @@ class RingField:
         parts = [wave.field.coordinates(pushes @ wave.mixing[:, :, k], dt, stride) for wave, k in self._waves]
         return (np.concatenate(blocks, axis=1) for blocks in zip(*parts, strict=True))
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
-        ends = np.cumsum([len(harmonic.field.radians) for harmonic, _ in self._waves])
-        borders = np.searchsorted(kept, np.append(0, ends))
-        heard = [w for w in range(len(ends)) if borders[w + 1] > borders[w]]
-        amplitudes = np.empty((len(heard), len(which), 6, values.shape[1]))
-        turns = np.empty((2, len(which), self.angles.shape[1], len(heard)))
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        borders = np.searchsorted(kept, self._ends)
+        heard = np.flatnonzero(np.diff(borders))
+        amplitudes = np.empty((len(which), len(heard), 6, values.shape[1]))
         for row, w in enumerate(heard):
-            (harmonic, by_sin), own = self._waves[w], slice(borders[w], borders[w + 1])
-            first = ends[w] - len(harmonic.field.radians)
-            amplitudes[row] = harmonic.field.stress(which, values[own], kept[own] - first)[:, 0]
-            phase = harmonic.number * self.angles[which]
-            cos, sin = np.cos(phase), np.sin(phase)
-            turns[:, :, :, row] = (sin, -cos) if by_sin else (cos, sin)
-        out = np.empty((len(which), self.angles.shape[1], 6, values.shape[1]))
-        for turn, of in zip(turns, (_BY_COS, _BY_SIN), strict=True):
-            flat = np.moveaxis(amplitudes[:, :, of], 0, 1).reshape(len(which), len(heard), -1)
-            out[:, :, of] = (turn @ flat).reshape(len(which), -1, len(of), values.shape[1])
-        return out
+            own = slice(borders[w], borders[w + 1])
+            (found,) = self._waves[w][0].field.stress(which, values[own], kept[own] - self._ends[w])
+            amplitudes[:, row] = found[:, 0]
+        out = np.empty((self.angles.shape[1], 6, values.shape[1]))
+        for place, waves in zip(which, amplitudes, strict=True):
+            cos, sin = self._turns[:, place][:, :, heard]
+            for of, turn in ((slice(0, 3), cos), (slice(3, 4), sin), (slice(4, 5), cos), (slice(5, 6), sin)):
+                size = (of.stop - of.start) * values.shape[1]
+                np.matmul(turn, waves[:, of].reshape(-1, size), out=out[:, of].reshape(-1, size))
+            yield out[None]
 
 
 AnyField = StressField | RingField

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -12,13 +13,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from impact.after.stresses import first_touch
+from seatfem.machine.threads import threads
 from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # of the highest frequency retained: when peaks are looked for
 LITTLE: Final = 1e-3  # of the largest stress, that may be missing at a point
-CHANGE: Final = 10
-_BLOCK: Final = 256  # times held at once
-_POINTS: Final = 1024
+BETWEEN: Final = 5e-3  # of the largest stress: what may be missed between two times, sqrt(3/2) of it of von Mises's
+_BLOCK: Final = 1024  # times
+_PLACES: Final = 16  # at least, that a thread looks at in them
+_NUMBERS: Final = 2**18  # that it holds, where one place has fewer
 
 Integers = NDArray[np.int64]
 
@@ -62,27 +65,30 @@ class Field(Protocol):
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
         """(..., K) blocks of coordinates under port forces, at every ``stride``-th time from t = 0 on."""
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
-        """(g, A, 6, m) stress at some places by ``values`` (k, m) of the coordinates ``kept`` (k,) [Pa]."""
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        """(g, A, 6, m) stress at some places, a few at once and in order, by ``values`` (k, m) of the coordinates
+        ``kept`` (k,) [Pa]; each may be overwritten by the next."""
 
 
-def largest(field: Field, force: Array, dt: float) -> LargestStress:
+def largest(field: Field, force: Array, dt: float, *, workers: int | None = None) -> LargestStress:
     """The largest stress at each point, looked for at `TIMES_PER_RADIAN` of the highest frequency retained.
 
     The force as in `seatfem.structures.fields.recovery.histories`. Blocks of times at which even the sum of every
-    coordinate's share is below what a place has seen are passed over there.
+    coordinate's share is below what a place has seen are passed over there. ``workers`` threads, by default all that
+    compiled code may use, share the places; their number changes nothing.
     """
     radians, bounds = field.radians, field.bounds
     stride = max(1, int(1.0 / (TIMES_PER_RADIAN * float(radians.max()) * dt)))
     touch = first_touch(force)
     found = np.zeros((2, 4, len(bounds), len(field.points) // max(1, len(bounds))))
-    for number, part in _parts(field, force, dt, stride):
-        times = number * stride
-        for after in (0, 1):
-            chosen = np.flatnonzero((times > touch) == bool(after))
-            if len(chosen):
-                when = dt * times[chosen].astype(np.float64)
-                _look(field, part[chosen], when, radians * dt * stride, bounds, found[after])
+    with ThreadPoolExecutor(workers or threads()) as pool:
+        for number, part in _parts(field, force, dt, stride):
+            times = number * stride
+            for after in (0, 1):
+                chosen = np.flatnonzero((times > touch) == bool(after))
+                if len(chosen):
+                    when = dt * times[chosen].astype(np.float64)
+                    _look(pool, field, part[chosen], when, bounds, found[after])
     before, since = (Largest(*each.reshape(4, -1)) for each in found)
     return LargestStress(before, since)
 
@@ -97,42 +103,43 @@ def _parts(field: Field, force: Array, dt: float, stride: int) -> Iterator[tuple
         first += len(part)
 
 
-def _look(field: Field, part: Array, times: Array, radians: Array, bounds: Array, found: Array) -> None:
-    """Into ``found`` (4, G, A) what these times bring, ``radians`` (K,) of each coordinate apart.
-
-    Coordinates that add up to less than `LITTLE` of the largest stress so far are left out, and of what then varies
-    slowly fewer times are looked at.
-    """
-    little = LITTLE * max(found[0].max(initial=0.0), found[2].max(initial=0.0))
-    part, times, kept = _thinned(part, times, radians, bounds.max(axis=0, initial=0.0), little)
+def _look(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, found: Array) -> None:
+    """Into ``found`` (4, G, A) what these times bring."""
+    most = max(found[0].max(initial=0.0), found[2].max(initial=0.0))
+    part, times, kept = _thinned(part, times, bounds.max(axis=0, initial=0.0), most)
     if not kept.size:
         return
     seen = np.minimum(found[0] / math.sqrt(1.5), found[2]).min(axis=1)
     near = np.flatnonzero(bounds[:, kept] @ np.abs(part).max(axis=0) > seen)
-    values, at_once = np.ascontiguousarray(part.T), max(1, _POINTS // found.shape[2])
-    for start in range(0, len(near), at_once):
-        some = near[start : start + at_once]
-        stress = field.stress(some, values, kept)
-        of_some = found[:, some].reshape(4, -1)
-        _largest(stress.reshape(-1, 6, len(times)), times, of_some)
-        found[:, some] = of_some.reshape(4, len(some), -1)
+    values = np.ascontiguousarray(part.T)
+    at_once = max(_PLACES, _NUMBERS // (6 * found.shape[2] * len(times)))
+
+    def look(left: Integers) -> None:
+        for stress in field.stress(left, values, kept):
+            some, left = left[: len(stress)], left[len(stress) :]
+            of_some = found[:, some].reshape(4, -1)
+            _largest(stress.reshape(-1, 6, len(times)), times, of_some)
+            found[:, some] = of_some.reshape(4, len(some), -1)
+
+    for _ in pool.map(look, [near[start : start + at_once] for start in range(0, len(near), at_once)]):
+        pass
 
 
-def _thinned(part: Array, times: Array, radians: Array, bound: Array, little: float) -> tuple[Array, Array, Integers]:
-    """Fewer times and coordinates, and which of these: what is left out is below ``little`` [Pa] everywhere.
+def _thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Array, Array, Integers]:
+    """Fewer times and coordinates, and which of these.
 
-    Between the times that are looked at the followed forces change by `CHANGE` times ``little`` at most.
+    The coordinates left out add up to `LITTLE` of ``largest`` [Pa]. Between two times s steps apart that are looked
+    at, the stress is off the line through both by s^2/8 of its second difference at most, which is below `BETWEEN` of
+    it; and on a line a norm is nowhere larger than at its ends.
     """
     weight = bound * np.abs(part).max(axis=0)
     order = np.argsort(weight)
-    kept = np.sort(order[np.cumsum(weight[order]) >= little]).astype(np.int64)
-    fastest, followed = float(radians[kept].max(initial=0.0)), radians == 0
-    jump = float(bound[followed] @ np.abs(np.diff(part[:, followed], axis=0)).max(axis=0, initial=0.0))
-    apart = min(
-        1 / (TIMES_PER_RADIAN * fastest) if fastest else np.inf, CHANGE * little / jump if jump else np.inf, len(part)
-    )
-    step = max(1, int(apart))
-    return part[::step, kept], times[::step], kept
+    kept = np.sort(order[np.cumsum(weight[order]) >= LITTLE * largest]).astype(np.int64)
+    part = part[:, kept]
+    bend = float((np.abs(np.diff(part, 2, axis=0)) @ bound[kept]).max(initial=0.0))
+    step = max(1, int(min(math.sqrt(8 * BETWEEN * largest / bend) if bend else np.inf, len(part))))
+    looked = np.append(np.arange(0, len(part) - 1, step), len(part) - 1)
+    return part[looked], times[looked], kept
 
 
 def norms(stress: Array) -> Array:
@@ -152,25 +159,36 @@ def principal(stress: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh(tensors))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _largest(stress, times, found):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where top I - stress, by its leading
-    minors, is not positive definite."""
+    """Stress (P, 6, m): the largest root of the characteristic cubic is looked for where mean + 2 sqrt(J2/3), which it
+    cannot exceed, is above what was seen, and top I - stress, by its leading minors, is not positive definite."""
     points, _, count = stress.shape
+    invariant, above = np.empty(count), np.empty(count)
     for p in range(points):
-        mises, top = found[0, p] ** 2, found[2, p]
+        mises, top = found[0, p] ** 2 / 3, found[2, p]
         xx, yy, zz, yz, xz, xy = stress[p]
         for m in range(count):
             mean = (xx[m] + yy[m] + zz[m]) / 3
             a, b, c, d, e, f = xx[m] - mean, yy[m] - mean, zz[m] - mean, yz[m], xz[m], xy[m]
-            second = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
-            if 3 * second > mises:
-                mises = 3 * second
-                found[0, p], found[1, p] = np.sqrt(mises), times[m]
+            invariant[m] = 0.5 * (a * a + b * b + c * c) + d * d + e * e + f * f
+            above[m] = 4 / 3 * invariant[m] - (top - mean) * abs(top - mean)
+        highest = np.argmax(above)  # first: few times are above it then
+        for k in range(-1, count):
+            m = int(highest) if k < 0 else k
+            second = invariant[m]
+            if second > mises:
+                mises = second
+                found[0, p], found[1, p] = np.sqrt(3 * mises), times[m]
+            if above[m] <= 0:
+                continue
+            d, e, f = yz[m], xz[m], xy[m]
             x, y, z = top - xx[m], top - yy[m], top - zz[m]
             minor = x * y - f * f
             if x > 0 and minor > 0 and minor * z - x * d * d - y * e * e - 2 * d * e * f > 0:
                 continue
+            mean = (xx[m] + yy[m] + zz[m]) / 3
+            a, b, c = xx[m] - mean, yy[m] - mean, zz[m] - mean
             reach = 2 * np.sqrt(second / 3)
             third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
             size = 0.5 * reach**3

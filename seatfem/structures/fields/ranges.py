@@ -47,8 +47,8 @@ def _paths(field: Field, course: Array, single: NDArray[np.float32]) -> Iterator
         yield from (np.asarray(each.T.astype(np.float32) @ single, dtype=np.float64) for each in turned)
         return
     every = np.arange(len(field.bounds)), np.arange(len(field.radians))
-    stress = field.stress(every[0], course, every[1]).reshape(len(field.points), 6, -1)
-    yield from (deviators(each.T).T for each in stress)
+    for stress in field.stress(every[0], course, every[1]):
+        yield from (deviators(each.T).T for each in stress.reshape(-1, 6, course.shape[1]))
 
 
 def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:

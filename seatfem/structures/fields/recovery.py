@@ -78,12 +78,12 @@ class StressField:
     def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
         return coordinates(self._pushes(force), dt, self.body, stride)
 
-    def stress(self, which: Integers, values: Array, kept: Integers) -> Array:
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
         modes = self.modal.shape[2]
         of_modes, of_forces = kept[kept < modes], kept[kept >= modes] - modes
         columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
         found = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
-        return np.asarray(found.reshape(len(which), 1, 6, -1))
+        yield found.reshape(len(which), 1, 6, -1)
 
     def _pushes(self, force: Array) -> Array:
         """(p, n + 1) forces on the ports."""
@@ -137,7 +137,8 @@ def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
 def _all(field: Field, part: Array) -> Array:
     """(P, 6, m) at all points by coordinates (m, K)."""
     every = np.arange(len(field.bounds)), np.arange(len(field.radians))
-    return field.stress(every[0], np.ascontiguousarray(part.T), every[1]).reshape(len(field.points), 6, -1)
+    out = [each.copy() for each in field.stress(every[0], np.ascontiguousarray(part.T), every[1])]
+    return np.concatenate(out).reshape(len(field.points), 6, -1)
 
 
 def _norms(fields: Array) -> Array:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numba
-
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
@@ -17,7 +15,7 @@ from impact.runs.budget import Budget, Values, changes, times
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, narrower, with_body
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
-from seatfem.machine.rates import cores
+from seatfem.machine.threads import threads
 from seatfem.structures.estimates.arcs import on_its_patch
 from seatfem.structures.rings import (
     OF_TWICE,
@@ -98,16 +96,16 @@ def error_budget(
         return measures_of(scene, varied, dt, flight)
 
     values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
-    threads = _threads(len(result.force) * len(problem.contacts))
-    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=threads)
+    at_once = _at_once(len(result.force) * len(problem.contacts))
+    left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     names = (*SOURCES, *(name for name in (STRIKER, LIP) if name in found))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
 
 
-def _threads(steps: int) -> int:
+def _at_once(steps: int) -> int:
     """Runs at once: on all cores that compiled code may use, if memory holds the histories of so many ``steps``."""
     room = available_memory() / (STEP_BYTES * steps)
-    return max(1, int(min(cores(), numba.config.NUMBA_NUM_THREADS, room)))  # type: ignore[attr-defined]
+    return max(1, int(min(threads(), room)))
 
 
 def sources_of(
