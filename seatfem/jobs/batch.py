@@ -67,8 +67,8 @@ def crew(
 ) -> Iterator[Ask]:
     """Several workers, which stay from one batch of jobs to the next; arguments as of `answers`.
 
-    The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it is
-    needed, by the thread that asks.
+    The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
+    is needed, by the thread that asks.
     """
     purpose = module.rpartition(".")[0].rpartition(".")[2]
     with private_folder(purpose) as folder, ThreadPoolExecutor(max(workers, 1)) as threads, ExitStack() as ours:

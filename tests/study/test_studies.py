@@ -29,6 +29,7 @@ from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
+from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -73,22 +74,9 @@ def rows(folder: Path) -> list[dict[str, str]]:
         return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
 
 
-def in_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Workers' jobs are answered here, which saves their start; gives the jobs."""
-    jobs: list[str] = []
-
-    def answered(given: list[str], *_: object, **__: object):
-        for number, job in enumerate(given):
-            jobs.append(job)
-            yield number, one._reply(job)
-
-    monkeypatch.setattr("seatfem.study.sweep.runner.answers_at_once", answered)
-    return jobs
-
-
 def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
     table = run_study(load_study(path), tmp_path / "out", file=path)
@@ -107,7 +95,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
     assert len(jobs) == 2
@@ -179,7 +167,7 @@ def test_a_study_survives_kills_at_any_moment(kills: int, tmp_path: Path) -> Non
 def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit code 1, its message and values; tried again when it is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     real = one._carried_out
 
     def failing(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
@@ -205,7 +193,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 
 def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The prediction does without it; but not without any."""
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     real = ahead.plan_scene
 
     def planned(scene: Scene, *given: object, **named: object) -> Plan:
@@ -242,7 +230,7 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
 
 
 def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
     for _ in range(2):  # at once, the second time from the journal
         with pytest.raises(StudyError, match=r"'impulse_N'; did you mean .*'impulse_Ns'"):
@@ -252,7 +240,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
 
 @posix
 def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
     out.mkdir()
     mine = tmp_path / "mine"
@@ -274,7 +262,7 @@ def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pyte
 
 
 def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
     run_study(load_study(path), out)
     before = rows(out)
@@ -328,7 +316,7 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
 
 
 def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas

@@ -45,8 +45,8 @@ def _constraint(text: object) -> Constraint:
         limit = math.nan
     if found is None or not math.isfinite(limit):
         raise ValueError(
-            f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as in "
-            "'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
+            f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
+            "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
         )
     return Constraint(found[1], 1.0 if found[2] == ">=" else -1.0, limit)
 

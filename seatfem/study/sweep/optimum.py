@@ -78,7 +78,9 @@ class Optimum:
         met = [each for each in self.confirmed if _violation(each, self.goal) == 0]
         if len(met) < 2:
             return True
-        values, bars = zip(*((each.value(self.goal.measure), _bar(each, self.goal.measure)) for each in met), strict=True)
+        values, bars = zip(
+            *((each.value(self.goal.measure), _bar(each, self.goal.measure)) for each in met), strict=True
+        )
         return not abs(values[0] - values[1]) <= sum(bar for bar in bars[:2] if math.isfinite(bar))
 
     def table(self, of: Sequence[Found]) -> StudyTable:
@@ -123,10 +125,10 @@ class Optimum:
             return f"no optimum: the best points could not be confirmed: {self.best.outcome.message}"
         goal, best = self.goal, self.best
         where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
-        limits = [
-            f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)
-        ]
-        words = f"{'least' if goal.minimise else 'greatest'} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
+        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]
+        words = (
+            f"{'least' if goal.minimise else 'greatest'} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
+        )
         words += f", with {', '.join(limits)}" if limits else ""
         if not self.is_met:
             words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
@@ -148,10 +150,10 @@ def run_optimum(
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> Optimum:
-    """The scene whose measure is least or greatest within limits; optimum.csv, optimum.json and search.csv in ``folder``.
+    """The scene whose measure is least or greatest within limits; optimum.json, optimum.csv, search.csv in ``folder``.
 
-    A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds is
-    carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
+    A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
+    is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
     goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
     `run_study`: the search asks for the same scenes again, and finds them in the journal.
 
@@ -209,9 +211,13 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
         if math.isinf(rank(ranked[0], goal, shift)[0]):
             first = ranked[0].outcome
             told = first.message or f"{', '.join(goal.measures)}: not known of these scenes"
-            raise StudyError(f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}")
+            raise StudyError(
+                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}"
+            )
         for each in ranked:
-            if math.isfinite(rank(each, goal, shift)[0]) and all(_apart(each, other) for other in target.found.values()):
+            if math.isfinite(rank(each, goal, shift)[0]) and all(
+                _apart(each, other) for other in target.found.values()
+            ):
                 [fine] = target.at([each.point])
                 moved = {name: fine.value(name) - each.value(name) for name in goal.measures}
                 shift = moved if all(map(math.isfinite, moved.values())) else shift
@@ -288,7 +294,9 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
 def _goal(study: Study) -> Optimise:
     if study.optimise is None:
-        raise StudyError("optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to")
+        raise StudyError(
+            "optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to"
+        )
     return study.optimise
 
 

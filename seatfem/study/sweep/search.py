@@ -114,10 +114,9 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
 
     Measures are scaled by what they have differed by so far. A scene without numbers counts as the worst one so far.
     """
-    from scipy.optimize import Bounds, NonlinearConstraint, minimize  # takes long to load
+    from scipy.optimize import NonlinearConstraint, minimize  # takes long to load
 
     start = min(level.found.values(), key=lambda each: rank(each, goal, shift))
-    keys = len(start.point)
 
     def raw(found: Found) -> NDArray[np.float64]:
         """The measure, less is better, then the margins."""
@@ -125,8 +124,8 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
         return np.array([goal.sign * found.value(goal.measure), *(-margin for margin in margins)])
 
     def known() -> NDArray[np.float64]:
-        rows = np.array([raw(each) for each in level.found.values()])
-        return rows[np.isfinite(rows).all(axis=1)]
+        rows = [raw(each) for each in level.found.values()]
+        return np.array([row for row in rows if np.isfinite(row).all()])
 
     if not len(rows := known()):
         return
@@ -138,14 +137,14 @@ def improve(level: Level, goal: Optimise, shift: Shift, radius: float, most: int
         if point not in level.found and len(level.found) >= most:
             raise _SpentError
         values = raw(level.at([point])[0])
-        return (values if np.isfinite(values).all() else known().max(axis=0)) / scale
+        return np.asarray((values if np.isfinite(values).all() else known().max(axis=0)) / scale)
 
     limits = [NonlinearConstraint(lambda x: told(x)[1:], -np.inf, 0.0)] if goal.constraints else []
     try:
         minimize(
-            lambda x: float(told(x)[0]), np.array(start.point), method="cobyqa", bounds=Bounds(np.zeros(keys), np.ones(keys)),
+            lambda x: float(told(x)[0]), np.array(start.point), method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),
             constraints=limits, options={"initial_tr_radius": radius, "final_tr_radius": NEAREST},
-        )  # fmt: skip
+        )  # type: ignore[call-overload]  # fmt: skip
     except _SpentError:
         return
 

@@ -68,7 +68,9 @@ def run_study(
     """
     check_effort(workers, rounds, limit)
     if study.optimise is not None:
-        raise StudyError("optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table")
+        raise StudyError(
+            "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
+        )
     cases = cases_of(study, rounds, file=file)
     scene = load_scene(study.scene, cases[0].changed)
     if any(body.needs_gmsh for body in scene.bodies.values()):
