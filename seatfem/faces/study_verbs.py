@@ -93,7 +93,8 @@ def optimise(
     no_pictures:
         Tables only.
     """
-    from seatfem.study.sweep.optimum import draw_search, run_optimum
+    from seatfem.study.sweep.best import draw_search
+    from seatfem.study.sweep.optimum import run_optimum
     from seatfem.study.sweep.study import load_study
 
     asked = load_study(study)

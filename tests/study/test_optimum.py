@@ -12,7 +12,8 @@ import pytest
 
 import seatfem
 from seatfem.study.sweep import outcome as one
-from seatfem.study.sweep.optimum import Optimum, run_optimum
+from seatfem.study.sweep.best import Optimum
+from seatfem.study.sweep.optimum import run_optimum
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study

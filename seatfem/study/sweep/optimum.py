@@ -7,13 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from impact.brief import brief
 from impact.files.atomic import write_whole
-from impact.pictures.drawing import gap_of
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
@@ -21,8 +18,8 @@ from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene, located
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.ahead import Ahead, ahead
+from seatfem.study.sweep.best import Optimum, goal_of, violation
 from seatfem.study.sweep.cases import Case, Cases, cases_of
-from seatfem.study.sweep.charts import draw_history
 from seatfem.study.sweep.design import Changes
 from seatfem.study.sweep.goal import CONFIRMED, Optimise
 from seatfem.study.sweep.outcome import Outcome
@@ -30,113 +27,10 @@ from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of,
 from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.study.sweep.sweep import LIMIT
-from seatfem.study.sweep.table import BAR, StudyTable, check_measures, table_of, write_csv
+from seatfem.study.sweep.table import check_measures, write_csv
 
 RADIUS: Final = 0.2  # of the ranges, of the first trust region
 AGAIN: Final = 0.05  # and of that about a point that was confirmed
-
-
-@dataclass(frozen=True)
-class Optimum:
-    """What a search has found.
-
-    Attributes:
-        study: what was asked.
-        searched: points of the search, in their order.
-        confirmed: points carried out at the scene's own target, the best first.
-    """
-
-    study: Study
-    searched: tuple[Found, ...]
-    confirmed: tuple[Found, ...]
-
-    __repr__ = brief
-
-    @property
-    def goal(self) -> Optimise:
-        """What was sought."""
-        return _goal(self.study)
-
-    @property
-    def best(self) -> Found:
-        """At the scene's own target."""
-        return self.confirmed[0]
-
-    @property
-    def has_numbers(self) -> bool:
-        """Whether the best was carried out."""
-        return math.isfinite(self.best.value(self.goal.measure))
-
-    @property
-    def is_met(self) -> bool:
-        """Whether the best keeps all limits, up to their error bars."""
-        return self.has_numbers and _violation(self.best, self.goal) == 0
-
-    @cached_property
-    def is_told_apart(self) -> bool:
-        """Whether the best two, both within all limits, differ by more than their error bars."""
-        met = [each for each in self.confirmed if _violation(each, self.goal) == 0]
-        if len(met) < 2:
-            return True
-        values, bars = zip(
-            *((each.value(self.goal.measure), _bar(each, self.goal.measure)) for each in met), strict=True
-        )
-        return not abs(values[0] - values[1]) <= sum(bar for bar in bars[:2] if math.isfinite(bar))
-
-    def table(self, of: Sequence[Found]) -> StudyTable:
-        """A row for each point: values, measures, error bars, the margin of each limit, what became of it."""
-        measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
-        found = table_of(self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures)
-        margins = {
-            f"margin of {each}": [None if math.isnan(m := each.margin(one.value(each.measure))) else m for one in of]
-            for each in self.goal.constraints
-        }
-        return replace(found, columns={**found.columns, **margins})
-
-    def as_json(self) -> dict[str, Any]:
-        """The best point, how it stands to the limits, and how it was found."""
-        limits = [
-            {
-                "constraint": str(each),
-                "margin": _known(margin := each.margin(self.best.value(each.measure))),
-                "error_bar": _known(bar := _bar(self.best, each.measure)),
-                "holds": bool(each.holds(margin, bar)),
-            }
-            for each in self.goal.constraints
-        ]
-        return {
-            "words": self.in_words(),
-            "met": self.is_met,
-            "keys": changes_at(self.study, self.best.point),
-            "measures": {
-                name: {"value": _known(self.best.value(name)), "error_bar": _known(_bar(self.best, name))}
-                for name in self.goal.measures
-            },
-            "constraints": limits,
-            "told_apart": self.is_told_apart,
-            "searched": len(self.searched),
-            "failed": sum(not each.outcome.has_numbers for each in self.searched),
-            "confirmed": len(self.confirmed),
-        }
-
-    def in_words(self) -> str:
-        """One sentence, and what has to be known with it."""
-        if not self.has_numbers:
-            return f"no optimum: the best points could not be confirmed: {self.best.outcome.message}"
-        goal, best = self.goal, self.best
-        where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
-        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]
-        words = (
-            f"{'least' if goal.minimise else 'greatest'} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
-        )
-        words += f", with {', '.join(limits)}" if limits else ""
-        if not self.is_met:
-            words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
-        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.constraints):
-            words += "; a limit is kept up to the error bar only"
-        if not self.is_told_apart:
-            words += "; the second best is no further from it than their error bars"
-        return words
 
 
 def run_optimum(
@@ -161,7 +55,7 @@ def run_optimum(
         SceneError, StudyError, OutputError: as `run_study`; StudyError, too, where no scene has numbers.
     """
     check_effort(workers, rounds, limit)
-    goal = _goal(study)
+    goal = goal_of(study)
     predicted = ahead_of(study, rounds, file)
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
     if any(body.needs_gmsh for body in scene.bodies.values()):
@@ -189,7 +83,7 @@ def run_optimum(
         search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
         target = Level(study, Cases(study, rounds), {}, carry_out)
         _search(search, target, goal)
-    confirmed = sorted(target.found.values(), key=lambda each: (_violation(each, goal), rank(each, goal, {})[1]))
+    confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     found = Optimum(study, tuple(search.found.values()), tuple(confirmed))
     write_csv(folder / "search.csv", found.table(found.searched).columns)
     write_csv(folder / "optimum.csv", found.table(found.confirmed).columns)
@@ -226,15 +120,6 @@ def _search(search: Level, target: Level, goal: Optimise) -> None:
 
 def _apart(one: Found, other: Found) -> bool:
     return max(abs(a - b) for a, b in zip(one.point, other.point, strict=True)) >= NEAREST
-
-
-def draw_search(found: Optimum, path: Path) -> str:
-    """The best so far over the evaluations; in words what kept it from being drawn, "" if nothing did."""
-    goal = found.goal
-    numbers = {each.point: each.case.number for each in found.searched}
-    confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
-    within = [rank(each, goal, {})[0] == 0 for each in found.searched]
-    return gap_of(partial(draw_history, found.table(found.searched), goal, within, confirmed), path)
 
 
 def optimise(
@@ -275,7 +160,7 @@ class SearchAhead:
 
 def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
     """Of a study with [optimise], by its lowest, middle and highest values. Raises `SceneError` of what is wrong."""
-    goal = _goal(study)
+    goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
@@ -292,42 +177,6 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     return SearchAhead(price(_coarse(study), goal.most), target)
 
 
-def _goal(study: Study) -> Optimise:
-    if study.optimise is None:
-        raise StudyError(
-            "optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to"
-        )
-    return study.optimise
-
-
 def _coarse(study: Study) -> Changes:
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
-    return {"accuracy": {"target": _goal(study).coarse, "measures": list(scene.accuracy.measures)}}
-
-
-def _violation(found: Found, goal: Optimise) -> float:
-    """Relative, of the limits that are not kept up to the error bars; infinite of a scene without numbers."""
-    total = 0.0
-    for each in goal.constraints:
-        margin = each.margin(found.value(each.measure))
-        if not each.holds(margin, _bar(found, each.measure)):
-            total += math.inf if math.isnan(margin) else -margin / (abs(each.limit) or 1.0)
-    return total if math.isfinite(found.value(goal.measure)) else math.inf
-
-
-def _bar(found: Found, measure: str) -> float:
-    return found.value(BAR + measure)
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _with_bar(found: Found, measure: str) -> str:
-    bar = _bar(found, measure)
-    return f"{found.value(measure):.5g}" + (f" ± {bar:.2g}" if math.isfinite(bar) else "")
-
-
-def _short(value: object) -> str:
-    number, space, unit = str(value).partition(" ")
-    return f"{float(number):.6g}{space}{unit}"
+    return {"accuracy": {"target": goal_of(study).coarse, "measures": list(scene.accuracy.measures)}}
