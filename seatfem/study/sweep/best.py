@@ -103,7 +103,7 @@ class Optimum:
         }
 
     def in_words(self) -> str:
-        """One sentence, and what has to be known with it."""
+        """One sentence, with what has to be known of it."""
         if not self.has_numbers:
             return f"no optimum: the best points could not be confirmed: {self.best.outcome.message}"
         goal, best = self.goal, self.best
