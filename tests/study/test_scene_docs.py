@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel, create_model
 from pydantic.fields import FieldInfo
-from scene_page import _holds, scene_page
+from scene_page import scene_page
 
 from seatfem.fields import Table
 from seatfem.study.scene import Scene
+from seatfem.study.scene.keys import holds
 from seatfem.study.scene.problems import tables_in
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"
@@ -44,7 +45,7 @@ FIELDS = dict(fields(Scene, set()))
 def test_what_a_key_holds_is_what_it_takes(key: str) -> None:
     """Flags are flags, lists say how many of what, and the example shown is one that the key takes."""
     field = FIELDS[key]
-    said = _holds(field)
+    said = holds(field)
     if tables_in(field.annotation) or not (shown := re.findall(r"`(.+?)`", said)):
         return
     holder = create_model("Holder", __base__=Table, value=(field.annotation, field))
@@ -58,11 +59,11 @@ def test_what_a_key_holds_is_what_it_takes(key: str) -> None:
 
 
 def test_lists_say_how_many_of_what() -> None:
-    holds = {key: _holds(field) for key, field in FIELDS.items()}
-    assert holds["ByPlane.several"] == "`true` or `false`"
-    assert holds["ByPlane.axis_point"] == 'list of three lengths, `["12 mm", "0 mm", "8 mm"]`'
-    assert holds["ByPlane.normal"] == "list of three numbers, `[0.0, 0.0, 1.0]`"
-    assert holds["OrthotropicMaterial.young"].startswith("list of three pressures")
-    assert holds["Accuracy.measures"].startswith('list of `"impulse"`')
+    said = {key: holds(field) for key, field in FIELDS.items()}
+    assert said["ByPlane.several"] == "`true` or `false`"
+    assert said["ByPlane.axis_point"] == 'list of three lengths, `["12 mm", "0 mm", "8 mm"]`'
+    assert said["ByPlane.normal"] == "list of three numbers, `[0.0, 0.0, 1.0]`"
+    assert said["OrthotropicMaterial.young"].startswith("list of three pressures")
+    assert said["Accuracy.measures"].startswith('list of `"impulse"`')
     assert "list of numbers" not in scene_page()
     assert "False" not in scene_page()
