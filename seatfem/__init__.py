@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from seatfem.structures.store import Store, content_key
     from seatfem.study.runs.pipeline import run_scene
     from seatfem.study.scene import load_scene
+    from seatfem.study.sweep.optimum import optimise
     from seatfem.study.sweep.sweep import sweep
     from seatfem.study.trade.chart import draw_trade
     from seatfem.study.trade.table import write_trade
@@ -63,6 +64,7 @@ __all__ = [
     "make_meridian",
     "make_mesh",
     "measure_trade",
+    "optimise",
     "read_frf",
     "read_frf_uff",
     "read_matrices",
@@ -102,6 +104,7 @@ _NAMES = {
     "seatfem.structures.store": "Store content_key",
     "seatfem.study.runs.pipeline": "run_scene",
     "seatfem.study.scene": "load_scene",
+    "seatfem.study.sweep.optimum": "optimise",
     "seatfem.study.sweep.sweep": "sweep",
     "seatfem.study.trade.chart": "draw_trade",
     "seatfem.study.trade.table": "write_trade",

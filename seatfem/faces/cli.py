@@ -52,6 +52,7 @@ for verb in (
     scene_verbs.plan,
     scene_verbs.trade,
     study_verbs.sweep,
+    study_verbs.optimise,
     scene_verbs.greens,
     scene_verbs.modes,
     other_verbs.init,

@@ -1,4 +1,4 @@
-"""The verb that takes a study: sweep; and what plan tells of one."""
+"""The verbs that take a study: sweep, optimise; and what plan tells of one."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from seatfem.faces.output import COMMON, DONE, FAILED, Common, Output, lines, pr
 
 if TYPE_CHECKING:
     from seatfem.study.sweep.ahead import Ahead
+    from seatfem.study.sweep.optimum import SearchAhead
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -66,7 +67,61 @@ def sweep(
     return DONE if table.has_numbers.all() else FAILED
 
 
-def study_ahead(path: Path) -> Ahead | None:
+def optimise(
+    study: Annotated[Path, Parameter(help="The study file (TOML) with [optimise]: what is to be least or greatest.")],
+    /,
+    *,
+    output: Output = None,
+    workers: int | None = None,
+    rounds: int = 4,
+    limit: float = 3600.0,
+    no_pictures: Annotated[bool, Parameter(negative="")] = False,
+    common: Common = COMMON,
+) -> int:
+    """Find the values within their ranges whose scene has the least or greatest measure; goes on where it stopped.
+
+    Parameters
+    ----------
+    output:
+        Folder for tables, picture and journal [default: the study's name + "-optimum"].
+    workers:
+        Processes that run the first scenes; one scene follows from the other after that [default: one a core].
+    rounds:
+        At most so many rounds of refinement of each scene, the first included.
+    limit:
+        Seconds of the clock for one scene.
+    no_pictures:
+        Tables only.
+    """
+    from seatfem.study.sweep.best import draw_search
+    from seatfem.study.sweep.optimum import run_optimum
+    from seatfem.study.sweep.study import load_study
+
+    asked = load_study(study)
+    folder, told = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
+    with progress_of(common) as progress:
+        found = run_optimum(
+            asked, folder, file=study, workers=workers, rounds=rounds, limit=limit, progress=progress,
+            tell=lines(stderr=True, quiet=common.quiet).print,
+        )  # fmt: skip
+    numbers = found.as_json()
+    counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
+    told.print(f"{asked.heading}: {counts}")
+    for words in found.table(found.searched).failures():
+        told.print(words)
+    told.print(found.in_words())
+    files = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")]
+    if not no_pictures:
+        gap = draw_search(found, picture := folder / "search.png")
+        files += [] if gap else [picture]
+        if gap:
+            told.print(f"note: {gap}")
+    for file in files:
+        told.print(f"wrote {file}")
+    return DONE if found.is_met else FAILED
+
+
+def study_ahead(path: Path) -> Ahead | SearchAhead | None:
     """What a study would take; ``None`` of other files."""
     from seatfem.study.scene.load import has_table
 
@@ -74,7 +129,10 @@ def study_ahead(path: Path) -> Ahead | None:
         return None
     from seatfem.study.sweep.ahead import ahead
     from seatfem.study.sweep.cases import cases_of
+    from seatfem.study.sweep.optimum import ahead_of
     from seatfem.study.sweep.study import load_study
 
     study = load_study(path)
+    if study.optimise is not None:
+        return ahead_of(study, file=path)
     return ahead(study.scene, cases_of(study, file=path))

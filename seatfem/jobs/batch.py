@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,55 +48,60 @@ def answers(
         renew: answers after which another worker takes over.
         own_session, environment: as of `start_worker`; with a session, what a lost job has started ends with it.
     """
-    one = answers_at_once(
-        jobs, module, *arguments, workers=1, limit=limit, renew=renew, own_session=own_session, environment=environment
-    )
-    return (answer for _, answer in one)
+    with crew(module, *arguments, workers=1, renew=renew, own_session=own_session, environment=environment) as ask:
+        yield from (answer for _, answer in ask(jobs, limit))
 
 
-def answers_at_once(
-    jobs: Sequence[str],
+Ask = Callable[[Sequence[str], float], Iterator[tuple[int, "str | Lost"]]]
+"""Of jobs and the limit of time for one: the number and the answer of each, as they come."""
+
+
+@contextmanager
+def crew(
     module: str,
     *arguments: str,
     workers: int,
-    limit: float,
     renew: int = 1_000_000_000,
     own_session: bool = False,
     environment: Mapping[str, str] | None = None,
-) -> Iterator[tuple[int, str | Lost]]:
-    """The number of each job and its answer, as they come from several workers; else as `answers`.
+) -> Iterator[Ask]:
+    """Several workers, which stay from one batch of jobs to the next; arguments as of `answers`.
 
-    The jobs are begun in their order. All workers are started by the thread that asks for the answers.
+    The jobs of a batch are begun in their order, and their answers come as they are there. Each worker starts when it
+    is needed, by the thread that asks.
     """
-    count = min(workers, len(jobs))
     purpose = module.rpartition(".")[0].rpartition(".")[2]
-    with private_folder(purpose) as folder, ThreadPoolExecutor(max(count, 1)) as threads, ExitStack() as ours:
-        desks = [_Desk(folder / f"log{number}.txt") for number in range(count)]
+    with private_folder(purpose) as folder, ThreadPoolExecutor(max(workers, 1)) as threads, ExitStack() as ours:
+        desks = [_Desk(folder / f"log{number}.txt") for number in range(workers)]
         for desk in desks:
             ours.callback(desk.end)
-        waiting, asked = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[_Desk, int]]()
 
-        def hand_out(desk: _Desk) -> None:
-            for number, job in waiting:
-                if desk.worker is None:
-                    desk.worker = LineWorker(
-                        module, *arguments, log=desk.log, own_session=own_session, environment=environment
-                    )
-                    desk.done = 0
-                asked[threads.submit(desk.answer, job, limit)] = desk, number
-                return
+        def ask(jobs: Sequence[str], limit: float) -> Iterator[tuple[int, str | Lost]]:
+            waiting, asked = iter(enumerate(jobs)), dict[Future[str | Lost], tuple[_Desk, int]]()
 
-        for desk in desks:
-            hand_out(desk)
-        while asked:
-            ended, _ = wait(asked, return_when=FIRST_COMPLETED)
-            for future in ended:
-                desk, number = asked.pop(future)
-                answer = future.result()
-                if isinstance(answer, Lost) or desk.done >= renew:
-                    desk.end()
-                yield number, answer
+            def hand_out(desk: _Desk) -> None:
+                for number, job in waiting:
+                    if desk.worker is None:
+                        desk.worker = LineWorker(
+                            module, *arguments, log=desk.log, own_session=own_session, environment=environment
+                        )
+                        desk.done = 0
+                    asked[threads.submit(desk.answer, job, limit)] = desk, number
+                    return
+
+            for desk in desks:
                 hand_out(desk)
+            while asked:
+                ended, _ = wait(asked, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    desk, number = asked.pop(future)
+                    answer = future.result()
+                    if isinstance(answer, Lost) or desk.done >= renew:
+                        desk.end()
+                    yield number, answer
+                    hand_out(desk)
+
+        yield ask
 
 
 @dataclass

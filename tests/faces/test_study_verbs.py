@@ -1,4 +1,4 @@
-"""The verb sweep, and what plan tells of a study: options, exit codes, messages."""
+"""The verbs sweep and optimise, and what plan tells of a study: options, exit codes, messages."""
 
 import json
 import re
@@ -8,9 +8,11 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, run_command
 from seatfem.study.sweep import outcome as one
+from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.outcome import Outcome
 from seatfem.study.sweep.study import Design, Outputs, Study, load_study
 from seatfem.study.sweep.variations import Variation, kinds_below
+from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 SCENE = """[seat]
@@ -30,10 +32,6 @@ Told = pytest.CaptureFixture[str]
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Three scenes, whose runs are answered at once; the one of 3 g fails."""
 
-    def answered(jobs: list[str], *_: object, **__: object):
-        for number, job in enumerate(jobs):
-            yield number, one._reply(job)
-
     def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
         if changed["reed.mass"] == "3 g":
             raise RuntimeError("[uff] failed\x1b[2J")
@@ -41,7 +39,7 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "done", "", 0.0, {"impulse_Ns": float(str(changed["reed.mass"])[0]), "filtered_peak_force_N": 2.0}
         )
 
-    monkeypatch.setattr("seatfem.study.sweep.runner.answers_at_once", answered)
+    answer_here(monkeypatch)
     monkeypatch.setattr(one, "_carried_out", carried_out)
     monkeypatch.chdir(tmp_path)
     return written(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]')
@@ -141,6 +139,97 @@ def test_bad_studies(verb: str, text: str, message: str, study: Path, tmp_path: 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
 
 
+SOUGHT = '[vary]\nreed.mass = { from = "1 g", to = "2.9 g" }\n[optimise]\n'
+
+
+def test_an_optimum_is_found_and_told(
+    study: Path, tmp_path: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def carried_out(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+        mass = float(str(changed["reed.mass"]).split()[0])
+        if 2.2 < mass < 2.6:
+            raise RuntimeError("[uff] failed\x1b[2J")
+        return Outcome("done", "", 0.0, {"impulse_Ns": mass, "error_bar_impulse_Ns": 0.01})
+
+    monkeypatch.setattr(one, "_carried_out", carried_out)
+    written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"\nsubject_to = ["impulse_Ns <= 2"]\nmost = 20')
+    assert run_command(["optimise", "gaps.toml"]) == DONE
+    out, err = capsys.readouterr()
+    assert re.search(r"Masses \[1\]: \d+ scenes searched, [1-9]\d* failed, 3 confirmed", out)
+    assert "failed: RuntimeError: [uff] failed\\x1b[2J" in out
+    assert re.search(
+        r"greatest impulse_Ns = (2|2.00\d+|1.99\d+) ± 0.01 at reed.mass = [\d.]+ g, with impulse_Ns = ", out
+    )
+    assert "the second best is no further from it than their error bars" in out
+    assert "search: at most 20 scenes: about " in err
+    names = ["optimum.csv", "optimum.json", "search.csv", "search.png", "study.jsonl"]
+    assert sorted(path.name for path in Path("gaps-optimum").iterdir()) == names
+    assert run_command(["optimise", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == DONE
+    assert not any(capsys.readouterr())
+    assert sorted(path.name for path in Path("there").iterdir()) == [name for name in names if "png" not in name]
+    assert run_command(["sweep", "gaps.toml"]) == BAD_INPUT
+    assert "optimise: this study asks for one best scene; run it by seatfem optimise" in capsys.readouterr().err
+    written(tmp_path, SOUGHT + 'minimise = "impulse_Ns"\nsubject_to = ["impulse_Ns >= 9"]\nmost = 9')
+    assert run_command(["optimise", "gaps.toml", "--no-pictures"]) == FAILED
+    assert "no point within all limits was found; the nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
+
+
+def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> None:
+    written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"')
+    assert run_command(["plan", "gaps.toml"]) == DONE
+    out = capsys.readouterr().out
+    assert re.match(r"search: at most 40 scenes: about [\d.]+ s .*; then at the target: 3 scenes: about [\d.]+ s", out)
+    assert run_command(["plan", "gaps.toml", "--json"]) == DONE
+    told = json.loads(capsys.readouterr().out)
+    assert (told["search"]["scenes"], told["confirmation"]["scenes"]) == (40, 3)
+    assert told["time_s"] > 40 * told["search"]["each"]
+
+
+@pytest.mark.parametrize("verb", ["optimise", "plan"])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (SOUGHT, "gaps.toml:5: optimise.minimise: give one of minimise and maximise"),
+        (SOUGHT + 'minimise = "a"\nmaximise = "b"', "gaps.toml:6: optimise.minimise: give one of"),
+        (SOUGHT + 'minimise = "a b"', "gaps.toml:6: optimise.minimise: "),
+        (SOUGHT + 'minimise = "a"\nsubject_to = ["b < 3"]', "toml:7: optimise.subject_to.0: 'b < 3' cannot be read"),
+        (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= 3 mm"]', "'b <= 3 mm' cannot be read; write a key of summary"),
+        (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= nan"]', "'b <= nan' cannot be read"),
+        (SOUGHT + 'minimise = "a"\nmost = 4', "gaps.toml:7: optimise.most: 4"),
+        (SOUGHT + 'minimise = "a"\ncoarse = "0.1 %"', "gaps.toml:7: optimise.coarse: 0.001 is finer than the scene's"),
+        (SOUGHT + 'minimise = "a"\ncoarse = "2 mm"', "gaps.toml:7: optimise.coarse: "),
+        ("number = 3\n" + SOUGHT + 'minimise = "a"', "gaps.toml:3: number: [optimise] chooses the scenes"),
+        (SOUGHT + 'minimise = "a"\n[outputs]\npareto = ["a", "b"]', "gaps.toml:8: outputs.pareto: [optimise] has one"),
+        (SOUGHT.replace("{ from = \"1 g\", to = \"2.9 g\" }", '["1 g"]') + 'minimise = "a"',
+         "gaps.toml:4: vary.reed.mass: [optimise] needs bounds: write { from"),
+        (SOUGHT.replace("1 g", "-1 g") + 'minimise = "a"', "toml:4: vary.reed.mass: scene 1 of 3, reed.mass = '-1.0"),
+        (SOUGHT.replace("[opt", 'accuracy.target = { from = 0.1, to = 0.2 }\n[opt') + 'minimise = "a"',
+         "gaps.toml:5: vary.accuracy.target: [optimise] sets the accuracy itself"),
+        (SOUGHT.replace("[opt", 'reed.velocity = { from = "-2 m/s", to = "-1 m/s"}\n[opt') + 'minimise = "a"\nmost = 6',
+         "gaps.toml:8: optimise.most: 6 evaluations are too few for 2 keys: at least 7"),
+    ],
+)  # fmt: skip
+def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path: Path, capsys: Told) -> None:
+    written(tmp_path, text)
+    assert run_command([verb, "gaps.toml", "--quiet"]) == BAD_INPUT
+    err = capsys.readouterr().err
+    assert message in err
+    assert "Traceback" not in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
+
+
+def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, capsys: Told) -> None:
+    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
+    assert "optimise: required table is missing: minimise or maximise" in capsys.readouterr().err
+    written(tmp_path, SOUGHT + 'minimise = "impulse_N"')
+    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
+    assert (
+        "optimise: summary.json of these scenes has no single value 'impulse_N'; did you mean"
+        in capsys.readouterr().err
+    )
+    assert run_command(["optimise", "gaps.toml", "--workers", "0"]) == BAD_INPUT
+
+
 def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
     assert "scene.toml: vary: required key is missing: values by dotted key of the scene" in capsys.readouterr().err
@@ -148,7 +237,9 @@ def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
 
 def test_the_page_has_every_key_design_and_kind() -> None:
     text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    keys = {*Study.model_fields} - {"vary", "outputs"} | {f"outputs.{key}" for key in Outputs.model_fields}
+    tables = {"outputs": Outputs, "optimise": Optimise}
+    keys = {*Study.model_fields} - {"vary", *tables}
+    keys |= {f"{name}.{key}" for name, table in tables.items() for key in table.model_fields}
     assert [key for key in keys if f"| `{key}` |" not in text] == []
     assert [name for name in Design.__args__ if f"`{name}`" not in text] == []
     kinds = {kind.model_fields["kind"].annotation.__args__[0]: kind for kind in kinds_below(Variation)}

@@ -29,6 +29,7 @@ from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
+from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -73,22 +74,9 @@ def rows(folder: Path) -> list[dict[str, str]]:
         return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
 
 
-def in_process(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Workers' jobs are answered here, which saves their start; gives the jobs."""
-    jobs: list[str] = []
-
-    def answered(given: list[str], *_: object, **__: object):
-        for number, job in enumerate(given):
-            jobs.append(job)
-            yield number, one._reply(job)
-
-    monkeypatch.setattr("seatfem.study.sweep.runner.answers_at_once", answered)
-    return jobs
-
-
 def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
     table = run_study(load_study(path), tmp_path / "out", file=path)
@@ -107,7 +95,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
     assert len(jobs) == 2
@@ -142,7 +130,7 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
     """Start the program and end it by SIGKILL once it has put some more lines into the journal, or is about to; whether
     it had not ended by itself."""
     before = len(journal.read_bytes().splitlines()) if journal.exists() else 0
-    wanted, pause = before + chance.randint(0, most), chance.random() * chance.choice([0.02, 0.2, 2.0])
+    wanted, pause = before + chance.randint(0, most), chance.random() * chance.choice([0.02, 0.1, 0.5])
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         while process.poll() is None:
             if journal.exists() and len(journal.read_bytes().splitlines()) >= wanted:
@@ -161,7 +149,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path) -> None:
     """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Five kills,
     or as many as SEATFEM_KILLS says (50 take two minutes)."""
     kills = int(os.environ.get("SEATFEM_KILLS", "5"))
-    scenes = 3 * kills
+    scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
     run_study(load_study(path), tmp_path / "whole", workers=1)
     out = tmp_path / "out"
@@ -181,7 +169,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path) -> None:
 def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Exit code 1, its message and values; tried again when it is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     real = one._carried_out
 
     def failing(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
@@ -207,7 +195,7 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 
 def test_a_scene_that_cannot_be_planned_is_told_when_it_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The prediction does without it; but not without any."""
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     real = ahead.plan_scene
 
     def planned(scene: Scene, *given: object, **named: object) -> Plan:
@@ -244,7 +232,7 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
 
 
 def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
     for _ in range(2):  # at once, the second time from the journal
         with pytest.raises(StudyError, match=r"'impulse_N'; did you mean .*'impulse_Ns'"):
@@ -254,7 +242,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
 
 @posix
 def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
     out.mkdir()
     mine = tmp_path / "mine"
@@ -276,7 +264,7 @@ def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pyte
 
 
 def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = in_process(monkeypatch)
+    jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
     run_study(load_study(path), out)
     before = rows(out)
@@ -330,7 +318,7 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
 
 
 def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    in_process(monkeypatch)
+    answer_here(monkeypatch)
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas

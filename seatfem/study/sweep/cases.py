@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +37,29 @@ class Case:
     leader: str
 
 
-def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> list[Case]:
-    """All scenes of the study.
+@dataclass(frozen=True)
+class Cases:
+    """Makes the cases of a study, one after another; knows the seats and files of those that it has made."""
+
+    study: Study
+    rounds: int
+    leaders: dict[str, str] = field(default_factory=dict)
+    files: dict[Path, str] = field(default_factory=dict)
+
+    def case(self, number: int, changed: Changes) -> Case:
+        """The scene with these values. Raises `SceneError` or `RunError` of what is wrong with it."""
+        scene = load_scene(self.study.scene, changed)
+        check_step(scene)
+        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), self.files)
+        own = _key(asked, self.rounds)
+        leader = self.leaders.setdefault(_key(asked["seat"], 0), own)
+        return Case(number, changed, own if own == leader else _key([own, leader], self.rounds), leader)
+
+
+def cases_of(
+    study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, changes: Sequence[Changes] | None = None
+) -> list[Case]:
+    """All scenes of the study, or those with such ``changes``.
 
     Args:
         rounds: of refinement that each may take.
@@ -50,22 +71,16 @@ def cases_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     found: list[Case] = []
     problems: dict[str, Problem] = {}
     wrong: Counter[str] = Counter()
-    leaders: dict[str, str] = {}
-    files: dict[Path, str] = {}
-    for number, changed in enumerate(changes_of(study), start=1):
+    made = Cases(study, rounds)
+    for number, changed in enumerate(changes_of(study) if changes is None else changes, start=1):
         try:
-            scene = load_scene(study.scene, changed)
-            check_step(scene)
+            found.append(made.case(number, changed))
         except (SceneError, RunError) as error:
             for problem in _problems(error, study):
-                told = _in_the_study(problem, changed, f"scene {number} of {study.number_of_scenes}")
+                which = f"scene {number} of {study.number_of_scenes if changes is None else len(changes)}"
+                told = _in_the_study(problem, changed, which)
                 problems.setdefault(told.key, told)
                 wrong[told.key] += 1
-            continue
-        asked = _by_content(scene.model_dump(exclude={"title"}, exclude_unset=True), files)
-        own = _key(asked, rounds)
-        leader = leaders.setdefault(_key(asked["seat"], 0), own)
-        found.append(Case(number, changed, own if own == leader else _key([own, leader], rounds), leader))
     if problems:
         told_all = SceneError(tuple(_with_others(problem, wrong[key] - 1) for key, problem in problems.items()))
         raise told_all if file is None else located(told_all, file)

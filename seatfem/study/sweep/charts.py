@@ -11,6 +11,7 @@ import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
+from seatfem.study.sweep.goal import Optimise
 from seatfem.study.sweep.table import BAR, StudyTable
 
 if TYPE_CHECKING:
@@ -174,4 +175,29 @@ def draw_front(table: StudyTable, path: Path) -> None:
             axes.annotate(words, (x[place], y[place]), (7, -4), textcoords="offset points", fontsize=7, va="top")
         axes.set_xlabel(f"{across} ({'more' if more_across else 'less'} is better)")
         axes.set_ylabel(f"{up} ({'more' if more_up else 'less'} is better)")
+        axes.legend()
+
+
+def draw_history(
+    table: StudyTable,
+    goal: Optimise,
+    within: Sequence[bool],
+    confirmed: Sequence[tuple[int, float, float]],
+    path: Path,
+) -> None:
+    """The measure of every scene of a search, the best so far, and what was confirmed: number, value, error bar."""
+    number, value, inside = table.numbers("scene"), table.numbers(goal.measure), np.array(within)
+    best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
+    with sheet(path, 5.6, 3.6) as figure:
+        figure.suptitle(f"{table.study.heading}: {'least' if goal.minimise else 'greatest'} {goal.measure}")
+        axes = figure.add_subplot()
+        axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
+        if not inside.all():
+            axes.plot(number[~inside], value[~inside], "x", color=ORANGE, markersize=4.5, label="outside")
+        axes.step(number, best, where="post", color=BLUE, label="best so far")
+        at, measured, bars = np.array(confirmed, dtype=float).T
+        axes.errorbar(at, measured, np.nan_to_num(bars), linestyle="", color=GREEN, marker="D", markersize=4.5,
+                      capsize=3, zorder=3, label="at the target of accuracy")  # fmt: skip
+        axes.set_xlabel("scene of the search")
+        axes.set_ylabel(goal.measure)
         axes.legend()

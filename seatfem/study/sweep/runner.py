@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Final
@@ -13,8 +14,9 @@ from typing import Final
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.jobs import journal as lines
-from seatfem.jobs.batch import Lost, answers_at_once
+from seatfem.jobs.batch import Ask, Lost, crew
 from seatfem.jobs.claims import claimed
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.sweep.cases import Case
 from seatfem.study.sweep.outcome import Outcome
 
@@ -31,6 +33,15 @@ ONE_THREAD: Final = dict.fromkeys(
 
 class StudyError(ValueError):
     """A study that cannot be carried out; the message says why and what to do."""
+
+
+def check_effort(workers: int | None, rounds: int, limit: float) -> None:
+    """Raises `StudyError` of options out of range."""
+    Limits(rounds)
+    if workers is not None and workers < 1:
+        raise StudyError(f"--workers = {workers} must be at least 1")
+    if not (limit > 0 and math.isfinite(limit)):
+        raise StudyError(f"--limit = {limit:g} s must be positive and finite")
 
 
 @contextmanager
@@ -58,7 +69,7 @@ def run_cases(
     *,
     about: Mapping[str, object],
     rounds: int,
-    workers: int,
+    ask: Ask,
     limit: float,
     retry: bool = False,
     progress: Progress = silent,
@@ -68,9 +79,9 @@ def run_cases(
 
     Args:
         scene: its file.
-        about: the study, for the journal.
+        about: the study, for the journal; nothing where that has it.
         rounds: of refinement, at most, of each scene.
-        workers: processes.
+        ask: the workers, of `crew_of`.
         limit: seconds of the clock for one scene; one that was stopped is tried again where it is given more.
         retry: whether scenes without numbers are tried again, too.
         heard: hears of each new outcome once it is on file; what it raises ends the study.
@@ -78,15 +89,13 @@ def run_cases(
     wanted = {case.key: case for case in cases}
     found = {key: known[key] for key in wanted if key in known and not _again(known[key], limit, retry)}
     pending = [case for key, case in wanted.items() if key not in found]
-    if pending:
+    if pending and about:
         lines.append(journal, {"study": about})
     progress(STAGE, len(found) / len(wanted))
 
     def carry_out(pending: list[Case], attempt: int = 1) -> None:
         died, jobs = [], [_job(scene, case, rounds, found) for case in pending]
-        for number, answer in answers_at_once(
-            jobs, WORKER, workers=workers, limit=limit, renew=RENEW, own_session=True, environment=ONE_THREAD
-        ):
+        for number, answer in ask(jobs, limit):
             case = pending[number]
             if isinstance(answer, Lost) and not answer.hung and attempt < TRIES:
                 died.append(case)
@@ -102,6 +111,11 @@ def run_cases(
     carry_out([case for case in pending if case.key == case.leader])
     carry_out([case for case in pending if case.key != case.leader])
     return found
+
+
+def crew_of(workers: int) -> AbstractContextManager[Ask]:
+    """So many workers for `run_cases`, one call or several."""
+    return crew(WORKER, workers=workers, renew=RENEW, own_session=True, environment=ONE_THREAD)
 
 
 def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:

@@ -11,7 +11,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Table, default, kinds_below
 from seatfem.study.scene.load import load_table
-from seatfem.study.sweep.variations import AnyVariation, Variation
+from seatfem.study.sweep.goal import Optimise
+from seatfem.study.sweep.variations import AnyVariation, Range, Variation
 
 Design = Literal["grid", "zip", "latin_hypercube", "sobol", "monte_carlo", "sobol_indices"]
 DRAWN: Final = ("latin_hypercube", "sobol", "monte_carlo", "sobol_indices")
@@ -74,6 +75,7 @@ class Study(Table):
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
     outputs: Outputs = default({}, "what is asked of the table")
+    optimise: Optimise | None = Field(None, description="of the values in between, which are best; none where absent")
 
     @model_validator(mode="before")
     @classmethod
@@ -105,7 +107,25 @@ class Study(Table):
         return self.number * (len(self.vary) + 2 if self.design == "sobol_indices" else 1)
 
     @model_validator(mode="after")
+    def _a_search(self) -> Self:
+        if self.optimise is None:
+            return self
+        for key in {"design", "number"} & self.model_fields_set:
+            raise KeyProblem(key, "[optimise] chooses the scenes; remove the key, or the table")
+        if self.outputs.pareto:
+            raise KeyProblem("outputs.pareto", "[optimise] has one measure to improve; make the other a limit there")
+        for key, each in self.vary.items():
+            if not isinstance(each, Range) or each.number is not None:
+                raise KeyProblem(f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number")
+            if key.split(".")[0] == "accuracy":
+                raise KeyProblem(f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse")
+        self.optimise.check_keys(len(self.vary))
+        return self
+
+    @model_validator(mode="after")
     def _a_design(self) -> Self:
+        if self.optimise is not None:
+            return self
         for key, each in self.vary.items():
             if self.is_drawn:
                 each.check_drawn(f"vary.{key}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,14 +13,13 @@ from pydantic import ValidationError
 from impact.progress import Progress, Tell, silent, untold
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.study.runs.next_round import Limits
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import SceneError, load_scene
 from seatfem.study.scene.problems import explain
 from seatfem.study.sweep.ahead import ahead
 from seatfem.study.sweep.cases import cases_of
 from seatfem.study.sweep.outcome import Outcome
-from seatfem.study.sweep.runner import StudyError, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.runner import StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import (
     StudyTable,
@@ -68,11 +66,11 @@ def run_study(
         StudyError: measures that no summary has, another sweep in the folder, numbers without meaning.
         OutputError: ``folder`` cannot be written to. Also what plans raise.
     """
-    Limits(rounds)
-    if workers is not None and workers < 1:
-        raise StudyError(f"--workers = {workers} must be at least 1")
-    if not (limit > 0 and math.isfinite(limit)):
-        raise StudyError(f"--limit = {limit:g} s must be positive and finite")
+    check_effort(workers, rounds, limit)
+    if study.optimise is not None:
+        raise StudyError(
+            "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
+        )
     cases = cases_of(study, rounds, file=file)
     scene = load_scene(study.scene, cases[0].changed)
     if any(body.needs_gmsh for body in scene.bodies.values()):
@@ -95,10 +93,11 @@ def run_study(
         if known:
             tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
-        outcomes = run_cases(
-            study.scene, cases, journal, known, about=about, rounds=rounds, workers=workers or 1, limit=limit,
-            retry=retry, progress=progress, heard=heard,
-        )  # fmt: skip
+        with crew_of(workers or 1) as ask:
+            outcomes = run_cases(
+                study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit,
+                retry=retry, progress=progress, heard=heard,
+            )  # fmt: skip
         table = table_of(study, cases, outcomes, measures)
         write_csv(folder / TABLE, table.columns)
         write_parquet(folder / PARQUET, table.columns)

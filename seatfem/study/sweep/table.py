@@ -81,15 +81,15 @@ def measures_of(study: Study, first: Scene) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
 
 
-def check_measures(measures: Sequence[str], outcome: Outcome) -> None:
-    """Raises `StudyError` of keys that a scene's summary does not have."""
+def check_measures(measures: Sequence[str], outcome: Outcome, table: str = "outputs") -> None:
+    """Raises `StudyError` of keys, named in a ``table`` of the study, that a scene's summary does not have."""
     if not outcome.has_numbers:
         return
     for name in measures:
         if name not in outcome.summary:
             close = get_close_matches(name, outcome.summary, n=3)
             remedy = f"did you mean {' or '.join(map(repr, close))}?" if close else "seatfem run tells which there are"
-            raise StudyError(f"outputs: summary.json of these scenes has no single value {name!r}; {remedy}")
+            raise StudyError(f"{table}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 
 def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:

@@ -1,0 +1,168 @@
+"""What a search has found: the best points at the scene's own target, how they stand to the limits, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from impact.brief import brief
+from impact.pictures.drawing import gap_of
+from seatfem.study.sweep.charts import draw_history
+from seatfem.study.sweep.goal import Optimise
+from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.search import Found, changes_at, rank
+from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.table import BAR, StudyTable, table_of
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What a search has found.
+
+    Attributes:
+        study: what was asked.
+        searched: points of the search, in their order.
+        confirmed: points carried out at the scene's own target, the best first.
+    """
+
+    study: Study
+    searched: tuple[Found, ...]
+    confirmed: tuple[Found, ...]
+
+    __repr__ = brief
+
+    @property
+    def goal(self) -> Optimise:
+        """What was sought."""
+        return goal_of(self.study)
+
+    @property
+    def best(self) -> Found:
+        """At the scene's own target."""
+        return self.confirmed[0]
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether the best was carried out."""
+        return math.isfinite(self.best.value(self.goal.measure))
+
+    @property
+    def is_met(self) -> bool:
+        """Whether the best keeps all limits, up to their error bars."""
+        return self.has_numbers and violation(self.best, self.goal) == 0
+
+    @cached_property
+    def is_told_apart(self) -> bool:
+        """Whether the best two, both within all limits, differ by more than their error bars."""
+        met = [each for each in self.confirmed if violation(each, self.goal) == 0]
+        if len(met) < 2:
+            return True
+        values, bars = zip(
+            *((each.value(self.goal.measure), _bar(each, self.goal.measure)) for each in met), strict=True
+        )
+        return not abs(values[0] - values[1]) <= sum(bar for bar in bars[:2] if math.isfinite(bar))
+
+    def table(self, of: Sequence[Found]) -> StudyTable:
+        """A row for each point: values, measures, error bars, the margin of each limit, what became of it."""
+        measures = tuple(dict.fromkeys((*self.goal.measures, *self.study.outputs.asked())))
+        found = table_of(self.study, [each.case for each in of], {each.case.key: each.outcome for each in of}, measures)
+        margins = {
+            f"margin of {each}": [None if math.isnan(m := each.margin(one.value(each.measure))) else m for one in of]
+            for each in self.goal.constraints
+        }
+        return replace(found, columns={**found.columns, **margins})
+
+    def as_json(self) -> dict[str, Any]:
+        """The best point, how it stands to the limits, and how it was found."""
+        limits = [
+            {
+                "constraint": str(each),
+                "margin": _known(margin := each.margin(self.best.value(each.measure))),
+                "error_bar": _known(bar := _bar(self.best, each.measure)),
+                "holds": bool(each.holds(margin, bar)),
+            }
+            for each in self.goal.constraints
+        ]
+        return {
+            "words": self.in_words(),
+            "met": self.is_met,
+            "keys": changes_at(self.study, self.best.point),
+            "measures": {
+                name: {"value": _known(self.best.value(name)), "error_bar": _known(_bar(self.best, name))}
+                for name in self.goal.measures
+            },
+            "constraints": limits,
+            "told_apart": self.is_told_apart,
+            "searched": len(self.searched),
+            "failed": sum(not each.outcome.has_numbers for each in self.searched),
+            "confirmed": len(self.confirmed),
+        }
+
+    def in_words(self) -> str:
+        """One sentence, with what has to be known of it."""
+        if not self.has_numbers:
+            return f"no optimum: the best points could not be confirmed: {self.best.outcome.message}"
+        goal, best = self.goal, self.best
+        where = ", ".join(f"{key} = {_short(value)}" for key, value in changes_at(self.study, best.point).items())
+        limits = [f"{name} = {_with_bar(best, name)} ({each})" for each in goal.constraints for name in (each.measure,)]
+        words = (
+            f"{'least' if goal.minimise else 'greatest'} {goal.measure} = {_with_bar(best, goal.measure)} at {where}"
+        )
+        words += f", with {', '.join(limits)}" if limits else ""
+        if not self.is_met:
+            words = f"no point within all limits was found; the nearest has {words.split(' ', 1)[1]}"
+        elif any(each.margin(best.value(each.measure)) < 0 for each in goal.constraints):
+            words += "; a limit is kept up to the error bar only"
+        if not self.is_told_apart:
+            words += "; the second best is no further from it than their error bars"
+        return words
+
+
+def draw_search(found: Optimum, path: Path) -> str:
+    """The best so far over the evaluations; in words what kept it from being drawn, "" if nothing did."""
+    goal = found.goal
+    numbers = {each.point: each.case.number for each in found.searched}
+    confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in found.confirmed]
+    within = [rank(each, goal, {})[0] == 0 for each in found.searched]
+    return gap_of(partial(draw_history, found.table(found.searched), goal, within, confirmed), path)
+
+
+def goal_of(study: Study) -> Optimise:
+    """What is sought. Raises `StudyError` of a study without [optimise]."""
+    if study.optimise is None:
+        raise StudyError(
+            "optimise: required table is missing: minimise or maximise = a key of summary.json, subject_to"
+        )
+    return study.optimise
+
+
+def violation(found: Found, goal: Optimise) -> float:
+    """Relative, of the limits that are not kept up to the error bars; infinite of a scene without numbers."""
+    total = 0.0
+    for each in goal.constraints:
+        margin = each.margin(found.value(each.measure))
+        if not each.holds(margin, _bar(found, each.measure)):
+            total += math.inf if math.isnan(margin) else -margin / (abs(each.limit) or 1.0)
+    return total if math.isfinite(found.value(goal.measure)) else math.inf
+
+
+def _bar(found: Found, measure: str) -> float:
+    return found.value(BAR + measure)
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _with_bar(found: Found, measure: str) -> str:
+    bar = _bar(found, measure)
+    return f"{found.value(measure):.5g}" + (f" ± {bar:.2g}" if math.isfinite(bar) else "")
+
+
+def _short(value: object) -> str:
+    number, space, unit = str(value).partition(" ")
+    return f"{float(number):.6g}{space}{unit}"

@@ -1,0 +1,96 @@
+"""[optimise]: which measure is to become least or greatest, within which limits, at what cost."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from seatfem.fields import Fraction, KeyProblem, Table, default
+
+LEAST: Final = 5  # evaluations: three for a line and its curvature, one to begin with, one that uses them
+CONFIRMED: Final = 3  # points that are carried out at the scene's own target
+LOOSE: Final = 1e-3  # of a limit: by so much a constraint whose measure has no error bar may be violated
+_CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A measure of summary.json and its limit [SI]; ``sign`` is 1 where the measure must stay above it, else -1."""
+
+    measure: str
+    sign: float
+    limit: float
+
+    def __str__(self) -> str:
+        return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
+
+    def margin(self, value: float) -> float:
+        """By how much the limit is kept, in the unit of the measure; negative where it is not."""
+        return self.sign * (value - self.limit)
+
+    def holds(self, margin: float, bar: float) -> bool:
+        """Up to the error bar of the measure; up to `LOOSE` of the limit where it has none (nan)."""
+        return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
+
+
+def _constraint(text: object) -> Constraint:
+    found = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
+    try:
+        limit = float(found[3]) if found else math.nan
+    except ValueError:
+        limit = math.nan
+    if found is None or not math.isfinite(limit):
+        raise ValueError(
+            f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
+            "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
+        )
+    return Constraint(found[1], 1.0 if found[2] == ">=" else -1.0, limit)
+
+
+class Optimise(Table):
+    """Which scene is sought."""
+
+    minimise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which less is better")
+    maximise: str | None = Field(None, pattern=r"^\w+$", description="key of summary.json of which more is better")
+    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = Field(
+        (), max_length=20, description="limits, as 'life_margin >= 1.2', of keys of summary.json [SI]"
+    )
+    most: int = Field(40, strict=True, ge=LEAST, le=10_000, description="scenes of the search, at most")
+    coarse: Fraction = default("20 %", "accuracy.target of the search")
+
+    @property
+    def measure(self) -> str:
+        """What is optimised."""
+        return self.minimise or self.maximise or ""
+
+    @property
+    def sign(self) -> float:
+        """1 where less is better, else -1."""
+        return 1.0 if self.minimise else -1.0
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """All limits."""
+        return self.subject_to
+
+    @property
+    def measures(self) -> tuple[str, ...]:
+        """All that are asked for, each once."""
+        return tuple(dict.fromkeys((self.measure, *(each.measure for each in self.constraints))))
+
+    @model_validator(mode="after")
+    def _one_aim(self) -> Self:
+        if (self.minimise is None) == (self.maximise is None):
+            raise KeyProblem("minimise", "give one of minimise and maximise: a key of summary.json")
+        return self
+
+    def check_keys(self, count: int) -> None:
+        """Raises `KeyProblem` where the evaluations do not do for a quadratic model in so many keys."""
+        if self.most < 2 * count + 3:
+            raise KeyProblem(
+                "optimise.most", f"{self.most} evaluations are too few for {count} keys: at least {2 * count + 3}"
+            )

@@ -1,0 +1,182 @@
+"""The best scene of a study: sought at a loose accuracy, confirmed at the scene's own."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from impact.files.atomic import write_whole
+from impact.progress import Progress, Tell, silent, untold
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.libraries import require_gmsh_libraries
+from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import SceneError, load_scene, located
+from seatfem.study.scene.problems import Problem
+from seatfem.study.sweep.ahead import Ahead, ahead
+from seatfem.study.sweep.best import Optimum, goal_of, violation
+from seatfem.study.sweep.cases import Case, Cases, cases_of
+from seatfem.study.sweep.design import Changes
+from seatfem.study.sweep.goal import CONFIRMED, Optimise
+from seatfem.study.sweep.outcome import Outcome
+from seatfem.study.sweep.runner import STAGE, StudyError, check_effort, crew_of, folder_of_ours, read_journal, run_cases
+from seatfem.study.sweep.search import NEAREST, Found, Level, Shift, changes_at, first_points, improve, rank
+from seatfem.study.sweep.study import Study, load_study
+from seatfem.study.sweep.sweep import LIMIT
+from seatfem.study.sweep.table import check_measures, write_csv
+
+RADIUS: Final = 0.2  # of the ranges, of the first trust region
+AGAIN: Final = 0.05  # and of that about a point that was confirmed
+
+
+def run_optimum(
+    study: Study,
+    folder: Path,
+    *,
+    file: Path | None = None,
+    workers: int | None = None,
+    rounds: int = MOST_ROUNDS,
+    limit: float = LIMIT,
+    progress: Progress = silent,
+    tell: Tell = untold,
+) -> Optimum:
+    """The scene whose measure is least or greatest within limits; optimum.json, optimum.csv, search.csv in ``folder``.
+
+    A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
+    is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
+    goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
+    `run_study`: the search asks for the same scenes again, and finds them in the journal.
+
+    Raises:
+        SceneError, StudyError, OutputError: as `run_study`; StudyError, too, where no scene has numbers.
+    """
+    check_effort(workers, rounds, limit)
+    goal = goal_of(study)
+    predicted = ahead_of(study, rounds, file)
+    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    if any(body.needs_gmsh for body in scene.bodies.values()):
+        require_gmsh_libraries()
+    workers = workers or predicted.workers()
+    with folder_of_ours(folder) as journal, crew_of(workers) as ask:
+        known, about = read_journal(journal), study.model_dump(mode="json", by_alias=True)
+        tell(predicted.in_words(workers))
+
+        def heard(outcome: Outcome) -> None:
+            check_measures(goal.measures, outcome, "optimise")
+            check_measures(study.outputs.asked(), outcome)
+
+        def carry_out(cases: Sequence[Case]) -> Mapping[str, Outcome]:
+            for outcome in [known[case.key] for case in cases if case.key in known][:1]:
+                heard(outcome)
+            found = run_cases(
+                study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit, heard=heard
+            )
+            known.update(found)
+            about.clear()
+            progress(STAGE, min(1.0, (len(search.found) + len(target.found) + 1) / (goal.most + CONFIRMED)))
+            return found
+
+        search = Level(study, Cases(study, rounds), _coarse(study), carry_out)
+        target = Level(study, Cases(study, rounds), {}, carry_out)
+        _search(search, target, goal)
+    confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
+    found = Optimum(study, tuple(search.found.values()), tuple(confirmed))
+    write_csv(folder / "search.csv", found.table(found.searched).columns)
+    write_csv(folder / "optimum.csv", found.table(found.confirmed).columns)
+    write_whole(folder / "optimum.json", (json.dumps(found.as_json(), indent=1) + "\n").encode("utf-8"))
+    return found
+
+
+def _search(search: Level, target: Level, goal: Optimise) -> None:
+    keys = len(search.study.vary)
+    model = 2 * keys + 1  # points of a first quadratic model
+    search.at(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
+    shift: Shift = {}
+    for left in range(CONFIRMED, 0, -1):
+        spare = goal.most - len(search.found)
+        part = max(model, 2 * spare // 3 if left == CONFIRMED else spare // left)
+        if spare >= model:
+            improve(search, goal, shift, RADIUS if left == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
+        ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
+        if math.isinf(rank(ranked[0], goal, shift)[0]):
+            first = ranked[0].outcome
+            told = first.message or f"{', '.join(goal.measures)}: not known of these scenes"
+            raise StudyError(
+                f"optimise: none of {len(ranked)} scenes has the numbers that are asked for; the first: {told}"
+            )
+        for each in ranked:
+            if math.isfinite(rank(each, goal, shift)[0]) and all(
+                _apart(each, other) for other in target.found.values()
+            ):
+                [fine] = target.at([each.point])
+                moved = {name: fine.value(name) - each.value(name) for name in goal.measures}
+                shift = moved if all(map(math.isfinite, moved.values())) else shift
+                break
+
+
+def _apart(one: Found, other: Found) -> bool:
+    return max(abs(a - b) for a, b in zip(one.point, other.point, strict=True)) >= NEAREST
+
+
+def optimise(
+    study: Path | str, folder: Path | str | None = None, *, workers: int = 1, rounds: int = MOST_ROUNDS
+) -> Optimum:
+    """The best scene of a study file with a table [optimise] (docs/studies.md).
+
+        found = seatfem.optimise("study.toml"); found.in_words(); found.as_json()["keys"]
+
+    ``folder``: of the journal, by which a stopped search goes on, and of the tables; none is kept where absent.
+    Raises as `run_optimum`.
+    """
+    with ExitStack() as ours:
+        place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
+        return run_optimum(load_study(study), place, file=Path(study), workers=workers, rounds=rounds)
+
+
+@dataclass(frozen=True)
+class SearchAhead:
+    """What an optimisation would take: its search, and the scenes that confirm it."""
+
+    search: Ahead
+    target: Ahead
+
+    def workers(self) -> int:
+        """As many as either could use."""
+        return min(self.search.workers(), self.target.workers())
+
+    def as_json(self) -> str:
+        """Both, and the time of all with one worker: one scene follows from the other."""
+        parts = {"search": json.loads(self.search.as_json()), "confirmation": json.loads(self.target.as_json())}
+        return json.dumps({**parts, "time_s": self.search.seconds() + self.target.seconds()}, indent=1)
+
+    def in_words(self, workers: int) -> str:
+        """One line."""
+        return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
+
+
+def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
+    """Of a study with [optimise], by its lowest, middle and highest values. Raises `SceneError` of what is wrong."""
+    goal = goal_of(study)
+    points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
+
+    def price(accuracy: Changes, scenes: int) -> Ahead:
+        cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
+        found = ahead(study.scene, cases)
+        return replace(found, scenes=scenes, seats=scenes if found.seats > 1 else found.seats)
+
+    target = price({}, CONFIRMED)  # first: its messages are of the scene as it is
+    asked = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
+    if goal.coarse < asked:
+        words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {asked:g}; raise one or lower the other"
+        wrong = SceneError((Problem(None, 0, "optimise.coarse", words, ("optimise", "coarse")),))
+        raise wrong if file is None else located(wrong, file)
+    return SearchAhead(price(_coarse(study), goal.most), target)
+
+
+def _coarse(study: Study) -> Changes:
+    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    return {"accuracy": {"target": goal_of(study).coarse, "measures": list(scene.accuracy.measures)}}
