@@ -161,7 +161,11 @@ def _run(body: Sequence[str], step: Sequence[str], of_step: str = "") -> tuple[s
         deck.write_text("\n".join([*body, f"*STEP{of_step}", *step, "*END STEP"]) + "\n", encoding="ascii")
         before = os.times()
         done = subprocess.run(
-            [PROGRAM, "deck"], cwd=folder, env={**os.environ, **dict.fromkeys(_THREADS, "1")}, capture_output=True, text=True
+            [PROGRAM, "deck"],
+            cwd=folder,
+            env={**os.environ, **dict.fromkeys(_THREADS, "1")},
+            capture_output=True,
+            text=True,
         )
         after = os.times()
         if done.returncode or "*ERROR" in done.stdout:
