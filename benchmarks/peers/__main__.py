@@ -83,11 +83,14 @@ def modes_table() -> Table:
     notes = (
         f"The {MODES} lowest natural frequencies; processor seconds from the mesh on. *Apart*: largest relative "
         "difference of a frequency, as both programs come, and ours with CalculiX's mass.\n\n"
-        "CalculiX integrates stiffness and mass of a C3D10 by four points: exact for the stiffness of straight elements, "
-        "too few for the mass, whose integrand is of the fourth degree. We integrate both exactly. With its four points "
+        "CalculiX integrates stiffness and mass of a C3D10 by four points: exact for the stiffness "
+        "of straight elements, "
+        "too few for the mass, whose integrand is of the fourth degree. We integrate both exactly. "
+        "With its four points "
         "for our mass, the frequencies of straight elements are the same to the digits that it prints; what is left on "
         "curved elements is its stiffness, which four points do not integrate exactly there.\n\n"
-        "ccx of Debian takes ARPACK and SPOOLES; we take a block Lanczos search on PARDISO, and count that no mode is missing.",
+        "ccx of Debian takes ARPACK and SPOOLES; we take a block Lanczos search on PARDISO, and "
+        "count that no mode is missing.",
     )
     columns = ("elements", "unknowns", "CalculiX (s)", "ours (s)", "ratio", "apart", "apart, same mass")
     return Table("Natural modes", notes, columns, tuple(rows))
@@ -121,11 +124,15 @@ def response_table() -> Table:
         f"Mean displacement of the lip's top under a unit Hann pulse of {1e6 * WIDTH:g} us, spread over it by the same "
         f"consistent nodal forces, until {1e6 * DURATION:g} us; {model.size} unknowns, no damping. *Apart*: largest "
         "difference over the largest value.\n\n"
-        "Direct: `*DYNAMIC, DIRECT, ALPHA=0`, the trapezoidal rule without numerical damping. Modes: `*MODAL DYNAMIC` with "
-        f"{SUMMED} modes, and no correction for those left out. *Apart, same way*: from the trapezoidal rule with the same "
-        "step, or from the sum of as many modes, by our matrices with CalculiX's mass. So what stands before it is the error "
+        "Direct: `*DYNAMIC, DIRECT, ALPHA=0`, the trapezoidal rule without numerical damping. "
+        "Modes: `*MODAL DYNAMIC` with "
+        f"{SUMMED} modes, and no correction for those left out. *Apart, same way*: from the "
+        f"trapezoidal rule with the same "
+        "step, or from the sum of as many modes, by our matrices with CalculiX's mass. So what "
+        "stands before it is the error "
         "of that step, or of the modes left out, with what the mass adds.\n\n"
-        f"Ours: assembly, one factorization, a Krylov space to a tolerance of {100 * TOLERANCE:g} % of the response, and 200 "
+        f"Ours: assembly, one factorization, a Krylov space to a tolerance of {100 * TOLERANCE:g} % "
+        f"of the response, and 200 "
         "values of the response.",
     )
     columns = ("CalculiX", "steps a pulse", "CalculiX (s)", "ours (s)", "ratio", "apart (%)", "apart, same way (%)")
@@ -144,15 +151,15 @@ with other programs running beside: read ratios, which are theirs over ours.
 
 LIMITS = """## Who is better at what
 
-- For us: what is timed is what we are made for. A response by direct dynamics is that of one load, and ccx factors anew,
-  twice, in every step; our Green's function is computed once and used again for every reed, law and speed of impact. Our error is
-  estimated; that of a step or of modes left out is not.
-- For CalculiX: it is a whole program, its times hold reading the deck and writing the results. It starts at once, we load
-  Python and its libraries for {start:.1f} s of processor time, not counted above: on a mesh of a few thousand unknowns
-  that is more than its whole run for modes, so there it is done first. It needs no band: its steps hold
-  whatever the mesh does. It has many more elements, materials that yield, large displacements, heat and flow, of which we
-  have nothing.
-- Debian's ccx solves by SPOOLES; builds with PARDISO or PaStiX are faster, and were not measured.
+- For us: what is timed is what we are made for. A response by direct dynamics is that of one load, and ccx factors
+  anew, twice, in every step; our Green's function is computed once and used again for every reed, law and speed of
+  impact. Our error is estimated; that of a step or of modes left out is not.
+- For CalculiX: it is a whole program, its times hold reading the deck and writing the results. It starts at once,
+  we load Python and its libraries for {start:.1f} s of processor time, not counted above: on a mesh of a few
+  thousand unknowns that is more than its whole run for modes, so there it is done first. It needs no band: its
+  steps hold whatever the mesh does. It has many more elements, materials that yield, large displacements, heat and
+  flow, of which we have nothing.
+- Debian's ccx solves by SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
 - Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
 - Left out: the impact itself by CalculiX's own contact. What is compared is what goes into our contact, the body.
 """

@@ -1,7 +1,7 @@
 """CalculiX, a general finite element program (its solver is ccx, Debian's calculix-ccx), on a model of ours.
 
-The deck is written from the model itself: its nodes, its ten-node tetrahedra (C3D10), the components that are held and the
-nodal forces of its port, so that both programs solve the same mesh under the same supports and the same load.
+The deck is written from the model itself: its nodes, its ten-node tetrahedra (C3D10), the components that are held and
+the nodal forces of its port, so that both programs solve the same mesh under the same supports and the same load.
 """
 
 from __future__ import annotations
