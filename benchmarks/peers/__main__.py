@@ -156,8 +156,9 @@ LIMITS = """## Who is better at what
   impact. Our error is estimated; that of a step or of modes left out is not.
 - For CalculiX: it is a whole program, its times hold reading the deck and writing the results. It starts at once,
   we load Python and its libraries for {start:.1f} s of processor time, not counted above: with them, it is
-  done first with the modes of the smallest mesh. It needs no band: its steps hold whatever the mesh does. It has many more elements, materials that yield, large displacements, heat and
-  flow, of which we have nothing.
+  done first with the modes of the smallest mesh. It needs no band: its steps hold whatever the mesh does.
+  It has many more elements, materials that yield, large displacements, heat and flow, of
+  which we have nothing.
 - Debian's ccx solves by SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
 - Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
 - Left out: the impact itself by CalculiX's own contact. What is compared is what goes into our contact, the body.
