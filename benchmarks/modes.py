@@ -8,16 +8,13 @@ Run: OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 python benchmarks/modes.py
 from __future__ import annotations
 
 import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from time import perf_counter
 from unittest import mock
 
 import numpy as np
 import skfem
+from peers import calculix
 from scipy.sparse.linalg import LinearOperator, eigsh
 from table import Table, publish
 
@@ -73,37 +70,11 @@ def ours(model: SecondOrderModel) -> Numbers:
     return found.frequencies_hz
 
 
-def deck(mesh: skfem.Mesh3D, path: Path) -> None:
-    """The block for CalculiX, ten-node tetrahedra."""
-    basis = skfem.Basis(mesh, skfem.ElementTetP2(), intorder=1)
-    cells, points = basis.element_dofs.copy(), basis.doflocs
-    a, b, c, d = (points[:, cells[k]] for k in range(4))
-    turned = np.einsum("ie,ie->e", np.cross((b - a).T, (c - a).T).T, d - a) < 0
-    cells[:, turned] = cells[np.ix_([1, 0, 2, 3, 4, 6, 5, 8, 7, 9], np.flatnonzero(turned))]
-    lines = ["*NODE, NSET=ALL"]
-    lines += [f"{k},{x:.12g},{y:.12g},{z:.12g}" for k, (x, y, z) in enumerate(points.T, start=1)]
-    lines += ["*ELEMENT, TYPE=C3D10, ELSET=BODY"]
-    lines += [",".join(map(str, [k, *(cell + 1)])) for k, cell in enumerate(cells.T, start=1)]
-    lines += ["*NSET, NSET=FIXED", *(str(k) for k in np.flatnonzero(points[2] < 1e-9) + 1)]
-    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{STEEL.young},{STEEL.poisson}", "*DENSITY", f"{STEEL.density}"]
-    lines += ["*SOLID SECTION, ELSET=BODY, MATERIAL=STEEL", "*BOUNDARY", "FIXED,1,3"]
-    lines += ["*STEP", "*FREQUENCY", f"{MODES}", "*END STEP"]
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
-
-
-def calculix(mesh: skfem.Mesh3D) -> tuple[Numbers, float, float]:
+def theirs(model: SecondOrderModel) -> tuple[Numbers, float, float]:
     """Frequencies, processor and wall seconds of ccx, one thread."""
-    with tempfile.TemporaryDirectory() as folder:
-        deck(mesh, Path(folder) / "block.inp")
-        one = {**os.environ, "OMP_NUM_THREADS": "1", "CCX_NPROC_EQUATION_SOLVER": "1"}
-        before, start = os.times(), perf_counter()
-        subprocess.run(["ccx", "block"], cwd=folder, env=one, check=True, stdout=subprocess.DEVNULL)
-        after, wall = os.times(), perf_counter() - start
-        text = (Path(folder) / "block.dat").read_text(encoding="ascii").split("P A R T I C I P A T I O N")[0]
-    rows = [line.split() for line in text.splitlines()]
-    found = [float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()]
-    processor = sum(after[2:4]) - sum(before[2:4])
-    return np.array(found[:MODES]), processor, wall
+    start = perf_counter()
+    found = calculix.frequencies(model, STEEL, MODES)
+    return found.values, found.seconds, perf_counter() - start
 
 
 def timed(work: Callable[[], Numbers]) -> tuple[Numbers, float, float]:
@@ -131,10 +102,9 @@ def main() -> None:
     usual = timed(lambda: arpack_as_it_comes(model))
     rows.append(row("hexahedra", model.size, "ARPACK, PARDISO as it comes", usual, mine))
     rows.append(row("hexahedra", model.size, "ARPACK on our factorization", timed(lambda: arpack(model)), mine))
-    mesh = grid(TETRAHEDRA, skfem.MeshTet)
-    if shutil.which("ccx"):
-        solid = assemble(mesh, STEEL, order=2)
-        rows.append(row("tetrahedra", solid.size, "CalculiX", calculix(mesh), timed(lambda: ours(solid))))
+    if not calculix.absent():
+        solid = assemble(grid(TETRAHEDRA, skfem.MeshTet), STEEL, order=2)
+        rows.append(row("tetrahedra", solid.size, "CalculiX", theirs(solid), timed(lambda: ours(solid))))
     notes = (
         f"The {MODES} lowest modes of a steel block of 20 x 20 x 8 mm, clamped below: second-order elements, one "
         "thread, processor / wall seconds, each pair one after the other in one run.",

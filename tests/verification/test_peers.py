@@ -1,0 +1,58 @@
+"""CalculiX on a small mesh of ours: frequencies, and the response of the patch by the same rule."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import skfem
+
+from benchmarks.peers import calculix, same_rule
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
+from seatfem.structures.model import ModelError
+from seatfem.structures.reduction.modes import solve_modes
+
+STEEL = Material(200e9, 0.3, 7850.0)
+SIDES = (8e-3, 6e-3, 4e-3)
+here = pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
+
+
+def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
+    """A block, clamped below, pushed above."""
+    mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, cells, strict=True)))
+    named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9}
+    return assemble(mesh.with_boundaries(named), STEEL, order=2)
+
+
+@here
+def test_frequencies_are_the_same_and_a_wrong_modulus_is_seen():
+    """Its mass of four points moves the fifth by 0.3 % here; 3 % of the modulus move all of them by 1.5 %."""
+    model = block()
+    theirs = calculix.frequencies(model, STEEL, 5).values
+    assert np.abs(theirs / solve_modes(model, 5).frequencies_hz - 1).max() < 5e-3
+    wrong = calculix.frequencies(model, replace(STEEL, young=1.03 * STEEL.young), 5).values
+    assert np.abs(wrong / solve_modes(model, 5).frequencies_hz - 1).min() > 1e-2
+
+
+@here
+def test_the_mass_explains_what_the_frequencies_differ_by():
+    """With four points for our mass, too: the seven digits that it prints."""
+    model = block()
+    same = replace(model, M=calculix.same_mass(model, STEEL), known=model.damping)
+    theirs = calculix.frequencies(model, STEEL, 5).values
+    assert np.abs(theirs / solve_modes(same, 5).frequencies_hz - 1).max() < 1e-6
+
+
+@here
+def test_the_response_is_that_of_the_trapezoidal_rule():
+    """The same mass, rule and load: the seven digits that it prints."""
+    model, width = block(cells=(2, 2, 1)), 10e-6
+    same = replace(model, M=calculix.same_mass(model, STEEL), known=model.damping)
+    theirs = calculix.response(model, STEEL, width=width, duration=2 * width, steps_per_width=10)
+    ours = same_rule.trapezoidal(same, width / 10, len(theirs.values), width)
+    assert np.abs(theirs.values - ours).max() < 1e-6 * np.abs(ours).max()
+
+
+def test_hexahedra_are_refused():
+    with pytest.raises(ModelError, match="tetrahedra of order 2"):
+        calculix.same_mass(block(skfem.MeshHex), STEEL)
