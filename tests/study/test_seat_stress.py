@@ -133,3 +133,16 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
     ) as caught:
         pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
     assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]
+
+
+def test_the_struck_face_may_be_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """None of its nodes, nor those of its rim's neighbourhood, is looked at; all others are."""
+    kept: list[SeatStress] = []
+    monkeypatch.setattr(afterwards, "stress_keys", lambda stress: kept.append(stress) or {})
+    for asked in ("", "struck = false"):
+        pipeline.run_scene(load_scene(scene(tmp_path, f"distance = '1 mm'\n{asked}")), tmp_path, pictures=False)
+    whole, rest = (stress.sites for stress in kept)
+    top = whole[:, 2].max()
+    assert np.isclose(whole[:, 2], top).sum() > 4
+    assert top - rest[:, 2].max() >= 1e-3 * (1 - 1e-6)
+    assert len(rest) == np.sum(whole[:, 2] < top - 1e-3 * (1 - 1e-6))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -37,6 +38,7 @@ from seatfem.study.scene.problems import Problem, SceneError
 FIRST: Final = 4  # harmonics of a full space at least: the lowest frequency first falls, then rises with n
 STATIC: Final = 10  # vectors for each port of harmonics without waves in the band
 FEWEST_ANGLES: Final = 16
+ON_IT: Final = 1e-6  # m from a node of the struck face
 
 Fields = tuple[AnyField, AnyField]
 """And the same of fewer vectors."""
@@ -73,9 +75,26 @@ class SeatMesh:
         return self.plan.scene.stress.distance
 
     def surface(self) -> Sites:
-        """All nodes of the surface away from singular edges."""
-        sites = on_surface(elements_of(self.mesh))
-        return sites.at(~near(sites.points, self.singular, self.distance))
+        """All nodes of the surface away from singular edges, and from the struck face where it does not count."""
+        sites, stress = on_surface(elements_of(self.mesh)), self.plan.scene.stress
+        assert stress is not None
+        left_out = near(sites.points, self.singular, self.distance)
+        if not stress.struck:
+            left_out |= near(sites.points, self._struck, max(self.distance, ON_IT))
+        if left_out.all():
+            raise ModelError(
+                f"stress: nothing of the surface is further than stress.distance = {1e3 * self.distance:g} mm from "
+                "what is left out; make it smaller, refine seat.mesh.size, or set stress.struck = true"
+            )
+        return sites.at(~left_out)
+
+    @property
+    def _struck(self) -> Array:
+        """(k, d) nodes of the struck face: corners, middles of edges and of facets [m]."""
+        mesh = elements_of(self.mesh).mesh
+        corners = mesh.p[:, mesh.facets[:, mesh.boundaries[self.body.struck_face]]]
+        pairs = [(corners[:, a] + corners[:, b]) / 2 for a, b in combinations(range(corners.shape[1]), 2)]
+        return np.concatenate([*np.moveaxis(corners, 1, 0), *pairs, corners.mean(axis=1)], axis=1).T
 
     def named(self) -> Sites:
         """At ``stress.points``. Raises `SceneError` of those off the seat, or at a singular edge."""

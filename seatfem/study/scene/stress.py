@@ -30,6 +30,12 @@ class Stress(Table):
         "0.2 mm",
         "from singular edges, reentrant without a fillet or the rim of a clamped face, within which none is told",
     )
+    struck: bool = Field(
+        True,
+        strict=True,
+        description="whether the surface includes the struck face and what lies within distance of it, where a coarse "
+        "mesh tells little and the rim of a rigid patch has no limit",
+    )
     apart: Gap = default("1 mm", "within which the largest of the stress is one hot spot")
     frames: int = Field(
         0,
