@@ -107,7 +107,7 @@ def unsolved_advice(unsolved: int, steps: int) -> Iterator[Advice]:
     if unsolved == 0:
         return
     yield Advice(
-        "share of the steps whose contact forces were not found to 1e-14",
+        "share of the steps whose contact forces were not found to 1e-12",
         unsolved / steps,
         0.0,
         "stiff contacts act almost at one place, and the forces of these steps are rough",

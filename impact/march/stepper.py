@@ -182,7 +182,7 @@ class ContactStepper:
         force: (n, p) force of each step [N], filled as it goes.
         gap: (n + 1, p) openings [m].
         film: (n, p) the films' part of the force [N]; (n, 0) where no contact has one.
-        unsolved: steps (since a restart) whose several forces were not found to 1e-14.
+        unsolved: steps (since a restart) whose several forces were not found to 1e-12.
     """
 
     def __init__(self, prepared: Prepared, *, flying: bool = False) -> None:

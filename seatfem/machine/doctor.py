@@ -27,6 +27,7 @@ LIBRARIES: Final = (
     "numba",
     "h5py",
     "rainflow",
+    "threadpoolctl",
     "gmsh",
     "scikit-fem",
     "pymetis",
