@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -13,12 +12,12 @@ import numpy as np
 
 from impact import measures
 from impact.files.atomic import whole_file
-from impact.files.input_files import MB, read_text
 from impact.greens.base import GreensFunction
 from impact.storage.hdf5 import load_greens, load_results
+from seatfem.faces.report.page import run_summary
 from seatfem.structures.formats.uff_writing import write_receptance_uff
 from seatfem.structures.rings import as_a_whole
-from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE
+from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
 BINS: Final = 2000  # frequencies of a receptance
@@ -26,7 +25,7 @@ PER_BAND: Final = 1.25  # of it beyond the band of the filter
 
 
 class ExportError(ValueError):
-    """A folder that holds no run, or a format that there is not."""
+    """A format that there is not."""
 
 
 def export(folder: Path, to: str, output: Path) -> tuple[Path, ...]:
@@ -36,14 +35,13 @@ def export(folder: Path, to: str, output: Path) -> tuple[Path, ...]:
     - uff: receptance.uff, dataset 58, of the struck patch up to 1.25/filter_width.
 
     Raises:
-        ExportError: no such format; ``folder`` holds no run.
+        ExportError: no such format.
+        ReportError: ``folder`` holds no run.
         StorageError, UffError, GreensFunctionError: what reading and writing them raise.
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
-    if not (folder / SUMMARY_FILE).is_file():
-        raise ExportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)")
-    summary = json.loads(read_text(folder / SUMMARY_FILE, 4 * MB, ExportError))
+    summary = run_summary(folder)
     output.mkdir(parents=True, exist_ok=True)
     return tuple(FORMATS[to](folder, summary, output))
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Parameter
 
@@ -16,16 +17,31 @@ if TYPE_CHECKING:
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
 
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Work:
+    """What a study may take."""
+
+    workers: Annotated[
+        int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
+    ] = None
+    rounds: Annotated[
+        int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
+    ] = 4
+    limit: Annotated[float, Parameter(help="Seconds of the clock for one scene.")] = 3600.0
+    no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
+
+
+USUAL: Final = Work()
+
+
 def sweep(
     study: Annotated[Path, Parameter(help="The study file (TOML): a scene and what varies of it.")],
     /,
     *,
     output: Output = None,
-    workers: int | None = None,
-    rounds: int = 4,
-    limit: float = 3600.0,
     retry: Annotated[bool, Parameter(negative="")] = False,
-    no_pictures: Annotated[bool, Parameter(negative="")] = False,
+    work: Work = USUAL,
     common: Common = COMMON,
 ) -> int:
     """Run a scene over many values of its keys: one table, and what follows from it; goes on where it stopped.
@@ -34,16 +50,8 @@ def sweep(
     ----------
     output:
         Folder for table, reports and journal [default: the study's name + "-sweep"].
-    workers:
-        Processes that run scenes [default: one a core, as far as the memory does].
-    rounds:
-        At most so many rounds of refinement of each scene, the first included.
-    limit:
-        Seconds of the clock for one scene.
     retry:
         Try scenes again that have failed before.
-    no_pictures:
-        Tables only.
     """
     from seatfem.study.sweep.reports import write_reports
     from seatfem.study.sweep.study import load_study
@@ -53,10 +61,10 @@ def sweep(
     folder, told = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
     with progress_of(common) as progress:
         table = run_study(
-            asked, folder, file=study, workers=workers, rounds=rounds, limit=limit, retry=retry, progress=progress,
-            tell=lines(stderr=True, quiet=common.quiet).print,
+            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=retry,
+            progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
         )  # fmt: skip
-    files, gaps = write_reports(table, folder, pictures=not no_pictures)
+    files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     told.print(f"{asked.heading}: {len(table)} scenes, {counts}")
@@ -72,10 +80,7 @@ def optimise(
     /,
     *,
     output: Output = None,
-    workers: int | None = None,
-    rounds: int = 4,
-    limit: float = 3600.0,
-    no_pictures: Annotated[bool, Parameter(negative="")] = False,
+    work: Work = USUAL,
     common: Common = COMMON,
 ) -> int:
     """Find the values within their ranges whose scene has the least or greatest measure; goes on where it stopped.
@@ -84,14 +89,6 @@ def optimise(
     ----------
     output:
         Folder for tables, picture and journal [default: the study's name + "-optimum"].
-    workers:
-        Processes that run the first scenes; one scene follows from the other after that [default: one a core].
-    rounds:
-        At most so many rounds of refinement of each scene, the first included.
-    limit:
-        Seconds of the clock for one scene.
-    no_pictures:
-        Tables only.
     """
     from seatfem.study.sweep.best import draw_search
     from seatfem.study.sweep.optimum import run_optimum
@@ -101,7 +98,7 @@ def optimise(
     folder, told = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
     with progress_of(common) as progress:
         found = run_optimum(
-            asked, folder, file=study, workers=workers, rounds=rounds, limit=limit, progress=progress,
+            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, progress=progress,
             tell=lines(stderr=True, quiet=common.quiet).print,
         )  # fmt: skip
     numbers = found.as_json()
@@ -111,7 +108,7 @@ def optimise(
         told.print(words)
     told.print(found.in_words())
     files = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")]
-    if not no_pictures:
+    if not work.no_pictures:
         gap = draw_search(found, picture := folder / "search.png")
         files += [] if gap else [picture]
         if gap:

@@ -65,7 +65,7 @@ def write_report(folder: Path, path: Path) -> None:
 
 def report_page(folder: Path) -> str:
     """The page as text; raises as `write_report`."""
-    summary = _summary(folder)
+    summary = run_summary(folder)
     sections = list(_sections(folder, summary))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
     body = "".join(
@@ -84,7 +84,8 @@ def report_page(folder: Path) -> str:
     )
 
 
-def _summary(folder: Path) -> dict[str, Any]:
+def run_summary(folder: Path) -> dict[str, Any]:
+    """summary.json of a run. Raises `ReportError` of a folder that holds none, or one that is not whole."""
     path = folder / SUMMARY_FILE
     try:
         found = json.loads(read_text(path, MOST_TEXT, ReportError))

@@ -81,9 +81,7 @@ def error_budget(
     """
     result, stopper = touches.seat, touches.stopper
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    found = sources_of(scene, method, seat, problem, reed)
-    of_reed = {} if reed is None else _of_reed(scene, reed, problem)
-    unknown = tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
+    found, unknown = sources_of(scene, method, seat, problem, reed)
 
     known: dict[tuple[int, float], tuple[impact.Body, Discrete]] = {}  # with the body, whose id is not taken again then
 
@@ -110,8 +108,9 @@ def _at_once(steps: int) -> int:
 
 def sources_of(
     scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem, reed: Solved | None = None
-) -> dict[str, Terms | None]:
-    """The variations behind `error_budget` by source; ``problem``: what was run."""
+) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
+    """The variations behind `error_budget` by source, and what is not known of the striker; ``problem``: what was
+    run."""
     found: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
@@ -120,9 +119,10 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
+    of_reed = {} if reed is None else _of_reed(scene, reed, problem)
     if reed is not None:
-        found[STRIKER] = [term for terms in _of_reed(scene, reed, problem).values() for term in terms or ()]
-    return found
+        found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
+    return found, tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
 
 
 def _finer_step(

@@ -27,7 +27,7 @@ def left_in(done: Round, look: Callable[[impact.ContactStepper], Values], also: 
         return look(marched(scene, varied, step))
 
     values, half = run(problem, dt), {**run(problem, dt / 2), **(also or {})}
-    sources = sources_of(scene, done.plan.method, done.seat, problem, done.reed)
+    sources, _ = sources_of(scene, done.plan.method, done.seat, problem, done.reed)
     left = budget_of(run, problem, values, dt, sources, finer=times(2.0, changes(values, half)))
     return {name: left.bar(name) for name in values}
 
