@@ -27,8 +27,8 @@ MOST_TRIANGLES: Final = 12_000  # that are kept of a body
 FINEST: Final = 32_767  # steps from 0 to the largest displacement
 UNTOLD: Final = 65_535  # in place of a value that is not known
 """Values take the steps below it, from the lowest to the highest."""
-MOST_POINTS: Final = 200_000  # that are read
-MOST_FRAMES: Final = 1_000
+MOST_POINTS: Final = 100_000  # that are read
+MOST_PLACES: Final = 10_000_000  # in all frames
 CONTENT: Final = "moving body"
 KEPT: Final[Mapping[str, str]] = {
     "modes.h5": "Modes in motion",
@@ -160,9 +160,9 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
     with opened(path, CONTENT) as file:
         about = json.loads(str(file.attrs["about"]))
         frames, count, _ = file["displacement"].shape
-        if count > MOST_POINTS or frames > MOST_FRAMES:
+        if count > MOST_POINTS or frames * count > MOST_PLACES:
             raise StorageError(
-                f"{path}: {count} points in {frames} frames; at most {MOST_POINTS} and {MOST_FRAMES} are read"
+                f"{path}: {count} points in {frames} frames; at most {MOST_POINTS} are read, {MOST_PLACES} in all"
             )
         low, high, largest = (float(value) for value in file["span"][...])
         values = None
