@@ -127,7 +127,11 @@ def moving_landing(landing: Landing, title: str) -> Moving:
     moved[..., 2] = deflection
     times = zip(landing.time, landing.total, strict=True)
     labels = tuple(f"{text(float(time), 's', 5)}, force {text(float(total), 'N')}" for time, total in times)
-    low, high, note = float(deflection.min()), float(deflection.max()), f"In the frame of the seat; {landing.averaged}."
+    low, high, note = (
+        float(deflection.min()),
+        float(deflection.max()),
+        f"Positive away from the seat; {landing.averaged}.",
+    )
     colours = (deflection, "deflection", "m", low, high, note)
     return Moving(title, skin.points, skin.triangles, moved, labels, landing.time, *colours)
 

@@ -40,7 +40,7 @@ def write_report(folder: Path, path: Path) -> None:
 
     Raises:
         ReportError: no summary.json of a run, or one that is not whole; plotly is missing.
-        StorageError: a damaged result.h5 or seat.h5.
+        StorageError: a damaged HDF5 file of the run.
         OutputError, OSError: ``path`` cannot be written.
     """
     write_whole(path, report_page(folder).encode("utf-8"))
@@ -56,14 +56,15 @@ def report_page(folder: Path) -> str:
         for k, (title, content) in enumerate(sections)
     )
     title = html.escape(str(summary.get("title") or folder.resolve().name))
-    style, script = (
-        resources.files(__package__).joinpath(name).read_text(encoding="utf-8") for name in ("style.css", "body.js")
+    style, parts, script = (
+        resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+        for name in ("style.css", "body_parts.js", "body.js")
     )
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f'<meta http-equiv="Content-Security-Policy" content="{GUARD}">'
-        f"<title>{title}</title><style>{style}</style><script>{_plotly()}</script><script>{script}</script></head><body>"
+        f"<title>{title}</title><style>{style}</style><script>{_plotly()}</script><script>{parts}{script}</script></head><body>"
         f'<header><div><h1>{title}</h1><p class="verdict">{html.escape(verdict(summary))}</p>{_state(summary)}'
         f'<nav aria-label="sections">{links}</nav></div></header><main>{body}</main>'
         f"<footer>{versions()}</footer></body></html>"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from importlib import resources
 from pathlib import Path
+from secrets import token_hex
 from typing import Any, Final
 
 from seatfem.faces.viewer.guard import NAME, admit, new_token
@@ -79,18 +80,21 @@ def view(folder: Path, tell: Callable[[str], None], *, port: int = 0, timeout: i
     except ImportError as missing:
         raise ViewError(f"trame is missing ({missing}), which serves the page; pip install 'seatfem[web]'") from None
     token = new_token()
-    server: Any = get_server("seatfem view", client_type="vue3")
+    server: Any = get_server(token_hex(8), client_type="vue3")  # one of its own
     os.environ["TRAME_ARGS"] = ""  # else it would read the options of this program as its own
     server.cli.set_defaults(authKey=token)
     server.controller.on_server_bind.add(lambda bound: admit(bound.app, token))
     server.controller.on_server_ready.add(lambda **_: tell(f"http://{HOST}:{server.port}/index.html?{NAME}={token}"))
-    _Page(server, bodies)
+    page = _Page(server, bodies)
 
     async def serve() -> None:
         how = {"open_browser": False, "show_connection_info": False, "disable_logging": True, "thread": True}
         await server.start(exec_mode="coroutine", host=HOST, port=port, timeout=timeout, **how)
 
-    asyncio.run(serve())
+    try:
+        asyncio.run(serve())
+    finally:
+        page.close()
 
 
 class _Page:
@@ -109,6 +113,7 @@ class _Page:
         self._state.change("body")(self._other_body)
         self._state.change("frame", "colour", "scale", "plane", "cut")(self._draw)
         self._state.change("playing")(self._play)
+        server.controller.on_client_exited.add(self._stop)
         self._other_body(body=first)
 
     def _other_body(self, body: str, **_: object) -> None:
@@ -135,6 +140,14 @@ class _Page:
         if playing and not self._moving:
             self._moving = True
             asyncio.get_event_loop().create_task(self._move())
+
+    def _stop(self, **_: object) -> None:
+        """Nobody looks."""
+        self._state.playing = False
+
+    def close(self) -> None:
+        """Let go of what VTK holds."""
+        self._stage.plotter.close()
 
     async def _move(self) -> None:
         try:
