@@ -122,7 +122,7 @@ class _Page:
         shown = self._bodies[body]
         self._stage.put(shown)
         labels, modes = list(shown.labels), shown.time is None
-        self._state.update({"labels": labels, "last": len(labels) - 1, "modes": modes, "note": shown.note})
+        self._state.update({"labels": labels, "last": len(labels) - 1, "modes": modes})
         self._state.update({"frame": 0, "scale": 50, "plane": "", "cut": 50, "playing": False, "probe": ""})
         self._state.update({"colour": "values", "quantity": shown.quantity, "said": _said(shown)})
         self._draw()
@@ -169,6 +169,10 @@ class _Page:
         with suppress(TypeError, ValueError):
             self._state.probe = self._stage.probe(float(across), 1.0 - float(down)) or "nothing there"
 
+    def _turn(self, around: float, up: float) -> None:
+        self._stage.turn(around, up)
+        self._view.update()
+
     def _reset(self) -> None:
         self._stage.reset()
         self._view.update()
@@ -201,8 +205,10 @@ class _Page:
                         html.Option(name, value=name)
                 with html.Label("at ", v_if=("plane",)):
                     html.Input(type="range", min=0, max=100, v_model=("cut",), id="cut")
+                html.Button("turn", click=(self._turn, "[20, 0]"), id="turn")
+                html.Button("tilt", click=(self._turn, "[0, 20]"))
                 html.Button("reset camera", click=self._reset, id="reset")
-            with html.Div(classes="stage", id="stage", raw_attrs=list(_CLICKS)):
+            with html.Div(classes="stage", id="stage", raw_attrs=[*_CLICKS, 'role="img"', 'aria-label="the body"']):
                 shown = views.VtkRemoteView(self._stage.plotter.render_window, interactive_ratio=1, still_quality=95)
             html.P(
                 "{{ probe || 'Click on the body for the values there.' }}",

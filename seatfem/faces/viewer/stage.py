@@ -74,6 +74,13 @@ class Stage:
         """The camera as at first."""
         aim(self.plotter, self.body.points, 0.12 * self.body.size, ABOVE)
 
+    def turn(self, around: float, up: float) -> None:
+        """The camera by angles [degrees], about its upward axis and then upwards."""
+        self.plotter.camera.Azimuth(around)
+        self.plotter.camera.Elevation(up)
+        self.plotter.camera.OrthogonalizeViewUp()
+        self.plotter.reset_camera_clipping_range()
+
     def factor(self, scale: float) -> float:
         """By which displacements are drawn; ``scale`` from 0 to 1."""
         body = self.body
