@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -37,6 +37,13 @@ KEPT: Final[Mapping[str, str]] = {
     "landing.h5": "Landing in motion",
 }
 """Files of bodies in the folder of a run, and what they show."""
+SOURCES: Final[Mapping[str, str]] = {
+    "modes.h5": "seatfem modes into the same folder, or a run that reduces the seat by its modes",
+    "stress_wave.h5": "frames = 24 in [stress] of the scene",
+    "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
+    "landing.h5": "a reed of plate elements that lands on a lip in arcs",
+}
+"""What puts them there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,12 +134,8 @@ def moving_landing(landing: Landing, title: str) -> Moving:
     moved[..., 2] = deflection
     times = zip(landing.time, landing.total, strict=True)
     labels = tuple(f"{text(float(time), 's', 5)}, force {text(float(total), 'N')}" for time, total in times)
-    low, high, note = (
-        float(deflection.min()),
-        float(deflection.max()),
-        f"Positive away from the seat; {landing.averaged}.",
-    )
-    colours = (deflection, "deflection", "m", low, high, note)
+    low, high = float(deflection.min()), float(deflection.max())
+    colours = (deflection, "deflection", "m", low, high, f"Positive away from the seat; {landing.averaged}.")
     return Moving(title, skin.points, skin.triangles, moved, labels, landing.time, *colours)
 
 
@@ -202,6 +205,11 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
 def moving_bodies(folder: Path) -> dict[str, Moving]:
     """What a folder has of `KEPT`. Raises `StorageError` of a damaged file."""
     return {name: load_moving(folder / name) for name in KEPT if (folder / name).is_file()}
+
+
+def absent(bodies: Collection[str]) -> str:
+    """What of `KEPT` is not among the ``bodies``, and what puts it there; "" for none."""
+    return "; ".join(f"{KEPT[name].lower()} ({SOURCES[name]})" for name in KEPT if name not in bodies)
 
 
 def steps_of_displacement(made: Moving) -> NDArray[np.int16]:

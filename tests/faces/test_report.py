@@ -43,9 +43,16 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert len(page) < 15e6
     assert json.loads((folder / "plan.json").read_text(encoding="utf-8"))["choices"]
-    for words in ("kind = &quot;cantilever&quot;", "accuracy of 5 % met", "Plan and its reasons", "run.time_step"):
+    for words in (
+        "kind = &quot;cantilever&quot;",
+        "accuracy of 5 % met",
+        "Plan and its reasons",
+        "run.time_step",
+        "lands on a lip in arcs",
+    ):
         assert words in page
     assert "peak, 1 us mean" in page
+    assert "landing in motion (a reed of plate elements that lands on a lip in arcs)" in page
     assert "SHA-256" in page
     assert page.count("data:image/png;base64") >= 2
 

@@ -20,7 +20,7 @@ from seatfem.faces.report.provenance import provenance, versions
 from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
 from seatfem.faces.verdict import as_number, lasting, simpler, verdict
-from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.pictures.moving import KEPT, absent, moving_bodies
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
@@ -80,6 +80,8 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     bodies = moving_bodies(folder)
     for name, made in bodies.items():
         yield KEPT[name], body_figure(name, made, MOST_OF_BODIES // len(bodies))
+    if missing := absent(bodies):
+        yield "Not in this folder", f'<p class="soft">{html.escape(missing)}.</p>'
     if spots := hot_spots(summary):
         yield "Hot spots of the seat", spots
     if life := life_table(summary):

@@ -14,20 +14,11 @@ from typing import Any, Final
 
 from seatfem.faces.viewer.guard import NAME, admit, new_token
 from seatfem.faces.viewer.stage import PLANES, Look, Stage
-from seatfem.pictures.moving import KEPT, Moving, moving_bodies
+from seatfem.pictures.moving import KEPT, SOURCES, Moving, absent, moving_bodies
 
 HOST: Final = "127.0.0.1"
 PERIOD: Final = 1.5  # s, that a mode is drawn in
 PAUSE: Final = 0.15  # s between frames
-WITH: Final[Mapping[str, str]] = {
-    "modes.h5": "seatfem modes, or a run whose seat is reduced by its modes",
-    "stress_wave.h5": "frames = 24 in [stress] of the scene",
-    "reed_stress_wave.h5": "frames = 24 in [stress], and a reed of plate elements",
-    "landing.h5": "a reed of plate elements that lands on a lip in arcs",
-}
-"""What puts them into a folder."""
-
-
 _CLICKS: Final = (  # that are no drags: where in the picture, from 0 to 1
     '@pointerdown.capture="down = [$event.clientX, $event.clientY]"',
     '@click="Math.hypot($event.clientX - down[0], $event.clientY - down[1]) < 4'
@@ -50,7 +41,7 @@ def bodies_to_view(folder: Path) -> dict[str, Moving]:
     """
     if found := moving_bodies(folder):
         return found
-    wanted = "; ".join(f"{name}: {source}" for name, source in WITH.items())
+    wanted = "; ".join(f"{name}: {source}" for name, source in SOURCES.items())
     raise ViewError(f"{folder}: holds nothing to view; run the scene without --no-pictures ({wanted})")
 
 
@@ -106,7 +97,7 @@ class _Page:
         self._stage, self._moving = Stage(bodies[first]), False
         self._state.update({"body": first, "playing": False, "probe": "", "trame__title": "seatfem view"})
         self._state.update({"bodies": [{"name": name, "title": KEPT[name]} for name in bodies]})
-        self._state.absent = "; ".join(f"{KEPT[name].lower()} ({WITH[name]})" for name in KEPT if name not in bodies)
+        self._state.absent = absent(bodies)
         self._state.update({"down": [0, 0]})
         server.trigger("probe")(self._probe)
         self._view = self._laid_out(server)
