@@ -43,7 +43,9 @@ if TYPE_CHECKING:
     from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
     from impact.greens.modal import ModalGreens, Residual
     from impact.greens.poles import PoleGreens
+    from impact.greens.receptance import receptance
     from impact.greens.sampled import SampledGreens
+    from impact.greens.state_space import StateSpace, state_space
     from impact.greens.sums import ScaledGreens, SumGreens
     from impact.march.film import SqueezeFilm
     from impact.march.laws import (
@@ -60,8 +62,10 @@ if TYPE_CHECKING:
     from impact.march.prepared import prepare
     from impact.march.problem import Contact, ContactError, ContactProblem
     from impact.march.stepper import ContactStepper, StepState
+    from impact.measured.frf import FrequencyResponse
     from impact.measured.nearest_passive import repair
     from impact.measured.passivity import PassivityReport, passivity, require_passive
+    from impact.measured.pole_fit import fit_poles
     from impact.measured.pole_passivity import PolePassivity, pole_passivity
     from impact.measured.reading import read_impulse_response, sampling_advice
     from impact.runs.batch import ImpactBatch, solve_many
@@ -85,6 +89,7 @@ __all__ = [
     "ContactStepper",
     "EnergyLedger",
     "ErrorEstimate",
+    "FrequencyResponse",
     "GivenShape",
     "Gravity",
     "GreensFunction",
@@ -116,6 +121,7 @@ __all__ = [
     "ScaledGreens",
     "Signorini",
     "SqueezeFilm",
+    "StateSpace",
     "StaticShape",
     "StepKernel",
     "StepState",
@@ -130,6 +136,7 @@ __all__ = [
     "collect",
     "compiled_law",
     "error_budget",
+    "fit_poles",
     "fixed_rod",
     "free_rod",
     "half_space_patch",
@@ -144,6 +151,7 @@ __all__ = [
     "prepare",
     "read_impulse_response",
     "read_time_series",
+    "receptance",
     "reed",
     "reed_stress",
     "regime_card",
@@ -160,6 +168,7 @@ __all__ = [
     "solve",
     "solve_many",
     "spring",
+    "state_space",
     "without_patch",
 ]
 
@@ -185,15 +194,19 @@ _LATER = {
     "greens.base": "ErrorEstimate GreensFunction GreensFunctionError StepKernel",
     "greens.modal": "ModalGreens Residual",
     "greens.poles": "PoleGreens",
+    "greens.receptance": "receptance",
     "greens.sampled": "SampledGreens",
+    "greens.state_space": "StateSpace state_space",
     "greens.sums": "ScaledGreens SumGreens",
     "march.film": "SqueezeFilm",
     "march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
     "march.problem": "Contact ContactError ContactProblem",
     "march.prepared": "prepare",
     "march.stepper": "ContactStepper StepState",
+    "measured.frf": "FrequencyResponse",
     "measured.nearest_passive": "repair",
     "measured.passivity": "PassivityReport passivity require_passive",
+    "measured.pole_fit": "fit_poles",
     "measured.pole_passivity": "PolePassivity pole_passivity",
     "measured.reading": "read_impulse_response sampling_advice",
     "runs.batch": "ImpactBatch solve_many",

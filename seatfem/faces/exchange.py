@@ -1,10 +1,12 @@
-"""`seatfem export`: the results of a run in the formats of other programs."""
+"""`seatfem export`: a scene, or the folder of a run, in the formats of other programs."""
 
 from __future__ import annotations
 
+import ast
 import csv
 import math
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,41 +15,68 @@ import numpy as np
 from impact import measures
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
+from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.report.folder import run_summary
-from seatfem.structures.formats.uff_writing import write_receptance_uff
+from seatfem.faces.output import load
+from seatfem.faces.report.asked import SCENE_COPY
+from seatfem.faces.report.folder import run_summary, text_of
+from seatfem.pictures.moving import KEPT, SOURCES, load_moving
+from seatfem.pictures.paraview import write_moving
+from seatfem.structures.formats.reduced_writing import write_reduced
+from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff
 from seatfem.structures.rings import as_a_whole
-from seatfem.study.runs.pipeline import RESULT_FILE
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs.calculix import write_calculix
+from seatfem.study.runs.pictures import MODES_FILE
+from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
 from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.scene import Scene
 
 BINS: Final = 2000  # frequencies of a receptance
 PER_BAND: Final = 1.25  # of it beyond the band of the filter
+SET: Final = "# --set "
+
+Written = Iterator[Path | str]
+"""Files, and notes of what is left out."""
 
 
 class ExportError(ValueError):
-    """A format that there is not."""
+    """A format that there is not, or one that what is given has nothing for."""
 
 
-def export(folder: Path, to: str, output: Path) -> tuple[Path, ...]:
-    """Write the run in ``folder`` as ``to`` ("csv" or "uff") into the folder ``output``; the files written.
+@dataclass(frozen=True)
+class Format:
+    """A format of other programs: what it writes of a source, whether a scene will do as one, and what it is."""
 
-    - csv: force.csv, time histories of seat and spring baseline; summary.csv, a measure a row with its error bar.
-    - uff: receptance.uff, dataset 58, of the struck patch up to 1.25/filter_width.
+    write: Callable[[Path, Path, Progress], Written]
+    of_scenes: bool
+    what: str
+
+
+def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
+    """Write a scene or the folder of a run as ``to``, one of `FORMATS`, into a folder [that of the run, or the scene's
+    name + "-" + the format]; the files written, and notes of what is left out.
 
     Raises:
-        ExportError: no such format.
-        ReportError: ``folder`` holds no run.
-        StorageError, UffError, GreensFunctionError: what reading and writing them raise.
+        ExportError: no such format; a source that it has nothing for.
+        ReportError: a folder that holds no run.
+        SceneError, DeckError, ModelError, StorageError, UffError, GreensFunctionError, PictureError: what reading,
+            planning and writing them raise.
     """
     if to not in FORMATS:
         raise ExportError(f"--to: {to!r} is none of {', '.join(FORMATS)}")
-    summary = run_summary(folder)
-    output.mkdir(parents=True, exist_ok=True)
-    return tuple(FORMATS[to](folder, summary, output))
+    if not source.is_dir() and not FORMATS[to].of_scenes:
+        raise ExportError(f"{source}: --to {to} takes the folder of a run (seatfem run -o)")
+    if not source.exists():
+        raise ExportError(f"{source}: no such file or folder; give a scene (TOML) or the folder of a run")
+    folder = output or (source if source.is_dir() else Path(f"{source.stem}-{to}"))
+    folder.mkdir(parents=True, exist_ok=True)
+    return tuple(FORMATS[to].write(source, folder, progress))
 
 
-def _as_csv(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[Path]:
-    runs, width = load_results(folder / RESULT_FILE), float(summary["filter_width_s"])
+def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
+    summary = run_summary(source)
+    runs, width = load_results(source / RESULT_FILE), float(summary["filter_width_s"])
     columns = {"time [s]": runs["wave"].time}
     for name, words in (("wave", ""), ("spring", "spring ")):
         run = runs[name]
@@ -63,18 +92,75 @@ def _as_csv(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[
     yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], rows)
 
 
-def _as_uff(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[Path]:
-    greens: GreensFunction = as_a_whole(load_greens(folder / SEAT_FILE))
-    highest = PER_BAND / float(summary["filter_width_s"])
-    path = output / "receptance.uff"
-    write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), path)
-    yield path
+def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
+    modes = source / MODES_FILE
+    if not modes.is_file() or (source / SUMMARY_FILE).is_file():
+        greens: GreensFunction = as_a_whole(load_greens(_seat_of(source)))
+        highest = PER_BAND / float(run_summary(source)["filter_width_s"])
+        write_receptance_uff(greens, np.linspace(highest / BINS, highest, BINS), output / "receptance.uff")
+        yield output / "receptance.uff"
+    if not modes.is_file():
+        return
+    found = load_moving(modes)
+    if found.frequency is None or found.modal_mass is None:
+        yield f"no modes.uff: {modes} does not know its frequencies; write it again (seatfem modes -o)"
+        return
+    write_modes_uff(found.points, found.displacement, found.frequency, found.modal_mass, output / "modes.uff")
+    yield output / "modes.uff"
 
 
-FORMATS: Final[Mapping[str, Callable[[Path, Mapping[str, Any], Path], Iterator[Path]]]] = {
-    "csv": _as_csv,
-    "uff": _as_uff,
+def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
+    there = [name for name in KEPT if (source / name).is_file()]
+    if not there:
+        remedies = "; ".join(f"{name}: {how}" for name, how in SOURCES.items())
+        raise ExportError(f"{source}: holds nothing that moves, none of {', '.join(KEPT)} ({remedies})")
+    for name in there:
+        path = output / f"{Path(name).stem}_motion.pvd"
+        write_moving(load_moving(source / name), path)
+        yield path
+
+
+def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
+    plan = plan_scene(_scene_of(source), progress=progress, folder=source if source.is_dir() else None)
+    return write_calculix(plan, output, progress)
+
+
+def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
+    if source.is_dir():
+        seat = _seat_of(source)
+    elif source.suffix.lower() == ".toml":
+        seat = output / SEAT_FILE
+        compute_greens(_scene_of(source), seat, progress)
+        yield seat
+    else:
+        seat = source
+    yield from write_reduced(load_greens(seat), output)
+
+
+FORMATS: Final[Mapping[str, Format]] = {
+    "csv": Format(_as_csv, False, "force.csv and summary.csv for spreadsheets"),
+    "uff": Format(_as_uff, False, "the seat's receptance (universal file, dataset 58) and modes (55)"),
+    "vtk": Format(_as_vtk, False, "modes, stress waves and landings as PVD and VTU for ParaView"),
+    "calculix": Format(_as_calculix, True, "decks for ccx on the seat's mesh, our answers beside them"),
+    "reduced": Format(_as_reduced, True, "the seat's M, C, K and state space, .npz, .mat and .mtx"),
 }
+
+
+def _scene_of(source: Path) -> Scene:
+    """A scene file's, or that which the folder of a run keeps, with the changes that were made to it."""
+    if not source.is_dir():
+        return load(source)
+    path = source / SCENE_COPY
+    if not path.is_file():
+        raise ExportError(f"{source}: keeps no {SCENE_COPY}; give the scene itself")
+    told = (line.removeprefix(SET) for line in text_of(path).splitlines() if line.startswith(SET))
+    return load(path, [str(ast.literal_eval(change)) for change in told])
+
+
+def _seat_of(folder: Path) -> Path:
+    if not (path := folder / SEAT_FILE).is_file():
+        raise ExportError(f"{folder}: holds no {SEAT_FILE}; give the folder of a run (seatfem run -o)")
+    return path
 
 
 def _is_measure(summary: Mapping[str, Any], key: str) -> bool:

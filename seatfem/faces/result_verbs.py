@@ -1,4 +1,4 @@
-"""Verbs that take the folder of a run: report, view, export."""
+"""Verbs that take the folder of a run: report, view, export, which takes scenes, too."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter, validators
 
-from seatfem.faces.output import COMMON, DONE, Common, Output, lines
+from seatfem.faces.output import COMMON, DONE, Common, Output, lines, progress_of
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -64,21 +64,26 @@ def view(
 
 
 def export(
-    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+    source: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
 ) -> int:
-    """Write a run in the formats of other programs.
+    """Write a scene, or the folder of a run, in the formats of other programs (docs/exchange.md).
 
     Parameters
     ----------
-    folder:
-        Of a run (seatfem run -o).
+    source:
+        The folder of a run (seatfem run -o) or of modes; for calculix and reduced a scene (TOML), too.
     to:
-        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
+        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance (universal file, dataset 58) and
+        modes (55); vtk: modes, stress waves and landings for ParaView; calculix: decks for ccx on the seat's mesh, our
+        answers beside them; reduced: the seat's M, C, K and state space, .npz, .mat and .mtx.
     output:
-        Folder for the files [default: that of the run].
+        Folder for the files [default: that of the run; of a scene its name + "-" + the format].
     """
     from seatfem.faces.exchange import export as write
 
-    for path in write(folder, to, output or folder):
-        lines(quiet=common.quiet).print(f"wrote {path}")
+    told = lines(quiet=common.quiet)
+    with progress_of(common) as progress:
+        written = write(source, to, output, progress)
+    for each in written:
+        told.print(f"wrote {each}" if isinstance(each, Path) else f"note: {each}")
     return DONE

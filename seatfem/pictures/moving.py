@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.pictures.drawing import PictureError, text
-from impact.storage.hdf5 import StorageError, opened, written
+from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.landing import Landing
 from seatfem.pictures.rendering import import_pyvista
 from seatfem.pictures.skin import Skin, skin_of_plate
@@ -30,6 +30,8 @@ UNTOLD: Final = 65_535  # in place of a value that is not known
 MOST_POINTS: Final = 100_000  # that are read
 MOST_PLACES: Final = 10_000_000  # in all frames
 CONTENT: Final = "moving body"
+OF_FRAMES: Final = ("time", "frequency", "modal_mass")
+"""What is kept of each frame, where it is known."""
 KEPT: Final[Mapping[str, str]] = {
     "modes.h5": "Modes in motion",
     "stress_wave.h5": "Stress wave in motion",
@@ -62,6 +64,7 @@ class Moving:
         low, high: ends of their colour scale.
         note: to be said below.
         before: triangles that there were before some were left out.
+        frequency, modal_mass: (F,) of modes [Hz], and their modal masses for these shapes [kg]; ``None``: not known.
     """
 
     title: str
@@ -77,13 +80,16 @@ class Moving:
     high: float = 1.0
     note: str = ""
     before: int = 0
+    frequency: Array | None = None
+    modal_mass: Array | None = None
 
     def check(self) -> None:
         """Raise `PictureError` of what does not fit together."""
         frames, count = len(self.labels), len(self.points)
         whole = self.points.shape == (count, 3) and self.triangles.ndim == 2 and self.triangles.shape[1] == 3
         inside = self.triangles.size == 0 or (self.triangles.min() >= 0 and self.triangles.max() < count)
-        fits = self.displacement.shape == (frames, count, 3) and (self.time is None or self.time.shape == (frames,))
+        each = all(one is None or one.shape == (frames,) for one in (self.time, self.frequency, self.modal_mass))
+        fits = self.displacement.shape == (frames, count, 3) and each
         if not whole or not inside or not fits or not frames or not len(self.triangles):
             raise PictureError(f"{frames} frames of {count} points, but displacements {self.displacement.shape}")
         if self.values is not None and self.values.shape != (frames, count):
@@ -100,10 +106,15 @@ class Moving:
         return float(np.linalg.norm(self.displacement, axis=2).max()) or 1.0
 
 
-def moving_modes(skin: Skin, shapes: list[Array], labels: list[str], title: str) -> Moving:
-    """Of shapes (n, 3) at the skin's points; each is scaled to 1."""
-    scaled = [shape / (float(np.linalg.norm(shape, axis=1).max()) or 1.0) for shape in shapes]
-    return Moving(title, skin.points, skin.triangles, np.array(scaled), tuple(labels))
+def moving_modes(
+    skin: Skin, shapes: list[Array], labels: list[str], title: str, frequency: Array | None = None
+) -> Moving:
+    """Of shapes (n, 3) at the skin's points, mass-normalised where a ``frequency`` is given; each is scaled to 1."""
+    largest = np.array([float(np.linalg.norm(shape, axis=1).max()) or 1.0 for shape in shapes])
+    masses = None if frequency is None else largest**-2.0
+    scaled = np.array(shapes) / largest[:, None, None]
+    made = Moving(title, skin.points, skin.triangles, scaled, tuple(labels))
+    return replace(made, frequency=frequency, modal_mass=masses)
 
 
 def moving_wave(wave: StressWave, title: str) -> Moving:
@@ -156,8 +167,9 @@ def save_moving(made: Moving, path: str | os.PathLike[str]) -> None:
         file["points"], file["triangles"] = made.points.astype(np.float32), made.triangles.astype(np.int32)
         packed = {"compression": "gzip", "shuffle": True}
         file.create_dataset("displacement", data=steps_of_displacement(made), **packed)
-        if made.time is not None:
-            file["time"] = made.time
+        for name in OF_FRAMES:
+            if (each := getattr(made, name)) is not None:
+                file[name] = each
         if made.values is not None:
             file.create_dataset("values", data=steps_of_values(made), **packed)
 
@@ -176,6 +188,7 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
         if "values" in file:
             steps = file["values"][...].astype(float)
             values = np.where(steps < UNTOLD, low + (high - low) * steps / (UNTOLD - 1), np.nan)
+        each = {name: finite_array(file, name) if name in file else None for name in OF_FRAMES}
         labels = tuple(str(label) for label in about["labels"])
         found = Moving(
             str(about["title"]),
@@ -183,7 +196,7 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             np.asarray(file["triangles"][...], dtype=np.int64),
             file["displacement"][...] * (largest / FINEST),
             labels,
-            np.asarray(file["time"][...], dtype=float) if "time" in file else None,
+            each["time"],
             values,
             str(about["quantity"]),
             str(about["unit"]),
@@ -191,6 +204,8 @@ def load_moving(path: str | os.PathLike[str]) -> Moving:
             high,
             str(about["note"]),
             int(about["before"]),
+            each["frequency"],
+            each["modal_mass"],
         )
     try:
         found.check()

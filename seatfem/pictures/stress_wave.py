@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.atomic import whole_file, write_whole
 from impact.pictures.drawing import PictureError, scaled, text
+from seatfem.pictures.paraview import DISPLACEMENT, write_frames
 from seatfem.pictures.plots import album
 from seatfem.pictures.rendering import (
     ABOVE,
@@ -20,7 +19,6 @@ from seatfem.pictures.rendering import (
     Image,
     aim,
     crop,
-    import_pyvista,
     load_pyvista,
     new_plotter,
     round_factor,
@@ -143,19 +141,11 @@ def write_wave(wave: StressWave, path: str | os.PathLike[str]) -> None:
         PictureError: pyvista is missing, parts that do not fit together.
     """
     wave.check()
-    pyvista, path = import_pyvista(), Path(path)
-    body = _surface(pyvista, wave.skin).cast_to_unstructured_grid()
-    entries = []
-    for k, (mises, displacement, time) in enumerate(zip(wave.mises, wave.displacement, wave.time, strict=True)):
-        body.point_data[STRESS] = mises[wave.skin.which]
-        body.point_data["displacement [m]"] = wave.skin.moved(displacement)
-        file = path.with_name(path.stem) / f"{k + 1:04d}.vtu"
-        file.parent.mkdir(exist_ok=True)
-        with whole_file(file) as temporary:
-            body.save(temporary)
-        entries.append(f'    <DataSet timestep="{float(time):.9g}" part="0" file="{path.stem}/{file.name}"/>\n')
-    told = f'<VTKFile type="Collection" version="0.1">\n  <Collection>\n{"".join(entries)}  </Collection>\n</VTKFile>\n'
-    write_whole(path, f'<?xml version="1.0"?>\n{told}'.encode())
+    fields = (
+        {STRESS: mises[wave.skin.which], DISPLACEMENT: wave.skin.moved(displacement)}
+        for mises, displacement in zip(wave.mises, wave.displacement, strict=True)
+    )
+    write_frames(wave.skin.points, wave.skin.triangles, zip(wave.time, fields, strict=True), path)
 
 
 def _drawn(wave: StressWave, frames: Any, title: str) -> list[Image]:

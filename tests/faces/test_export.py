@@ -4,17 +4,28 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import skfem
+from scipy import io, linalg
 
 import impact
+from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.structures.formats.uff import UffError, read_frf_uff
+from seatfem.pictures.moving import load_moving, moving_modes, save_moving
+from seatfem.pictures.skin import skin_of
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.formats.matrices import read_matrices
+from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
 from seatfem.structures.formats.uff_writing import write_receptance_uff
+from seatfem.structures.materials import Material
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.modes import solve_modes
 
 SCENE = """\
 [seat]
@@ -89,8 +100,93 @@ def test_uneven_frequencies(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "csv"]) == BAD_INPUT
+    assert "takes the folder of a run" in capfd.readouterr().err
+    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "reduced"]) == BAD_INPUT
+    assert "no such file or folder" in capfd.readouterr().err
+
+
+def test_reduced_models(folder: Path, tmp_path: Path) -> None:
+    """The state space is g itself; the matrices are read back, and give g without what is left over."""
+    assert run_command(["export", str(folder), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
+    greens = load_greens(folder / "seat.h5")
+    modal = greens.modal
+    assert modal is not None
+    t = np.array([0.0, 1e-6, 7e-6, 4e-5])
+    exact = greens.impulse_response(t)
+    for held in (np.load(tmp_path / "reduced.npz"), io.loadmat(tmp_path / "reduced.mat")):
+        assert not {"A", "B", "C", "D", "M", "Cq", "K", "phi", "states", "ports"} - set(held)
+        found = [(held["C"] @ linalg.expm(held["A"] * moment) @ held["B"])[0, 0] for moment in t]
+        np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+        np.testing.assert_array_equal(held["D"], modal.residual.compliance)
+    assert "q_0 [m sqrt(kg)]" in (tmp_path / "README.txt").read_text(encoding="utf-8")
+    model = read_matrices(
+        *(tmp_path / f"{name}.mtx" for name in ("mass", "stiffness", "damping")),
+        ports={"contact": tmp_path / "contact.csv"},
+        first_dof=1,
+    )
+    back = greens_function(model, bandwidth=1e5, duration=1e-3, tolerance=1e-6)
+    bare = replace(modal, residual=Residual.none())
+    np.testing.assert_allclose(
+        back.filtered(np.linspace(0, 1e-4, 50), 1e-5),
+        bare.filtered(np.linspace(0, 1e-4, 50), 1e-5),
+        atol=1e-5 * np.abs(exact).max(),
+    )
+
+
+def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
+    assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
+    assert "CAX8" in (tmp_path / "README.txt").read_text(encoding="utf-8")
+    assert "seat.model = '3d'" in (tmp_path / "README.txt").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def modes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Array, Array]:
+    """A folder of modes, their frequencies, and the mass-normalised shapes of the last node of the skin."""
+    sides = (8e-3, 6e-3, 4e-3)
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, side, 3) for side in sides))
+    mesh = mesh.with_boundaries({"contact": lambda x: x[2] > 4e-3 - 1e-9, "fixed": lambda x: x[2] < 1e-9})
+    model = assemble(mesh, Material(200e9, 0.3, 7850.0), order=2)
+    found, skin, where = solve_modes(model, 3), skin_of(model), tmp_path_factory.mktemp("modes")
+    shapes = [skin.moved(model.expand(shape)[:, skin.nodes].T) for shape in found.shapes.T]
+    made = moving_modes(skin, shapes, ["1", "2", "3"], "", found.frequencies_hz)
+    save_moving(made, where / "modes.h5")
+    return where, found.frequencies_hz, np.array(shapes)[:, -1]
+
+
+def test_modes_come_back(modes: tuple[Path, Array, Array], tmp_path: Path) -> None:
+    """To the 1/32767 of the largest displacement with which bodies in motion are kept; 5 digits of a frequency."""
+    folder, frequencies, shapes = modes
+    assert run_command(["export", str(folder), "--to", "uff", "-o", str(tmp_path), "--quiet"]) == DONE
+    last = len(load_moving(folder / "modes.h5").points)
+    read = read_modes_uff(tmp_path / "modes.uff", ports={"x": (last, "+x"), "z": (last, "-z")})
+    np.testing.assert_allclose(read.frequencies_hz, frequencies, rtol=1e-5)
+    np.testing.assert_allclose(read.shapes, shapes[:, [0, 2]] * [1, -1], atol=1e-4 * np.abs(shapes).max())
+
+
+def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    folder, frequencies, _ = modes
+    assert run_command(["export", str(folder), "--to", "vtk", "-o", str(tmp_path), "--quiet"]) == DONE
+    made, series = load_moving(folder / "modes.h5"), pyvista.get_reader(tmp_path / "modes_motion.pvd")
+    np.testing.assert_allclose(series.time_values, frequencies, rtol=1e-8)
+    series.set_active_time_value(series.time_values[1])
+    body = series.read()[0]
+    np.testing.assert_allclose(body.points, made.points, atol=1e-9)
+    np.testing.assert_allclose(body.point_data["displacement [m]"], made.displacement[1], atol=1e-9)
+
+
 @pytest.mark.parametrize(
-    ("arguments", "message"), [(["--to", "vtp"], "none of csv, uff"), (["--to", "csv"], "no summ")]
+    ("arguments", "message"),
+    [
+        (["--to", "vtp"], "none of csv, uff, vtk, calculix, reduced"),
+        (["--to", "csv"], "no summ"),
+        (["--to", "reduced"], "holds no seat.h5"),
+        (["--to", "calculix"], "keeps no scene.toml"),
+        (["--to", "vtk"], "holds nothing that moves"),
+        (["--to", "uff"], "holds no seat.h5"),
+    ],
 )
 def test_bad_input(
     tmp_path: Path, arguments: list[str], message: str, capfd: pytest.CaptureFixture[str], folder: Path

@@ -8,6 +8,8 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from impact.after.result import ImpactResult
 from impact.files.atomic import whole_file
 from impact.pictures.drawing import gap_of, text
@@ -151,7 +153,8 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
     skin = skin_of(first)
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
-    save_moving(moving_modes(skin, shapes, labels, title), path)
+    frequency = np.array([mode.frequency_hz for _, mode in numbered])
+    save_moving(moving_modes(skin, shapes, labels, title, frequency), path)
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:

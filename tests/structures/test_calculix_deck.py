@@ -1,0 +1,166 @@
+"""Decks for CalculiX: the same mesh, loads and supports, by what ccx answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import skfem
+
+import impact
+from benchmarks.peers import calculix
+from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.formats.calculix_deck import calculix_body
+from seatfem.structures.materials import Material, Orthotropic
+from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction.greens import greens_function
+from seatfem.structures.reduction.modes import solve_modes
+
+STEEL = Material(200e9, 0.3, 7850.0)
+WOOD = Orthotropic((9e9, 1e9, 5e9), (0.3, 0.25, 0.03), (0.8e9, 0.7e9, 0.9e9), 600.0, ((0, 1, 0), (0, 0, 1), (1, 0, 0)))
+SIDES = (8e-3, 6e-3, 4e-3)
+here = pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
+
+
+def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, copies: int = 1) -> SecondOrderModel:
+    """Clamped below, pushed above; or the half of one that is twice as long."""
+    mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, (3, 2, 2), strict=True)))
+    named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9, "cut": lambda x: x[0] < 1e-9}
+    cut = ("cut",) if copies > 1 else ()
+    return assemble(mesh.with_boundaries(named), material, order=2, sliding=cut, copies=copies)
+
+
+def ring(kind: type) -> SecondOrderModel:
+    """The half section of one, clamped below, pushed above."""
+    mesh = kind.init_tensor(np.linspace(2e-3, 5e-3, 4), np.linspace(0, 4e-3, 5))
+    named = {"contact": lambda x: x[1] > 4e-3 - 1e-9, "fixed": lambda x: x[1] < 1e-9}
+    return assemble_axisymmetric(mesh.with_boundaries(named), STEEL, order=2)
+
+
+def test_the_loads_are_those_of_the_port() -> None:
+    """Found by another integration than the port's."""
+    for model, axis in ((block(), 2), (ring(skfem.MeshTri), 2), (ring(skfem.MeshQuad), 2)):
+        deck, [port] = calculix_body(model, STEEL), model.ports.values()
+        of_port = model.expand(port.vector)[axis][: len(deck.loads)]
+        np.testing.assert_allclose(deck.loads[:, deck.axis - 1], of_port, atol=1e-12 * of_port.max())
+
+
+@here
+@pytest.mark.parametrize(
+    ("model", "material", "element", "apart"),
+    [
+        (block(), STEEL, "C3D10", 4e-3),
+        (block(material=WOOD), WOOD, "C3D10", 4e-3),
+        (block(skfem.MeshHex), STEEL, "C3D20", 1e-2),
+        (ring(skfem.MeshTri), STEEL, "CAX6", 6e-3),
+        (ring(skfem.MeshQuad), STEEL, "CAX8", 4e-3),
+    ],
+    ids=["tetrahedra", "orthotropic", "hexahedra", "triangles", "quadrilaterals"],
+)
+def test_frequencies(model: SecondOrderModel, material: Material, element: str, apart: float) -> None:
+    """What CalculiX's fewer points or nodes leave on these coarse meshes; 3 % of the modulus are 1.5 %."""
+    deck = calculix_body(model, material)
+    assert deck.element == element
+    text, _ = calculix.run([*deck.lines, *deck.frequency(5)])
+    assert np.abs(calculix.frequencies_in(text, 5) / solve_modes(model, 5).frequencies_hz - 1).max() < apart
+
+
+@here
+@pytest.mark.parametrize("copies", [1, 2])
+def test_the_response_of_the_patch(copies: int) -> None:
+    """The trapezoidal rule in T/80 lags by (pi/80)^2/3 = 0.05 % of the pulse's phase, more of quicker modes."""
+    model, width = block(copies=copies), 10e-6
+    deck = calculix_body(model, STEEL, copies=copies)
+    text, _ = calculix.run([*deck.lines, *deck.transient(width, width, width / 80)])
+    times, moved = calculix.course_in(text, "displacements", "PATCH")
+    ours = greens_function(model, bandwidth=1 / width, duration=2 * width, tolerance=1e-4).filtered(times, width)
+    assert np.abs(moved[:, deck.axis - 1] - ours).max() < 1e-2 * np.abs(ours).max()
+
+
+@here
+def test_a_mass_that_strikes() -> None:
+    """Through a layer so soft that it presses as uniformly as we do: what is left is the time step of ccx."""
+    model, mass, velocity, stiffness, dt = block(), 20e-3, -0.5, 2e12, 1e-6
+    [port] = model.ports.values()
+    deck = calculix_body(model, STEEL)
+    text, _ = calculix.run([*deck.lines, *deck.contact(mass, velocity, stiffness, 60e-6, dt)])
+    times, speeds = calculix.course_in(text, "velocities", "HEAVY")
+    theirs = mass * np.diff(speeds[:, 2], prepend=velocity) / np.diff(times, prepend=0.0)
+    greens = greens_function(model, bandwidth=200e3, duration=80e-6, tolerance=1e-3)
+    assert port.area is not None
+    touch = impact.Contact(impact.Body(greens), law=impact.LinearSpring(stiffness * port.area))
+    problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=velocity), contacts=[touch])
+    ours = impact.solve(problem, dt=dt / 5, duration=60e-6)
+    assert theirs.max() == pytest.approx(ours.force.max(), rel=5e-3)
+    assert speeds[-1, 2] == pytest.approx(velocity + impact.measures.impulse(ours) / mass, rel=1e-2)
+
+
+def test_what_decks_do_not_hold() -> None:
+    deck = calculix_body(ring(skfem.MeshQuad), STEEL)
+    with pytest.raises(ModelError, match="axisymmetric"):
+        deck.contact(1e-3, -1.0, 1e12, 1e-5, 1e-6)
+    bare = SecondOrderModel(np.eye(2), None, np.eye(2), {"contact": np.array([1.0, 0.0])})  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match="on a mesh of solids"):
+        calculix_body(bare, STEEL)
+    mesh = skfem.MeshTet().refined().with_boundaries({"contact": lambda x: x[2] > 0.9, "fixed": lambda x: x[2] < 0.1})
+    with pytest.raises(ModelError, match=r"mesh\.order = 2"):
+        calculix_body(assemble(mesh, STEEL, order=1), STEEL)
+
+
+SCENE = """\
+[seat]
+kind = "bar"
+length = "8 mm"
+width = "6 mm"
+height = "4 mm"
+material = "steel"
+model = "3d"
+mesh = { size = "4 mm", contact_size = "4 mm" }
+greens = { bandwidth = "100 kHz", tolerance = "5 %" }
+[reed]
+kind = "rigid_mass"
+mass = "5 g"
+velocity = "-1 m/s"
+[contact]
+law = { kind = "spring", stiffness = "1 N/um" }
+[run]
+duration = "1 ms"
+filter_width = "10 us"
+[accuracy]
+target = "30 %"
+"""
+
+
+@here
+def test_the_verb_writes_decks_that_run_and_our_answers(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bar.toml").write_text(SCENE, encoding="utf-8")
+    deck = tmp_path / "deck"
+    assert run_command(["export", str(tmp_path / "bar.toml"), "--to", "calculix", "-o", str(deck)]) == DONE
+    assert f"wrote {deck / 'contact.inp'}" in capfd.readouterr().out
+    mesh = (deck / "mesh.inp").read_text(encoding="ascii")
+    include = "*INCLUDE, INPUT=mesh.inp\n"
+    text, _ = calculix.run([(deck / "frequency.inp").read_text(encoding="ascii").replace(include, mesh)])
+    ours = np.loadtxt(deck / "frequency.csv", delimiter=",", skiprows=1)[:5, 1]
+    assert np.abs(calculix.frequencies_in(text, 5) / ours - 1).max() < 1e-2
+    text, _ = calculix.run([(deck / "transient.inp").read_text(encoding="ascii").replace(include, mesh)])
+    _, moved = calculix.course_in(text, "displacements", "PATCH")
+    ours = np.loadtxt(deck / "transient.csv", delimiter=",", skiprows=1)[:40, 1]
+    assert np.abs(moved[:40, 2] - ours).max() < 0.02 * np.abs(ours).max()
+    readme = (deck / "README.txt").read_text(encoding="utf-8")
+    assert "C3D10" in readme
+    assert "contact.law, over the patch's area" in readme
+
+
+def test_what_the_verb_leaves_out_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    scene, deck = tmp_path / "bar.toml", tmp_path / "deck"
+    hertz = 'law = { kind = "hertz", stiffness = "1e9 N/m^1.5" }'
+    scene.write_text(SCENE.replace('law = { kind = "spring", stiffness = "1 N/um" }', hertz), encoding="utf-8")
+    assert run_command(["export", str(scene), "--to", "calculix", "-o", str(deck)]) == DONE
+    assert "note: no contact.inp: contact.law.kind = 'hertz'" in capfd.readouterr().out
+    assert not (deck / "contact.inp").exists()
+    rod = SCENE.replace('kind = "bar"', 'kind = "rod"')
+    scene.write_text(rod, encoding="utf-8")
+    assert run_command(["export", str(scene), "--to", "calculix", "-o", str(deck)]) == BAD_INPUT
