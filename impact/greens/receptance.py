@@ -35,4 +35,4 @@ def receptance(
     blocks = [greens.transfer(s[start : start + rows])[which] for start in range(0, s.size, rows)]
     p = len(greens.ports)
     rest = (*([p] * (i is None)), *([p] * (j is None)))
-    return np.concatenate([*blocks, np.zeros((0, *rest), dtype=complex)]).reshape(*f.shape, *rest)
+    return np.concatenate([*blocks, np.zeros((0, *rest), dtype=complex)]).reshape((*f.shape, *rest))

@@ -31,7 +31,8 @@ Second order:            M q'' + Cq q' + K q = phi' F,  u = phi q + what is left
     M, Cq, K ({m}, {m}), phi ({p}, {m}) [1/sqrt(kg)]: mass-normalised modal coordinates q [m sqrt(kg)].
     Left over: sum_r a_r a_r' exp(-rate_r t) + c delta(t), with residual_shapes a ({r}, {p}) [sqrt(m/(N s))],
     residual_rates ({r},) [1/s] and residual_compliance c ({p}, {p}) [m/N], which is D.
-    mass.mtx, damping.mtx, stiffness.mtx, {files}: the same for kind = "matrices" of a scene, first_dof = 1.
+    mass.mtx, damping.mtx, stiffness.mtx, {files}: the same for kind = "matrices" of a scene, with
+    first_dof = 1 and greens.bandwidth above all modes.
 """
 
 
