@@ -142,7 +142,7 @@ def response_table() -> Table:
 HEAD = """# Peers
 
 Written by `python -m benchmarks.peers`: another program on the same mesh, by a deck that is written from our own model
-(nodes, elements, held components, nodal forces of the port: `benchmarks/peers/calculix.py`). A peer that is not
+(nodes, elements, held components, the patch: `seatfem export --to calculix`). A peer that is not
 installed is left out, with the reason. A body of steel of the demo's shape, clamped below, in tetrahedra of ten nodes.
 
 {peer} (Debian's calculix-ccx) and seatfem with {versions}, on {processor}, one thread each. Times are processor seconds

@@ -136,6 +136,17 @@ def test_reduced_models(folder: Path, tmp_path: Path) -> None:
     )
 
 
+def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path) -> None:
+    scene = folder.parent / "scene.toml"
+    assert run_command(["export", str(scene), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
+    greens, held = load_greens(tmp_path / "seat.h5"), np.load(tmp_path / "reduced.npz")
+    static = held["D"] - held["C"] @ np.linalg.solve(held["A"], held["B"])
+    np.testing.assert_allclose(static, greens.static_compliance(), rtol=1e-9)
+    rod = impact.fixed_rod(young=2e11, density=7850.0, length=0.1, area=1e-4)
+    impact.save_greens(rod, tmp_path / "rod.h5")
+    assert run_command(["export", str(tmp_path / "rod.h5"), "--to", "reduced", "-o", str(tmp_path / "r")]) == BAD_INPUT
+
+
 def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
     assert "CAX8" in (tmp_path / "README.txt").read_text(encoding="utf-8")
