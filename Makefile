@@ -12,7 +12,7 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit verify doctor docs extremes fuzz clean distclean
+.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -36,6 +36,10 @@ types: $(VENV)/installed-dev
 unit: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
 	$(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 --dist worksteal
+
+# the wheel in bare environments outside the tree: PYTHONS="3.11 3.12 3.13"
+installed: $(VENV)/installed-dev
+	.ci/installed $(PY)
 
 verify doctor: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem $@

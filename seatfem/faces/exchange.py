@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -17,6 +16,7 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.report.page import run_summary
 from seatfem.structures.formats.uff_writing import write_receptance_uff
 from seatfem.structures.rings import as_a_whole
+from seatfem.study.runs.outcome import measured
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
@@ -59,8 +59,7 @@ def _as_csv(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[
             f"{words}seat displacement [m]": run.target_displacement,
         }
     yield _table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
-    rows = ((key, value, *_beside(summary, key)) for key, value in summary.items() if _is_measure(summary, key))
-    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], rows)
+    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _as_uff(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[Path]:
@@ -75,16 +74,6 @@ FORMATS: Final[Mapping[str, Callable[[Path, Mapping[str, Any], Path], Iterator[P
     "csv": _as_csv,
     "uff": _as_uff,
 }
-
-
-def _is_measure(summary: Mapping[str, Any], key: str) -> bool:
-    value = summary[key]
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return number and not key.startswith(("spring_", "error_", "plan_"))
-
-
-def _beside(summary: Mapping[str, Any], key: str) -> tuple[object, object]:
-    return summary.get(f"error_bar_{key}"), summary.get(f"spring_{key}")
 
 
 def _table(path: Path, heads: list[str], rows: Any) -> Path:

@@ -109,6 +109,23 @@ def test_bad_options(options: list[str], message: str, study: Path, capfd: Told)
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
 
 
+def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
+    study: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
+    tried: list[object] = []
+
+    def mended(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+        tried.append(changed["reed.mass"])
+        return Outcome("done", "", 0.0, {"impulse_Ns": 3.0, "filtered_peak_force_N": 2.0})
+
+    monkeypatch.setattr(one, "_carried_out", mended)
+    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
+    assert tried == []
+    assert run_command(["sweep", "gaps.toml", "--quiet", "--retry"]) == DONE
+    assert tried == ["3 g"]
+
+
 @pytest.mark.parametrize("verb", ["sweep", "plan"])
 @pytest.mark.parametrize(
     ("text", "message"),
@@ -153,7 +170,7 @@ def test_an_optimum_is_found_and_told(
 
     monkeypatch.setattr(one, "_carried_out", carried_out)
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"\nsubject_to = ["impulse_Ns <= 2"]\nmost = 20')
-    assert run_command(["optimise", "gaps.toml"]) == DONE
+    assert run_command(["optimise", "gaps.toml", "--rounds", "2", "--limit", "60"]) == DONE
     out, err = capsys.readouterr()
     assert re.search(r"Masses \[1\]: \d+ scenes searched, [1-9]\d* failed, 3 confirmed", out)
     assert "failed: RuntimeError: [uff] failed\\x1b[2J" in out
