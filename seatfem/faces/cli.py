@@ -13,7 +13,7 @@ from typing import Literal
 
 from cyclopts import App, CycloptsError
 
-from seatfem.faces import other_verbs, scene_verbs, study_verbs
+from seatfem.faces import other_verbs, result_verbs, scene_verbs, study_verbs
 from seatfem.faces.errors import MOST_LINES, WIDEST, clipped, code_of, placed
 from seatfem.faces.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, lines
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
@@ -48,8 +48,9 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
-    scene_verbs.report,
-    scene_verbs.export,
+    result_verbs.report,
+    result_verbs.view,
+    result_verbs.export,
     scene_verbs.plan,
     scene_verbs.trade,
     study_verbs.sweep,

@@ -13,7 +13,7 @@ from impact import measures
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.report.page import run_summary
+from seatfem.faces.report.folder import run_summary
 from seatfem.structures.formats.uff_writing import write_receptance_uff
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.runs.outcome import measured

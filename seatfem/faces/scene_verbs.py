@@ -1,4 +1,4 @@
-"""Verbs that take a scene, or its results: demo, run, report, export, plan, trade, greens, modes."""
+"""Verbs that take a scene: demo, run, plan, trade, greens, modes."""
 
 from __future__ import annotations
 
@@ -63,45 +63,6 @@ def run(
         Folder for the results [default: the scene's name + "-result"].
     """
     return _run(scene, output or Path(f"{scene.stem}-result"), effort, common, changes)
-
-
-def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
-    """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
-
-    Parameters
-    ----------
-    folder:
-        Of a run (seatfem run -o).
-    output:
-        The file [default: report.html in that folder].
-    """
-    from seatfem.faces.report.page import write_report
-
-    path = output or folder / "report.html"
-    write_report(folder, path)
-    lines(quiet=common.quiet).print(f"wrote {path}")
-    return DONE
-
-
-def export(
-    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
-) -> int:
-    """Write a run in the formats of other programs.
-
-    Parameters
-    ----------
-    folder:
-        Of a run (seatfem run -o).
-    to:
-        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
-    output:
-        Folder for the files [default: that of the run].
-    """
-    from seatfem.faces.exchange import export as write
-
-    for path in write(folder, to, output or folder):
-        lines(quiet=common.quiet).print(f"wrote {path}")
-    return DONE
 
 
 def plan(

@@ -48,13 +48,16 @@ class Skin:
         """Largest extent along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
 
-    def moved(self, displacement: Array) -> Array:
-        """(n, 3) of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z."""
+    def moved(self, displacement: Array, harmonic: int = 0) -> Array:
+        """(n, 3) of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z, which go around as cos n th, sin n th
+        and cos n th, of ``harmonic`` n = 0 not at all."""
         each = displacement[self.which]
         if self.angles is None:
             return each
         c, s = np.cos(self.angles), np.sin(self.angles)
-        radial, around, axial = each.T
+        radial, around, axial = each.T * np.cos(harmonic * self.angles)
+        if harmonic:
+            around = each[:, 1] * np.sin(harmonic * self.angles)
         return np.stack([radial * c - around * s, radial * s + around * c, axial], axis=1)
 
 

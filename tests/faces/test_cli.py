@@ -238,7 +238,21 @@ def test_where_results_go(pipeline: Pipeline) -> None:
 
 @pytest.mark.parametrize(
     "verb",
-    ["demo", "init", "run", "report", "plan", "greens", "modes", "sweep", "optimise", "faces", "verify", "doctor"],
+    [
+        "demo",
+        "init",
+        "run",
+        "report",
+        "view",
+        "plan",
+        "greens",
+        "modes",
+        "sweep",
+        "optimise",
+        "faces",
+        "verify",
+        "doctor",
+    ],
 )
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE

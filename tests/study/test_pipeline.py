@@ -174,7 +174,7 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files, curves = {"summary.json", "result.h5", "seat.h5"}, {"force.png", "motion.png", "energy.png", "greens.png"}
-    assert written == files | curves | {"mesh.png", "modes.png", "mode_1.gif"}
+    assert written == files | curves | {"mesh.png", "modes.png", "mode_1.gif", "modes.h5"}
     assert {path.name for path in annular.folder.iterdir()} == written
     assert not [message for message in annular.outcome.messages if "picture" in message]
     stages = (

@@ -13,6 +13,7 @@ from impact.pictures.drawing import PictureError
 from impact.progress import silent
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.margin_map import plot_margin_map
+from seatfem.pictures.moving import load_moving
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
 from seatfem.structures.fields.recovery import histories, recover
@@ -132,7 +133,7 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     """As many pictures and files as times; the exaggeration is a round number that moves the body by 5 % at most."""
     done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
     pictures = dict(wave_pictures(done, stress))
-    assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd"}
+    assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
     for name, draw in pictures.items():
         draw(path=tmp_path / name)
     from PIL import Image
@@ -150,6 +151,12 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
     np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.mises[-1][wave.skin.which], rtol=1e-6)
     np.testing.assert_allclose(last.point_data["displacement [m]"], wave.skin.moved(wave.displacement[-1]), rtol=1e-6)
+    kept = load_moving(tmp_path / "stress_wave.h5")
+    assert kept.values is not None
+    assert kept.labels[-1] == wave.heading(3)
+    mises = wave.mises[-1][wave.skin.which]
+    np.testing.assert_allclose(kept.values[-1], np.minimum(mises, wave.end), atol=1e-4 * wave.end)
+    np.testing.assert_allclose(kept.displacement[-1], wave.skin.moved(wave.displacement[-1]), atol=1e-4 * kept.largest)
     farthest = wave.exaggeration * np.abs(wave.displacement).max() / wave.skin.size
     assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
 

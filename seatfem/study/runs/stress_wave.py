@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -13,6 +15,7 @@ from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from impact.pictures.drawing import PictureError
 from seatfem.pictures.apart import Picture
+from seatfem.pictures.moving import moving_wave, save_moving
 from seatfem.pictures.skin import skin_of, skin_of_plate
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.elements.mindlin import PlateMesh
@@ -31,12 +34,16 @@ from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
 
 PASSES: Final = 2  # of shear waves along the seat, that are shown
+WAVES: Final[Mapping[str, str]] = {
+    "stress_wave": "Stress wave in the seat",
+    "reed_stress_wave": "Stress wave in the faces of the reed",
+}
 UNKNOWN: Final = "\ngrey: beside the contact and sharp corners"
 
 
 def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
-    """stress_wave.gif, .png and seat_stress.pvd, and the same of a plate that strikes; none where no frames are asked
-    for, or nothing touches and no time is stated."""
+    """stress_wave.gif, .png and .h5, seat_stress.pvd, and the same of a plate that strikes; none where no frames are
+    asked for, or nothing touches and no time is stated."""
     asked, title = done.plan.scene.stress, done.plan.scene.title or "Stress wave"
     if stress is None or asked is None or not asked.frames:
         return []
@@ -54,7 +61,12 @@ def wave_pictures(done: Round, stress: SeatStress | None) -> list[Picture]:
             found.append((f"{stem}.gif", partial(animate_wave, wave, title=title)))
             found.append((f"{stem}.png", partial(plot_wave, wave, title=title)))
             found.append((f"{file}.pvd", partial(write_wave, wave)))
+            found.append((f"{stem}.h5", partial(_keep, wave, WAVES[stem])))
     return found
+
+
+def _keep(wave: StressWave, title: str, path: Path) -> None:
+    save_moving(moving_wave(wave, title), path)
 
 
 def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
