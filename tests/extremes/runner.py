@@ -11,7 +11,8 @@ from pathlib import Path
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.jobs import journal
-from seatfem.jobs.batch import Lost, answers
+from seatfem.jobs.batch import answers
+from seatfem.jobs.desk import Lost
 from seatfem.machine.code import code_version, hash_of
 from tests.extremes.cell import Cell, Outcome
 
