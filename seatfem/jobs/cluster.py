@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
@@ -131,19 +132,28 @@ def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
 
 
 def _asked(
-    client: Client, address: str, program: Program, parcels: Iterator[Parcel], limit: float, files: dict[Path, Any]
+    client: Client,
+    address: str,
+    program: Program,
+    parcels: Iterator[Parcel],
+    limit: float,
+    files: dict[Path, Future[bytes]],
 ) -> Iterator[tuple[int, str | Lost]]:
     from distributed import KilledWorker, as_completed
 
     from seatfem.jobs.remote import Task, carried_out
 
+    gone = ClusterError(f"--cluster {address}: the scheduler is gone; the same command goes on where it was")
     version, study, begun = code_version(), uuid4().hex, time.monotonic()
     asked: dict[Future[Any], tuple[int, Parcel]] = {}
     coming = as_completed(loop=client.loop)
 
     def arrived(futures: Sequence[Future[Any]]) -> Iterator[tuple[int, str | Lost]]:
         well = [future for future in futures if future.status == "finished"]
-        answers = dict(zip(well, client.gather(well), strict=True))
+        try:
+            answers = dict(zip(well, client.gather(well), strict=True))
+        except (OSError, RuntimeError, TimeoutError, CancelledError):  # of a client that is closed, too
+            raise gone from None
         for future in futures:
             number, parcel = asked.pop(future)
             if future in answers:
@@ -154,7 +164,7 @@ def _asked(
             elif future.status == "error":
                 raise ClusterError(f"--cluster {address}: {_first(future.exception())}")
             else:
-                raise ClusterError(f"--cluster {address}: the scheduler is gone; the same command goes on where it was")
+                raise gone
 
     try:
         for number, parcel in enumerate(parcels):
@@ -177,18 +187,19 @@ def _check_size(parcel: Parcel) -> None:
     sizes = {path: path.stat().st_size for path in parcel.files.values()}
     if (size := sum(sizes.values())) > MOST:
         raise ClusterError(
-            f"{max(sizes, key=lambda path: sizes[path])}: the files of the scene have {size / MB:.4g} MB together; at most "
-            f"{MOST / MB:g} MB travel to other computers: run it here, or make the file smaller"
+            f"{max(sizes, key=lambda path: sizes[path])}: the files of the scene have {size / MB:.4g} MB together; at "
+            f"most {MOST / MB:g} MB travel to other computers: run it here, or make the file smaller"
         )
 
 
-def _sent(client: Client, path: Path, files: dict[Path, Any]) -> Future[bytes]:
+def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Future[bytes]:
     """A file on its way, once."""
     from seatfem.jobs.remote import kept
 
     if path not in files:
         data = read_bytes(path, MOST, ClusterError)
-        files[path] = client.submit(kept, data, key=f"seatfem-file-{sha256(data).hexdigest()}")
+        sent: Future[bytes] = client.submit(kept, data, key=f"seatfem-file-{sha256(data).hexdigest()}")
+        files[path] = sent
     return files[path]
 
 

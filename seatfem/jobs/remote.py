@@ -148,6 +148,7 @@ def carried_out(task: Task, files: Mapping[str, bytes]) -> str | Lost:
     worker = get_worker()
     check_version(task.version, worker.address)  # one that joined after the client had asked
     desks = worker.plugins[name_of(task.version)]
+    assert isinstance(desks, Desks)
     return desks.answer(worker.get_current_task(), task, files)
 
 

@@ -121,7 +121,7 @@ def _other_half(path: Path) -> Path:
 
 
 def beside(path: Path) -> tuple[Path, ...]:
-    """The files that ``path`` is read with, whether they are there or not: tetgen's other half, the HDF5 of an .xdmf."""
+    """The files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
         return (_other_half(path),)

@@ -17,10 +17,11 @@ _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 
 
 def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any], dict[str, Path]]:
-    """The scene at ``path`` with some keys changed, for another computer: its place there, its changes there, its files.
+    """A scene with some keys changed, for another computer: its place and changes there, and its files, by their names.
 
-    Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under their own names, which
-    stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are not plain.
+    Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under
+    their own names, which stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are
+    not plain.
     """
     files = {"0/input.toml": path}
     there = dict(changed)
@@ -34,8 +35,8 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
             inner = f"input{other.suffix}" if half else other.name
             if other.parent != file.parent or not _PLAIN.fullmatch(inner):
                 text = (
-                    f"{file} is read with {other}, which cannot travel to another computer: put it into the same folder "
-                    "under a name of letters, digits and _.-"
+                    f"{file} is read with {other}, which cannot travel to another computer: put it into the same "
+                    "folder under a name of letters, digits and _.-"
                 )
                 raise SceneError((Problem(path, 0, key, text),))
             files[f"{number}/{inner}"] = other

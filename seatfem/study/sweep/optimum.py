@@ -51,8 +51,8 @@ def run_optimum(
     A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
     is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
     goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
-    `run_study`: the search asks for the same scenes again, and finds them in the journal; ``retry``: but those that have
-    failed, which it tries again.
+    `run_study`: the search asks for the same scenes again, and finds them in the journal; with ``retry`` it computes
+    those again that have failed.
 
     Raises:
         SceneError, StudyError, OutputError, ClusterError: as `run_study`; StudyError, too, where no scene has numbers.
