@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
@@ -64,17 +65,26 @@ def check_address(address: str) -> None:
 
 @contextmanager
 def _client(address: str) -> Iterator[Client]:
-    """Connected, workers of this very version known to be there. Raises `ClusterError`."""
+    """Connected; raises `ClusterError`."""
     check_address(address)
     if find_spec("distributed") is None:
         raise ClusterError(f"--cluster {address}: needs dask; install with: pip install 'seatfem[cluster]'")
     import dask
     from distributed import Client
 
+    parts = urlsplit(address)
+    if parts.scheme == "tls" and not dask.config.get("distributed.comm.tls.client.cert", None):
+        raise ClusterError(
+            f"--cluster {address}: no certificate of this client is known; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+            "...__TLS__CLIENT__CERT and ...__TLS__CLIENT__KEY (docs/cluster.md)"
+        )
+    client = Client.__new__(Client)  # in two steps: what cannot connect is closed before it complains of that itself
     with dask.config.set({"distributed.admin.large-graph-warning-threshold": MOST}):
         try:
-            client = Client(address, timeout=PATIENCE, set_as_default=False, name="seatfem")
-        except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
+            socket.create_connection((parts.hostname or "", parts.port or 0), PATIENCE).close()
+            client.__init__(address, timeout=PATIENCE, set_as_default=False, name="seatfem")  # type: ignore[misc]
+        except (OSError, ValueError, TypeError, RuntimeError) as error:
+            client.status = "closed"
             raise ClusterError(
                 f"--cluster {address}: no scheduler of dask answers there within {PATIENCE:g} s: {_first(error)}; "
                 "start one by `dask scheduler` (docs/cluster.md)"
@@ -82,7 +92,7 @@ def _client(address: str) -> Iterator[Client]:
         try:
             yield client
         finally:
-            with suppress(OSError, TimeoutError, RuntimeError):
+            with suppress(OSError, RuntimeError):
                 client.close(timeout=PATIENCE)
 
 
@@ -152,7 +162,7 @@ def _asked(
         well = [future for future in futures if future.status == "finished"]
         try:
             answers = dict(zip(well, client.gather(well), strict=True))
-        except (OSError, RuntimeError, TimeoutError, CancelledError):  # of a client that is closed, too
+        except (OSError, RuntimeError, CancelledError):  # of a client that is closed, too
             raise gone from None
         for future in futures:
             number, parcel = asked.pop(future)
