@@ -18,6 +18,8 @@ from seatfem.jobs.desk import Lost, Program
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
+from seatfem.study.trade.point import Point, carry_out
+from seatfem.study.trade.runner import run_points
 from tests.jobs.crowd import Crowd
 from tests.study.test_studies import rows
 
@@ -77,6 +79,7 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert rows(out) == rows(tmp_path / "here")
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
+        trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
@@ -90,6 +93,15 @@ def wait_for_both(address: str) -> int:
     while (found := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
     return found
+
+
+def trade_as_here(address: str, scene: Path, journal: Path) -> None:
+    """A point of the trade has the values that it has here; one that waits for it follows."""
+    points = [Point("coarse", "as given", "band"), Point("fine", "as given", "band", after="coarse", predicted=1e9)]
+    found = run_points(scene, points, journal, cluster=address)
+    assert found["coarse"].values == carry_out(scene, points[0]).values
+    assert found["fine"].reason == "not tried: 1e+09 s predicted"
+    assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 
 def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -162,7 +174,5 @@ def test_files_are_bounded_before_they_are_read(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(cluster, "MOST", 800)
     for name in ("ball", "large"):
         (tmp_path / name).write_bytes(bytes(len(name) ** 4))
-    with pytest.raises(
-        ClusterError, match=r"large: the files of the scene have .* together; at most"
-    ):
+    with pytest.raises(ClusterError, match=r"large: the files of the scene have .* together; at most"):
         cluster._check_size(Parcel("", {name: tmp_path / name for name in ("ball", "large")}))
