@@ -3,7 +3,7 @@
 `python benchmarks/scaling.py` writes results/scaling.json, docs/images/scaling.png and the measured paragraph of
 docs/cluster.md. Processor times are measured; they are of the client, of the scheduler and of a worker without the
 process that runs the scene. The client and the scheduler are one process each: the busier of both bounds the scenes a
-second, whatever the number of workers. That this bound is met is seen by jobs that sleep, of which many fit into a core.
+second, whatever the number of workers. Jobs that sleep, of which many fit into a core, show that bound here.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import textwrap
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -215,25 +216,32 @@ def draw(results: dict) -> None:
 
 
 def write(results: dict) -> None:
-    """The paragraph of docs/cluster.md."""
+    """The paragraphs of docs/cluster.md."""
     trivial, one = Spent(**results["trivial_job_s"]), Spent(**results["scene_s"]["1 worker"])
     two, bends, naps = Spent(**results["scene_s"]["2 workers"]), results["bend_workers"], results["asleep"]["speed"]
-    most = max(naps, key=float)
-    text = f"""\
-Measured on {results["machine"]["processor"]}, {results["machine"]["cores"]} cores that other programs shared: a job that
-does nothing takes {1e3 * trivial.client:.1f} ms of the client's processor, {1e3 * trivial.scheduler:.1f} ms of the
-scheduler's and {1e3 * trivial.worker:.1f} ms of a worker's. A scene of `examples/tolerance_study.toml`
-({results["scenes"]} scenes of {one.scene:.2f} processor seconds) takes {1e3 * one.client:.1f}, {1e3 * one.scheduler:.1f}
-and {1e3 * one.worker:.1f} ms: the client reads it, packs it and writes its line of the journal. So one client keeps
-{1 / one.bound:.0f} scenes a second going. Two workers were {one.wall / two.wall:.2f} times as fast as one by the clock;
-with jobs that sleep for {results["asleep"]["job_s"]:g} s, {most} workers were {naps[most]:.1f} times as fast as one, where
-{results["asleep"]["job_s"] / results["asleep_bound_s"]:.0f} is the bound of two cores on which they are with client and scheduler.
+    most, nap, bound = max(naps, key=float), results["asleep"]["job_s"], results["asleep_bound_s"]
+    about, (study, minute) = results["machine"], (each[str(LARGEST)] for each in results["predicted"].values())
 
-Predicted, by the busier of client and scheduler: scenes of {one.scene:.2g} s scale to {bends["study"]:.0f} workers, where
-the curve bends, scenes of a minute to {bends["minute"]:,.0f}. At {LARGEST:,} workers the speed is
-{results["predicted"]["study"][str(LARGEST)]:.0f} and {results["predicted"]["minute"][str(LARGEST)]:.0f} times that of one.
-Heartbeats are left out, and the start of the processes, which takes some seconds of each worker once.
-"""
+    def shares(spent: Spent) -> str:
+        return ", ".join(f"{1e3 * each:.1f}" for each in (spent.client, spent.scheduler, spent.worker))
+
+    measured_words = (
+        f"Measured on {about['processor']}, {about['cores']} cores that other programs shared: a job that does nothing "
+        f"takes {shares(trivial)} ms of the processor of client, scheduler and worker, a scene of "
+        f"`examples/tolerance_study.toml` ({results['scenes']} scenes of {one.scene:.2f} processor seconds) "
+        f"{shares(one)} ms: the client reads it, packs it and writes its line of the journal. So one client and one "
+        f"scheduler keep {1 / one.bound:.0f} scenes a second going. By the clock two workers were "
+        f"{one.wall / two.wall:.2f} times as fast as one. With jobs that sleep for {nap:g} s {most} workers were "
+        f"{naps[most]:.1f} times as fast as one that only sleeps; at most {nap / bound:.0f} times is possible where "
+        f"all of them, client and scheduler share {about['cores']} cores."
+    )
+    predicted_words = (
+        f"Predicted, by the busier of client and scheduler: scenes of {one.scene:.2g} s scale to {bends['study']:.0f} "
+        f"workers, where the curve bends, scenes of a minute to {bends['minute']:,.0f}. At {LARGEST:,} workers the "
+        f"speed is {study:.0f} and {minute:.0f} times that of one. Heartbeats are left out, and the start of the "
+        "processes, which takes some seconds of each worker once."
+    )
+    text = "\n\n".join(textwrap.fill(words, 118) for words in (measured_words, predicted_words)) + "\n"
     before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(MARKS[0])
     after = rest.partition(MARKS[1])[2]
     DOCUMENT.write_text(before + MARKS[0] + text + MARKS[1] + after, encoding="utf-8")

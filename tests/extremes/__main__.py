@@ -1,4 +1,4 @@
-"""`python -m tests.extremes [--folder F] [--subset N] [--seed S] [--cluster ADDRESS]`: the battery, its table and its map.
+"""`python -m tests.extremes [--folder F] [--subset N] [--seed S] [--cluster ADDRESS]`: the battery, its table, its map.
 
 The whole battery rewrites docs/extremes.csv and docs/images/extremes.png; a subset writes both into the folder. A run
 that was stopped goes on where it was.
