@@ -45,8 +45,7 @@ class Lost:
 Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]
 """Of jobs, a line each, and the limit of time for one [s]: the number and the answer of each, as they come.
 
-Whoever stops asking ends what is left of the jobs. `seatfem.jobs.batch.crew` and `seatfem.jobs.cluster.cluster_crew`
-give one.
+`seatfem.jobs.batch.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.
 """
 
 
