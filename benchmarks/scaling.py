@@ -238,14 +238,16 @@ def write(results: dict) -> None:
         f"{shares(one)} ms: the client reads it, packs it and writes its line of the journal. So one client and one "
         f"scheduler keep {1 / one.bound:.0f} scenes a second going. By the clock two workers were "
         f"{one.wall / two.wall:.2f} times as fast as one. With jobs that sleep for {nap:g} s {most} workers were "
-        f"{naps[most]:.1f} times as fast as one that only sleeps; at most {nap / bound:.0f} times is possible where "
-        f"all of them, client and scheduler share {about['cores']} cores."
+        f"{naps[most]:.1f} times as fast as one that only sleeps, which is {naps[most] / nap:.0f} jobs a second; "
+        f"{nap / bound:.0f} times is the most where all of them, client and scheduler have {about['cores']} cores to "
+        "themselves, which they had not."
     )
     predicted_words = (
         f"Predicted, by the busier of client and scheduler: scenes of {one.scene:.2g} s scale to {bends['study']:.0f} "
         f"workers, where the curve bends, scenes of a minute to {bends['minute']:,.0f}. At {LARGEST:,} workers the "
-        f"speed is {study:.0f} and {minute:.0f} times that of one. Heartbeats are left out, and the start of the "
-        "processes, which takes some seconds of each worker once."
+        f"speed is {study:.0f} and {minute:.0f} times that of one. That takes for granted a core for the "
+        "client and one for the scheduler; heartbeats are left out, and the start of the processes, which takes some "
+        "seconds of each worker once."
     )
     text = "\n\n".join(textwrap.fill(words, 118) for words in (measured_words, predicted_words)) + "\n"
     before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(MARKS[0])
