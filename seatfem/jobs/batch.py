@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 
@@ -17,16 +17,15 @@ def answers(
     limit: float,
     renew: int = NEVER,
     own_session: bool = False,
-    environment: Mapping[str, str] | None = None,
 ) -> Iterator[str | Lost]:
     """The answer to each job, a line, in their order; from one worker at a time.
 
     Args:
         jobs: lines.
-        module, arguments, renew, own_session, environment: of the worker's `Program`.
+        module, arguments, renew, own_session: of the worker's `Program`.
         limit: seconds of the clock for one job.
     """
-    with crew(Program(module, arguments, renew, own_session, environment or {}), workers=1) as ask:
+    with crew(Program(module, arguments, renew, own_session), workers=1) as ask:
         yield from (answer for _, answer in ask(jobs, limit))
 
 

@@ -13,6 +13,10 @@ from typing import Final
 from seatfem.jobs.processes import LineWorker
 
 NEVER: Final = 1_000_000_000
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Variables of a process whose numbers, and times, are not to depend on how many run beside it."""
 FILES: Final = "@seatfem-files@"
 """In a job that goes to another computer, and in its answer: the folder that its files are unpacked into."""
 

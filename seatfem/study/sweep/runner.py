@@ -16,7 +16,7 @@ from seatfem.jobs import journal as lines
 from seatfem.jobs.batch import crew
 from seatfem.jobs.claims import claimed
 from seatfem.jobs.cluster import Parcel, cluster_crew, threads_of
-from seatfem.jobs.desk import Ask, Lost, Program
+from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case
@@ -27,10 +27,6 @@ STAGE: Final = "scenes"
 TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
 RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
 WORKER: Final = "seatfem.study.sweep.outcome"
-ONE_THREAD: Final = dict.fromkeys(
-    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""In each worker, so that numbers do not depend on how many there are."""
 
 
 class StudyError(ValueError):

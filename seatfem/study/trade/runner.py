@@ -19,7 +19,7 @@ from impact.progress import Progress, silent
 from seatfem.jobs import journal as lines
 from seatfem.jobs.batch import crew
 from seatfem.jobs.cluster import Parcel, cluster_crew
-from seatfem.jobs.desk import Lost, Program
+from seatfem.jobs.desk import ONE_THREAD, Lost, Program
 from seatfem.machine.code import VARIABLE, code_version
 from seatfem.study.scene.parcel import packed
 from seatfem.study.trade.point import Outcome, Point
@@ -28,11 +28,7 @@ TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process 
 PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
 TOO_LONG: Final = 2.0  # predicted time over the limit from which a point is not tried: predictions are that good
 PROGRAM: Final = Program(
-    "seatfem.study.trade.point",
-    renew=1,
-    own_session=True,
-    environment=dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"),
-    folder_in=(VARIABLE, "TMPDIR"),
+    "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
 )
 """One thread, so that processor time is work; nothing computed before is at hand; what a point leaves goes with it."""
 
