@@ -97,6 +97,8 @@ def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
         (["--limit", "0"], "--limit = 0 s must be positive and finite"),
         (["--limit", "nan"], "--limit = nan s must be positive and finite"),
         (["--limit", "inf"], "--limit = inf s must be positive and finite"),
+        (["--cluster", "host:8786"], "--cluster host:8786: write the scheduler's address, as tcp://HOST:8786"),
+        (["--cluster", "tcp://host:8786", "--workers", "2"], "leave it out beside --cluster"),
         (["-o", "scene.toml/deep"], "cannot be written (Not a directory); choose another place with --output"),
         (["--fast"], "--fast"),
     ],

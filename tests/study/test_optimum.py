@@ -99,7 +99,7 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less is better, and below 0.6 N/um there is nothing."""
+    """Less is better, and below 0.6 N/um there is nothing; they are tried again when it is asked for."""
     answer_here(monkeypatch)
     monkeypatch.setattr(one, "_carried_out", of_closed_form(jobs_fail=True))
     text = STIFFNESS + '[optimise]\nminimise = "filtered_peak_force_N"\n'
@@ -109,6 +109,10 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(one, "_carried_out", lambda *_: 1 / 0)
     with pytest.raises(StudyError, match=r"none of 13 scenes has the numbers.*ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
+    monkeypatch.setattr(one, "_carried_out", of_closed_form())
+    with pytest.raises(StudyError, match="ZeroDivisionError"):
+        run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
+    assert run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none", retry=True).as_json()["failed"] == 0
 
 
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
