@@ -64,10 +64,13 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
         "main_effects.png",
         "study.csv",
         "study.jsonl",
+        "study.parquet",
     ]
     assert run_command(["sweep", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == FAILED
     assert not any(capsys.readouterr())
-    assert sorted(path.name for path in Path("there").iterdir()) == ["main_effects.csv", "study.csv", "study.jsonl"]
+    assert sorted(path.name for path in Path("there").iterdir()) == [
+        "main_effects.csv", "study.csv", "study.jsonl", "study.parquet",
+    ]  # fmt: skip
 
 
 def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
