@@ -15,6 +15,8 @@ from impact.life.critical_plane import on_planes
 from impact.life.places import Judged, judged, left_of
 from impact.life.pressed import hertz_path
 from impact.life.strength import SpeedMargin, Strength, speed_margin
+from impact.march.followed import as_marched
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import Scene
 from seatfem.study.scene.life import turn_of
@@ -79,7 +81,8 @@ def of_beam(
     if scene.life is not None and scene.life.demand() is not None:
         force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
         also = () if stress is None else (stress.initial.at, stress.largest.at)
-        for name, history in scene.reed.stress_histories(force, dt, striker, scene.contact_at, also):
+        marched = as_marched(striker, lift_of(touches), dt)
+        for name, history in scene.reed.stress_histories(force, dt, marched, scene.contact_at, also):
             yield f"reed, {name}", history
 
 

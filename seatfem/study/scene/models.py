@@ -208,8 +208,6 @@ class Scene(Table):
                     f"the record covers {time[0]:g}..{time[-1]:g} s, the run takes 0..{self.run.duration:g} s: give a "
                     "longer record, or shorten run.duration",
                 )
-        if any_needs_stress(self.accuracy.measures):
-            raise KeyProblem("gas", "it leaves the stress of the reed unknown; remove stress from accuracy.measures")
         return self
 
     @property
@@ -268,12 +266,6 @@ class Scene(Table):
                 raise KeyProblem(
                     f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
                     f"of a reed of kind {self.reed.kind!r} it is not known how its mass is spread; give a force",
-                )
-            if load.by_lift and any_needs_stress(self.accuracy.measures):
-                raise KeyProblem(
-                    f"load.{number}.area",
-                    "by the lift it leaves the stress of the reed unknown; state one area, or remove stress from "
-                    "accuracy.measures",
                 )
         return self
 
