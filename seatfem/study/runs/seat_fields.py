@@ -80,7 +80,7 @@ class SeatMesh:
         assert stress is not None
         left_out = near(sites.points, self.singular, self.distance)
         if not stress.struck:
-            left_out |= near(sites.points, self._struck, max(self.distance, ON_IT))
+            left_out |= near(sites.points, self.struck, max(self.distance, ON_IT))
         if left_out.all():
             raise ModelError(
                 f"stress: nothing of the surface is further than stress.distance = {1e3 * self.distance:g} mm from "
@@ -89,7 +89,7 @@ class SeatMesh:
         return sites.at(~left_out)
 
     @property
-    def _struck(self) -> Array:
+    def struck(self) -> Array:
         """(k, d) nodes of the struck face: corners, middles of edges and of facets [m]."""
         mesh = elements_of(self.mesh).mesh
         corners = mesh.p[:, mesh.facets[:, mesh.boundaries[self.body.struck_face]]]

@@ -64,7 +64,7 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     assert scene.stress is not None
     if model is None:
         raise PictureError("the wave in a body of revolution is drawn where it is struck all around: contact.ports = 1")
-    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), _touch(done)
+    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), touch_of(done)
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
     if not steps:
         return None
@@ -104,14 +104,15 @@ def reed_wave(done: Round) -> StressWave | None:
     return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), told, UNKNOWN)
 
 
-def _touch(done: Round) -> float:
+def touch_of(done: Round) -> float:
+    """Time of the first touch of the seat [s]; nan without one."""
     groups = measures.contact_groups(done.result)
     return float(groups[0][0]) if len(groups) else math.nan
 
 
 def after_touch(done: Round) -> tuple[float, float]:
     """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
-    touch = _touch(done)
+    touch = touch_of(done)
     return touch, touch + done.plan.scene.run.filter_width
 
 
