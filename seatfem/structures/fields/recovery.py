@@ -122,10 +122,11 @@ def field_of(response: Response, functional: Any, points: Array, *, fewer: bool 
     return StressField(points, static, modal, Body(pairs.greens))
 
 
-def histories(field: Field, force: Array, dt: float) -> Array:
-    """(P, 6, n + 1) stress at all its points [Pa] under forces (n + 1,) or (n + 1, ports) along the ports' outward
-    normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force presses a seat: give ``-force``."""
-    return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, 1)], axis=2)
+def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
+    """(P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or (n + 1,
+    ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force
+    presses a seat: give ``-force``."""
+    return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, stride)], axis=2)
 
 
 def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:

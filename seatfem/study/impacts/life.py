@@ -83,7 +83,7 @@ def of_beam(
 
 
 def beam_histories(
-    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
+    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
 ) -> Iterator[tuple[str, Array]]:
     """As `seatfem.structures.kinds.Structure.stress_histories`. ``stress``: the largest ones, whose places are among
     them."""
@@ -91,7 +91,7 @@ def beam_histories(
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     also = {peak.at for peak in peaks if peak is not None}
     marched = as_marched(striker, lift_of(touches), dt)
-    yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also)
+    yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also, few=few)
 
 
 def block_from(scene: Scene, touches: Touches) -> int:

@@ -96,7 +96,7 @@ def afterwards(
             plate = PlatePeaks.of(done)
     with watch("hot spots"):
         spots = Spots.of(done, stress, plate)
-        files = write_spots(spots, folder, done.result.time, courses=histories)
+        files = write_spots(spots, folder, courses=histories)
     keys |= spot_keys(spots)
     keep(keys)
     if scene.life is None:

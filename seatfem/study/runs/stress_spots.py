@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -31,6 +31,7 @@ AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")
 LIP: Final = "lip"
 LEAST: Final = 0.1  # of the largest in its body: what bears less has no history
 MOST_SHOWN: Final = 8
+MOST_NUMBERS: Final = 16_000_000  # of all histories; of a longer run every second step is kept, or every third, ...
 HISTORIES_FILE: Final = "stress.h5"
 PICTURE: Final = "stress_histories.png"
 _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
@@ -72,7 +73,7 @@ class Spot:
 
 @dataclass(frozen=True)
 class History:
-    """Stress (6, n + 1) or, of one axis, (1, n + 1), of the ``components``, at a spot [Pa]."""
+    """Stress (6, m) or, of one axis, (1, m), of the ``components``, at a spot, at every ``stride``-th step [Pa]."""
 
     spot: Spot
     components: tuple[str, ...]
@@ -80,28 +81,31 @@ class History:
 
     @property
     def leading(self) -> Array:
-        """(n + 1,) of the component that is the largest at the spot's time."""
+        """(m,) of the component that is the largest at the spot's time."""
         return np.asarray(self.stress[self.components.index(self.spot.component)])
 
     @property
     def mises(self) -> Array | None:
-        """(n + 1,) von Mises' stress; ``None`` of one axis."""
+        """(m,) von Mises' stress; ``None`` of one axis."""
         return von_mises(self.stress.T) if len(self.components) > 1 else None
 
 
 @dataclass(frozen=True)
 class Spots:
-    """All hot spots of a run, the largest of each body first, and the histories of some of them."""
+    """All hot spots of a run, the largest of each body first, and the histories of some of them over ``time`` (m,)."""
 
     all: tuple[Spot, ...] = ()
     histories: tuple[History, ...] = ()
+    time: Array = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
     def of(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
         """Of a round whose stress is known; of a beam it always is."""
-        own = _of_plate(done, plate) if plate is not None else _of_beam(done)
-        there, others = ((), ()) if seat is None else _of_seat(done, seat)
-        return Spots((*(history.spot for history in own), *there), (*own, *others))
+        named = 0 if seat is None else len(seat.points)
+        stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
+        own = _of_plate(done, plate, stride) if plate is not None else _of_beam(done, stride)
+        there, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
+        return Spots((*(history.spot for history in own), *there), (*own, *others), done.result.time[::stride])
 
 
 def spot_keys(spots: Spots) -> dict[str, object]:
@@ -126,8 +130,8 @@ def spot_keys(spots: Spots) -> dict[str, object]:
     return found
 
 
-def write_spots(spots: Spots, folder: Path, time: Array, *, courses: bool = True) -> tuple[Path, ...]:
-    """hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses`` over ``time`` (n + 1,)."""
+def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Path, ...]:
+    """hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses``."""
     files = []
     for body, file in _FILES.items():
         if not (own := [spot for spot in spots.all if spot.body == body]):
@@ -143,7 +147,7 @@ def write_spots(spots: Spots, folder: Path, time: Array, *, courses: bool = True
     if spots.histories and courses:
         files.append(folder / HISTORIES_FILE)
         with written(files[-1], "stress") as file:
-            file.create_dataset("time", data=time, compression="gzip", shuffle=True)
+            file.create_dataset("time", data=spots.time, compression="gzip", shuffle=True)
             for number, history in enumerate(spots.histories):
                 group = file.create_group(f"{number:02d}")
                 group.attrs["name"], group.attrs["components"] = history.spot.name, json.dumps(history.components)
@@ -152,7 +156,7 @@ def write_spots(spots: Spots, folder: Path, time: Array, *, courses: bool = True
 
 
 def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
-    """Time (n + 1,) [s], and stress (n + 1,) [Pa] by place and component, of a stress.h5.
+    """Time (m,) [s], and stress (m,) [Pa] by place and component, of a stress.h5.
 
     Raises:
         StorageError: no such file, or a damaged one.
@@ -174,10 +178,10 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
         return []
     curves = [(each.spot.name, each.spot.component, each.leading, each.mises, each.spot.time) for each in shown]
     title = f"{done.plan.scene.title or 'Stress'}: histories at the hot spots"
-    return [(PICTURE, partial(plot_stress_histories, done.result.time, curves, touch=touch_of(done), title=title))]
+    return [(PICTURE, partial(plot_stress_histories, spots.time, curves, touch=touch_of(done), title=title))]
 
 
-def _of_beam(done: Round) -> list[History]:
+def _of_beam(done: Round, stride: int) -> list[History]:
     """At the root, the contacts and where its stress is the largest, in the face towards the seat."""
     scene, stress = done.plan.scene, done.stress
     if stress is None:
@@ -187,36 +191,33 @@ def _of_beam(done: Round) -> list[History]:
     worst = (stress.after_contact or stress.initial).at
     known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
     known["root"], found = 0.0, []
-    for name, course in beam_histories(scene, done.striker, done.touches, stress):
+    for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in known:
             k = _since(done, np.abs(course), touch)
             time, where = float(done.result.time[k]), np.array([known[place]])
             spot = Spot.of("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
-            found.append(History(spot, COMPONENTS[:1], course[None]))
+            found.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
     return _foremost(found)
 
 
-def _of_plate(done: Round, plate: PlatePeaks) -> list[History]:
+def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     """Where von Mises' stress is the largest in each part of a plate, in the face away from the seat."""
-    field, parts = plate.field, parts_of_plate(done, plate.field.points)
+    parts = parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if np.any(done.result.force) else plate.found.initial
     own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
-    courses, edges = (
-        histories(field.at(chosen), plate_pushes(done, done.touches), done.result.dt),
-        singular_of_plate(done),
-    )
-    found = []
-    for number, course, edge in zip(chosen, courses, edge_distances(field.points[chosen], edges), strict=True):
-        time = float(peak.von_mises_time[number])
-        state = course[:, round(time / done.result.dt)]
-        spot = Spot.of("reed", str(parts[number]), field.points[number], float(edge), time, state, COMPONENTS)
+    some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt
+    times, edges = peak.von_mises_time[chosen], edge_distances(some.points, singular_of_plate(done))
+    states, found = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    for k, course in enumerate(histories(some, force, dt, stride)):
+        part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
+        spot = Spot.of("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
         found.append(History(spot, COMPONENTS, course))
     return _foremost(found)
 
 
-def _of_seat(done: Round, seat: SeatStress) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
     """All hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
     force, dt, names = force_by_port(done, done.touches), done.result.dt, AROUND if seat.is_around else COMPONENTS
     times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
@@ -227,12 +228,12 @@ def _of_seat(done: Round, seat: SeatStress) -> tuple[tuple[Spot, ...], tuple[His
         for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
-    courses = histories(own.at(first), force, dt)
+    courses = histories(own.at(first), force, dt, stride)
     found = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
         k = _since(done, von_mises(course.T), touch_of(done))
         spot = Spot.of("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
-        found.append(History(spot, names, course))
+        found.append(History(spot, names, course[:, ::stride]))
     return spots, tuple(found)
 
 
