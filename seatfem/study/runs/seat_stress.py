@@ -41,6 +41,8 @@ class SeatStress:
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
+        drawn: the same with the seat's plan.
+        waves: around a body of revolution that is struck in arcs.
         model: on it; ``None`` of a body of revolution that is struck in arcs, which has one for each harmonic.
         sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
             arcs, whose components are then rr, tt, zz, tz, rz, rt.
@@ -62,6 +64,8 @@ class SeatStress:
     """
 
     mesh: Any
+    drawn: SeatMesh
+    waves: Waves | None
     model: SecondOrderModel | None
     sites: Array
     section: NDArray[np.bool_]
@@ -142,6 +146,8 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     angles = len(field.points) // len(singular)
     return SeatStress(
         elements_of(fine.mesh).mesh,
+        fine,
+        waves,
         fine.model if waves is None else None,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
