@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.files.atomic import write_whole
 from impact.greens.base import Array
-from impact.storage.hdf5 import finite_array, opened, written
+from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_histories import plot_stress_histories
 from seatfem.structures.fields.hot_spots import edge_distances
@@ -162,6 +162,8 @@ def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
         StorageError: no such file, or a damaged one.
     """
     with opened(path, "stress") as file:
+        if sum(group["stress"].size for key, group in file.items() if key != "time") > 2 * MOST_NUMBERS:
+            raise StorageError(f"{path}: claims more numbers than a run writes; compute it again")
         found = {
             f"{group.attrs['name']}, {name}": values
             for key, group in file.items()
