@@ -33,7 +33,10 @@ from seatfem.verification.table import PROVIDERS, markdown_table, verification_t
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
-OF_EXAMPLES = {"tilted_landing": ("lip.png", "landing.gif"), "impact_stress": ("seat_stress.png", "stress_wave.gif")}
+OF_EXAMPLES = {
+    "tilted_landing": ("lip.png", "landing.gif"),
+    "impact_stress": ("seat_stress.png", "stress_histories.png", "stress_wave.gif"),
+}
 
 
 def main() -> None:

@@ -136,7 +136,10 @@ class Cache:
         if found is not here:
             self._save(found, key)
         where = "the store" if self.path is None else self.path.name
-        return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {where}"})
+        about: dict[str, object] = {"seat_model": f"kept in {where}"}
+        if isinstance(size := found.provenance.get("dof"), int):
+            about["seat_dof"] = size
+        return _with_errors(found, self.store.get(_beside(key)), about)
 
     @contextmanager
     def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:
