@@ -65,6 +65,7 @@ def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: fl
         damping_ratio=body.damping_ratio,
         method=method.reduction,
         max_vectors=method.max_vectors,
+        backend="slepc" if method.backend == "slepc" else "auto",
         progress=progress,
     )
 

@@ -57,6 +57,7 @@ class Reducer(ABC):
         factorizes: whether it takes the memory of a sparse factorization.
         diagonal_mass: whether it serves no model but those of a diagonal mass.
         modal_damping: whether it takes damping by ratios, which have no sparse matrix.
+        distributes: whether it can work on the ranks of PETSc.
     """
 
     name: ClassVar[str]
@@ -65,6 +66,7 @@ class Reducer(ABC):
     factorizes: ClassVar[bool] = True
     diagonal_mass: ClassVar[bool] = False
     modal_damping: ClassVar[bool] = True
+    distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""
