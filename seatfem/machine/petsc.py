@@ -47,7 +47,7 @@ class PetscSetting:
 
     @property
     def environment(self) -> Mapping[str, str]:
-        """One thread a rank; ranks that wait give way, may be more than cores, and may be root's where root starts them."""
+        """One thread a rank; ranks that wait give way, may be more than cores, and root's where root starts them."""
         root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
         return {
             "OMP_NUM_THREADS": "1",
@@ -56,12 +56,12 @@ class PetscSetting:
             **(root if hasattr(os, "geteuid") and os.geteuid() == 0 else {}),
         }
 
-    def gap(self) -> str:
-        """What is missing, and how it is had; "" where nothing."""
+    def gap(self) -> tuple[str, str]:
+        """What is missing, "" where nothing, and how it is had."""
         if shutil.which(self.mpiexec[0]) is None:
-            return f"{self.mpiexec[0]} is not there: {apt_command(DEBIAN[2:])}, or set {MPIEXEC}"
+            return f"{self.mpiexec[0]} is not there", f"{apt_command(DEBIAN)}, or set {MPIEXEC}"
         ok, said = _tried(self.python)
-        return "" if ok else f"{self.python}: {said}: {apt_command(DEBIAN)}, or set {PYTHON}"
+        return "" if ok else f"{self.python}: {said}", f"{apt_command(DEBIAN)}, or set {PYTHON}"
 
     def __str__(self) -> str:
         return f"{_tried(self.python)[1]}, {self.python}, {shlex.join(self.launch)}"

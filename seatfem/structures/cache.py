@@ -40,7 +40,8 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     is known.
 
     Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
-    does its backend: what PETSc's ranks and this process find differs by round-off, far less than the tolerance. Of a kind, a shape or a reduction from elsewhere the file counts in which it is written.
+    does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
+    shape or a reduction from elsewhere the file counts in which it is written.
     """
     how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
     if how.get("rings") == 1:

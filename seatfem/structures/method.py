@@ -137,6 +137,11 @@ class Method:
         return replace(self, rings=rings, lip=lip)
 
     @property
+    def distributed(self) -> bool:
+        """Whether PETSc's ranks reduce it; arcs of a lip and statics are computed in this process."""
+        return self.backend == "slepc" and not (self.in_arcs or self.static)
+
+    @property
     def exact(self) -> bool:
         """Whether there is nothing to discretise."""
         return self.level in ("rod", "closed form")

@@ -7,8 +7,11 @@ package. FOLDER, which all ranks see, holds the model as .npy files and takes wh
 its standard input and answers each on its standard output, both as lines of JSON; the program ends with its input.
 """
 
+from __future__ import annotations
+
 import ctypes
 import glob
+import itertools
 import json
 import os
 import queue
@@ -17,11 +20,13 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 for library in ("petsc", "slepc"):  # where Debian has them, if they are not found otherwise
-    sys.path.extend(sorted(glob.glob("/usr/lib/%sdir/*/*-real/lib/python3/dist-packages" % library)))
+    sys.path.extend(sorted(glob.glob(f"/usr/lib/{library}dir/*/*-real/lib/python3/dist-packages")))
 
 import slepc4py  # noqa: E402
 
@@ -33,25 +38,29 @@ DEPENDENT = 1e-11  # of the length before orthogonalisation: what lies in the sp
 PATIENCE = 2.0  # s for all ranks to end
 LINE = 500  # characters of a command
 RANK = PETSc.COMM_WORLD.getRank()
+VERSION = "PETSc " + ".".join(str(part) for part in PETSc.Sys.getVersion())
 INERTIA = {13: 1}  # control parameters of MUMPS: the last front is not left to ScaLAPACK, which counts no pivots
 NULL = {24: 1}  # pivots of zero are told, which SLEPc asks for where it counts
 ROOM = {14: 60}  # per cent of workspace beyond what the analysis foresees
+Answer = dict[str, Any]
 
 
 class Model:
     """K, M, ports and rigid motions, and the factorization and the basis that were last asked for."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str) -> None:
         self.folder = folder
         self.K, self.M = self.matrix("K"), self.matrix("M")
         self.first, self.last = self.K.getOwnershipRange()
         self.ports, self.rigid = self.vectors("ports"), self.vectors("rigid")
-        self.pc = self.factor = self.basis = None
+        self.pc: Any = None
+        self.factor: Any = None
+        self.basis: Any = None
 
-    def path(self, name):
+    def path(self, name: str) -> str:
         return os.path.join(self.folder, name + ".npy")
 
-    def matrix(self, name):
+    def matrix(self, name: str) -> Any:
         """The rows of a matrix in compressed form that are this rank's."""
         starts, columns, data = (np.load(self.path(name + part), mmap_mode="r") for part in ("_p", "_i", "_x"))
         n, whole = len(starts) - 1, PETSc.Vec().createMPI(len(starts) - 1)
@@ -63,7 +72,7 @@ class Model:
         made.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
         return made
 
-    def vectors(self, name):
+    def vectors(self, name: str) -> list[Any]:
         """The columns of a file."""
         columns = np.load(self.path(name), mmap_mode="r")
         found = []
@@ -72,9 +81,10 @@ class Model:
             found[-1].setArray(np.array(columns[self.first : self.last, j]))
         return found
 
-    def write(self, name, vectors, count):
+    def write(self, name: str, vectors: Any, count: int) -> None:
         """Columns on file, one of them in the memory of rank 0 at a time."""
-        out = scatter = None
+        out: Any = None
+        scatter: Any = None
         if RANK == 0:
             shape = (self.K.getSize()[0], count)
             out = np.lib.format.open_memmap(self.path(name), "w+", np.float64, shape, fortran_order=True)
@@ -87,7 +97,7 @@ class Model:
         if RANK == 0:
             out.flush()
 
-    def solve(self, vectors):
+    def solve(self, vectors: list[Any]) -> list[Any]:
         """The factorized matrix's inverse times several vectors."""
         size = (self.K.getLocalSize()[0], self.K.getSize()[0])
         right, left = (PETSc.Mat().createDense(size=(size, len(vectors))) for _ in range(2))
@@ -107,7 +117,7 @@ class Model:
         left.destroy()
         return found
 
-    def do_factorize(self, square):
+    def do_factorize(self, square: float) -> Answer:
         """K + square M = L D L' by MUMPS."""
         if self.pc is not None:
             self.pc.destroy()
@@ -137,19 +147,19 @@ class Model:
             "megabytes": self.factor.getMumpsInfog(22),  # of all ranks
         }
 
-    def do_solve(self):
+    def do_solve(self) -> Answer:
         """The columns of right.npy."""
         found = self.solve(self.vectors("right"))
         self.write("left", found, len(found))
         return {}
 
-    def do_start(self, limit):
+    def do_start(self, limit: int) -> Answer:
         """A basis of the rigid motions, and the candidates that come next."""
         self.basis = Basis(self, limit)
         overlap = [[b.dot(x) for x in self.basis.following] for b in self.ports]
         return {"compliance": overlap}
 
-    def do_grow(self, size):
+    def do_grow(self, size: int) -> Answer:
         """As the built-in basis grows; its projections on file."""
         self.basis.grow(size)
         if RANK == 0:
@@ -159,7 +169,7 @@ class Model:
         PETSc.COMM_WORLD.barrier()
         return {"size": self.basis.size, "complete": not self.basis.following}
 
-    def do_combine(self):
+    def do_combine(self) -> Answer:
         """The basis times the columns of coefficients.npy."""
         factors = np.load(self.path("coefficients"))
         V, made = self.basis.V, self.K.createVecRight()
@@ -168,14 +178,14 @@ class Model:
         self.write("vectors", each, factors.shape[1])
         return {}
 
-    def do_orthogonality(self):
+    def do_orthogonality(self) -> Answer:
         """The largest entry of V'MV - 1."""
         V = self.basis.V
         V.setActiveColumns(0, self.basis.size)
         gram = V.dot(V).getDenseArray()
         return {"lost": float(np.abs(gram - np.eye(self.basis.size)).max())}
 
-    def do_eigen(self, low, high, tolerance):
+    def do_eigen(self, low: float, high: float, tolerance: float) -> Answer:
         """All eigenvalues from low to high, by spectrum slicing: Krylov-Schur about shifts whose inertia counts."""
         eps = SLEPc.EPS().create()
         eps.setOperators(self.K, self.M)
@@ -189,7 +199,7 @@ class Model:
         st.getKSP().getPC().setType("cholesky")
         st.getKSP().getPC().setFactorSolverType("mumps")
         for number, value in {**INERTIA, **ROOM, **NULL}.items():
-            PETSc.Options().setValue("st_mat_mumps_icntl_%d" % number, value)
+            PETSc.Options().setValue(f"st_mat_mumps_icntl_{number}", value)
         eps.setFromOptions()
         eps.solve()
         count, vector = eps.getConverged(), self.K.createVecRight()
@@ -204,7 +214,7 @@ class Model:
 class Basis:
     """V with V'MV = 1, V'KV and V' times the ports."""
 
-    def __init__(self, model, limit):
+    def __init__(self, model: Model, limit: int) -> None:
         self.model, self.limit, self.size = model, limit, len(model.rigid)
         self.V = SLEPc.BV().create()
         self.V.setSizesFromVec(model.K.createVecRight(), min(limit, self.size + 32))
@@ -217,14 +227,14 @@ class Basis:
         self.V.setMatrix(model.M, False)
         self.following = model.solve(model.ports)
 
-    def grow(self, size):
+    def grow(self, size: int) -> None:
         """Whole blocks until there are so many vectors, or nothing more is to be found."""
         model = self.model
         while self.size < min(size, self.limit) and self.following:
             new = [v for v in (self.append(w) for w in self.following if self.size < self.limit) if v is not None]
             self.following = model.solve([model.M * v for v in new]) if new else []
 
-    def append(self, candidate):
+    def append(self, candidate: Any) -> Any | None:
         """The candidate made orthonormal to V and appended, unless it lies in the span of V."""
         k, V = self.size, self.V
         if k == V.getSizes()[1]:
@@ -248,11 +258,11 @@ class Basis:
         return vector
 
 
-def lines():
+def lines() -> Iterator[str]:
     """What comes in, as it comes. After its end the process ends, soon and whatever it is doing."""
-    found = queue.Queue()
+    found: queue.Queue[str] = queue.Queue()
 
-    def listen():
+    def listen() -> None:
         for line in sys.stdin:
             found.put(line)
         found.put('{"do": "end"}')
@@ -263,7 +273,7 @@ def lines():
     return iter(found.get, None)
 
 
-def heard(line):
+def heard(line: str) -> Any:
     """The command that rank 0 has read, on all ranks."""
     sent = PETSc.Vec().createMPI((LINE if RANK == 0 else 0, LINE))
     if RANK == 0:
@@ -273,18 +283,18 @@ def heard(line):
     return json.loads(bytes(whole.getArray().astype(np.uint8)).decode("ascii"))
 
 
-def main():
+def main() -> None:
     """Answers commands until there are no more."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # libraries print into the log
     model = Model(sys.argv[1])
-    commands = lines() if RANK == 0 else None
-    answer = {"version": "PETSc %d.%d.%d" % PETSc.Sys.getVersion(), "ranks": PETSc.COMM_WORLD.getSize()}
+    commands = lines() if RANK == 0 else itertools.repeat("")
+    answer = {"version": VERSION, "ranks": PETSc.COMM_WORLD.getSize()}
     while True:
         if RANK == 0:
             answers.write(json.dumps(answer) + "\n")
             answers.flush()
-        command = heard(next(commands) if RANK == 0 else "")
+        command = heard(next(commands))
         if command["do"] == "end":
             return
         answer = getattr(model, "do_" + command.pop("do"))(**command)
@@ -299,8 +309,8 @@ if __name__ == "__main__":
         if sys.argv[1:]:
             main()
         else:
-            print("PETSc %d.%d.%d" % PETSc.Sys.getVersion())
+            sys.stdout.write(VERSION + "\n")
     except BaseException:
-        sys.stderr.write("rank %d: %s" % (RANK, traceback.format_exc()))
+        sys.stderr.write(f"rank {RANK}: {traceback.format_exc()}")
         sys.stderr.flush()
         os._exit(1)  # the others, which wait for this one, end with it

@@ -88,8 +88,8 @@ def reduce_model(
     progress: Progress = silent,
 ) -> Reduction:
     """As `greens_function`, with the modes found on the way."""
-    distributed = backend == "slepc"
-    aims = Aims(bandwidth, duration, tolerance, max_vectors, "auto" if distributed else backend, distributed)
+    local: Backend = "auto" if backend == "slepc" else backend
+    aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
 
 

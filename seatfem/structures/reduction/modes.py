@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
@@ -15,6 +16,9 @@ from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.mode_shift import null_limit
 from seatfem.structures.reduction.rigid import default_shift, rigid_shapes
 from seatfem.structures.reduction.spectrum import Spectrum, uncounted
+
+if TYPE_CHECKING:
+    from seatfem.structures.reduction.slepc import RanksSpectrum
 
 __all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
 
@@ -109,7 +113,7 @@ def solve_modes(
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
-def modes_of(spectrum: Spectrum, scale: float) -> Modes:
+def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
     """What a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
 
     Raises:

@@ -130,8 +130,9 @@ def on_ranks(model: SecondOrderModel) -> Iterator[Ranks]:
         setting = petsc_setting()
     except ValueError as problem:
         raise RanksError(f"slepc: {problem}") from problem
-    if gap := setting.gap():
-        raise RanksError(f"slepc: {gap}")
+    gap, remedy = setting.gap()
+    if gap:
+        raise RanksError(f"slepc: {gap}; {remedy}")
     with private_folder("slepc") as folder:
         size = _write(model, folder)
         log = folder / "log.txt"
@@ -159,11 +160,11 @@ def _write(model: SecondOrderModel, folder: Path) -> int:
     arrays: dict[str, Any] = {"ports": model.port_matrix, "rigid": rigid_shapes(model)}
     for name, matrix in (("K", model.K), ("M", model.M)):
         arrays |= {f"{name}_p": matrix.indptr, f"{name}_i": matrix.indices, f"{name}_x": matrix.data}
-    size, room = sum(array.nbytes for array in arrays.values()), shutil.disk_usage(folder).free
+    size, room = sum(int(array.nbytes) for array in arrays.values()), shutil.disk_usage(folder).free
     if SPARE * size > room:
         raise RanksError(
-            f"slepc: {folder.parent}: K, M and ports take {size / 1e9:.2g} GB, {room / 1e9:.2g} GB are free; set TMPDIR "
-            "to a folder with more room, which all ranks see"
+            f"slepc: {folder.parent}: K, M and ports take {size / 1e9:.2g} GB, {room / 1e9:.2g} GB are free; set "
+            "TMPDIR to a folder with more room, which all ranks see"
         )
     for name, array in arrays.items():
         np.save(folder / f"{name}.npy", array)
