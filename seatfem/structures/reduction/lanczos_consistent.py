@@ -43,7 +43,7 @@ class ConsistentRecursion(Recursion):
 
     def _step(self) -> Array:
         left = self._K @ self._now - self._dual_before @ self._link.T
-        block = self._now.T @ left
+        block = np.asarray(self._now.T @ left)
         left -= self._dual @ block
         self._dual_before = self._dual
         self._now, self._dual, self._link = _orthonormal(self._solve(left), left)
