@@ -187,7 +187,7 @@ class _Basis(KrylovBasis):
         self.factor = ranks.factorize(shift**2)
         compliance = np.array(ranks.ask("start", limit=limit)["compliance"])
         self.reciprocity = float(np.abs(compliance - compliance.T).max() / np.abs(compliance).max())
-        self.rigid = self.size = ranks.take("rigid", rigid_shapes(self.model).shape).shape[1]
+        self.rigid = self.size = rigid_shapes(self.model).shape[1]
         self._complete = False
 
     @property
