@@ -39,10 +39,11 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     """A hash of everything a structure's Green's function depends on, the code included, and whether its mesh's error
     is known.
 
-    Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
-    a kind, a shape or a reduction from elsewhere the file counts in which it is written.
+    Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
+    does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
+    shape or a reduction from elsewhere the file counts in which it is written.
     """
-    how = {key: value for key, value in vars(method).items() if value is not None}
+    how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
     if how.get("rings") == 1:
         del how["rings"]
     how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
