@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -28,8 +29,8 @@ class Block:
 
     Attributes:
         displacement: (P, m) of the ports at the end of each step [m].
-        stored: (m,) elastic and kinetic energy at the end of each step [J].
-        lost: (m,) what damping took during each step [J].
+        stored: (m,) elastic and kinetic energy at the end of each step [J]; (0,) where not asked for.
+        lost: (m,) what damping took during each step [J]; likewise.
         load_work: (m,) work of the prescribed loads during each step [J].
     """
 
@@ -53,11 +54,9 @@ class Replay:
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
         a, b = oscillator.transition(dt, omega, zeta)
-        form = oscillator.dissipation_form(dt, omega, zeta)
-        self._dt, self._ports, self._compliance = dt, modal.shapes.shape[1], rest.compliance
+        self._dt, self._rates, self._ports, self._compliance = dt, (omega, zeta), modal.shapes.shape[1], rest.compliance
         self._shapes, self._rigid = np.ascontiguousarray(shapes[:, ~rigid]), shapes[:, rigid].T
         self._steps = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2])
-        self._form = np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
         self._q, self._p = start.displacement[~rigid].copy(), start.velocity[~rigid].copy()
         self._bodies = [resting(q, v) for q, v in zip(start.displacement[rigid], start.velocity[rigid], strict=True)]
         span = -rest.rates * dt
@@ -69,20 +68,29 @@ class Replay:
         self._tile = max(LEAST, NEAR // (self._q.size + self._y.size + 1))
         self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
 
-    def advance(self, force: Array, loads: Array) -> Block:
-        """On through m steps under port forces (P, m) and load amplitudes (L, m)."""
+    @cached_property
+    def _form(self) -> Array:
+        """(6, K) what damping takes from each oscillator during a step."""
+        form = oscillator.dissipation_form(self._dt, *self._rates)
+        return np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
+
+    def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
+        """On through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which then
+        none is there, all is several times cheaper."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
-        u, stored, lost = np.zeros_like(channels), np.zeros(m), np.zeros(m)
+        u, (stored, lost) = np.zeros_like(channels), np.zeros((2, m if energies else 0))
+        form = self._form if energies else np.zeros((6, 0))
         for body, seen in zip(self._bodies, self._rigid, strict=True):
             places, rates = np.empty(m), np.empty(m)
             translate(self._dt, body, seen @ channels, places, rates)
             u += seen[:, None] * places
-            stored += 0.5 * rates**2
+            if energies:
+                stored += 0.5 * rates**2
         if self._q.size:
             for part in blocks(m, self._tile):
                 q = _pushed(channels[:, part], self._shapes, self._rooms[0])
-                _oscillate(self._steps, self._form, self._q, self._p, q, stored[part], lost[part])
+                _oscillate(self._steps, form, self._q, self._p, q, stored[part], lost[part])
                 u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
@@ -92,10 +100,12 @@ class Replay:
                 _relax(self._relaxing, self._y, y, stored[part], lost[part])
                 u[:ports, part] += self._amplitudes @ y.T
         if np.any(self._compliance):
-            jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps half of F^2 c
-            u[:ports] += self._compliance @ force
-            stored += 0.5 * np.sum(force * (self._compliance @ force), axis=0)
-            lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
+            yields = self._compliance @ force
+            u[:ports] += yields
+            if energies:
+                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps F^2 c/2
+                stored += 0.5 * np.sum(force * yields, axis=0)
+                lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
         self._last = force[:, -1].copy()
         return Block(u[:ports], stored, lost, work)
 
