@@ -8,7 +8,19 @@ from pathlib import Path
 from table import RESULTS, Table
 
 TABLES = (
-    *("poles", "fft", "engines", "rod_kernels", "batch", "many_ports", "rings", "lips", "lip_speed", "imports"),
+    *(
+        "poles",
+        "fft",
+        "engines",
+        "rod_kernels",
+        "batch",
+        "batch_large",
+        "many_ports",
+        "rings",
+        "lips",
+        "lip_speed",
+        "imports",
+    ),
     *("plan_time", "budget_cost", "cost_model", "life", "life_of_seat"),
     *("assembly", "factorization", "modes", "small_seats", "cost_vs_dof", "demo_greens"),
 )
