@@ -23,7 +23,7 @@ def main() -> None:
     apart = impact.ContactProblem(problem.striker, problem.target, law=problem.contacts[0].law, gap=1.0)
     ways = {"one thread": (problem, 1, "auto"), f"{cores()} threads": (problem, cores(), "auto")}
     ways["one thread, no contact"] = (apart, 1, "passive")
-    took = {name: (np.inf, np.inf) for name in ways}
+    took = dict.fromkeys(ways, (np.inf, np.inf))
     solve_many(problem, dt=DT, duration=span, velocities=speeds[:20])
     for _ in range(ROUNDS):  # interleaved
         for name, (each, workers, rule) in ways.items():

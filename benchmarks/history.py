@@ -105,6 +105,7 @@ def _commit() -> str:
         ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return ""
+    return done.stdout.strip()
 
 
 def in_words(lines: list[dict]) -> str:  # type: ignore[type-arg]

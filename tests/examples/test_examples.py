@@ -391,8 +391,8 @@ def test_the_study(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on the stress
-    is met to the search's last trust region."""
+    """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
+    met to the search's last trust region."""
     answer_here(monkeypatch)
     found = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
     bend = float(found["keys"]["reed.release.tip_deflection"].split()[0])
