@@ -98,11 +98,9 @@ def _seconds(work: Work) -> float:
 
 def _commit() -> str:
     """Short, with a + where files differ from it; "" outside a repository."""
+    told = ("git", "describe", "--always", "--dirty=+", "--exclude=*")
     try:
-        told = ("git", "describe", "--always", "--dirty=+", "--exclude=*")
-        return subprocess.run(
-            told, check=True, capture_output=True, text=True, cwd=Path(__file__).parent
-        ).stdout.strip()
+        done = subprocess.run(told, check=True, capture_output=True, text=True, cwd=Path(__file__).parent)
     except (OSError, subprocess.CalledProcessError):
         return ""
     return done.stdout.strip()
