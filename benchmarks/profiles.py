@@ -2,10 +2,10 @@
 
     OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 python benchmarks/profiles.py [CASE ...]
 
-Each case runs in a process of its own, with an empty store, all compiled code on file. The interpreter is interrupted at
-every millisecond of processor time, and what passed since the last time is put down to the innermost function of ours
-and to the library it was in: unlike cProfile, which makes calls of Python dear and none of compiled code, that distorts
-nothing. Kept in results/profiles.jsonl, by case; drawn in docs/images/profiles.png.
+Each case runs in a process of its own, with an empty store, all compiled code on file. The interpreter is interrupted
+at every millisecond of processor time, and what passed since the last time is put down to the innermost function of
+ours and to the library it was in: unlike cProfile, which makes calls of Python dear and none of compiled code, that
+distorts nothing. Kept in results/profiles.jsonl, by case; drawn in docs/images/profiles.png.
 """
 
 from __future__ import annotations
@@ -151,9 +151,9 @@ def limit_of_large_seat() -> str:
     memory = long.nbytes / min(_spent(lambda: long.sum()) for _ in range(3))
     read = 2 * 8 * entries / solved
     return (
-        f"{model.size} unknowns: factor of {8 * entries / 1e9:.2g} GB, ordered in {analysed:.1f} s, made in {made:.1f} s: "
-        f"{flops / made / 1e9:.0f} Gflop/s, {flops / made / product:.0%} of NumPy's product of matrices; a solve reads it "
-        f"twice in {1e3 * solved:.0f} ms: {read / 1e9:.1f} GB/s, {read / memory:.0%} of what a sum over memory reads"
+        f"{model.size} unknowns: factor of {8 * entries / 1e9:.2g} GB, ordered in {analysed:.1f} s, made in {made:.1f} "
+        f"s: {flops / made / 1e9:.0f} Gflop/s, {flops / made / product:.0%} of NumPy's product of matrices; a solve "
+        f"reads it twice in {1e3 * solved:.0f} ms: {read / 1e9:.1f} GB/s, {read / memory:.0%} of a sum over memory"
     )
 
 
@@ -224,9 +224,8 @@ def report(profiles: list[Profile]) -> None:
     for found in profiles:
         drawn = f"; pictures {found.pictures / found.wall:.0%} of the clock" if found.pictures else ""
         limit = f" {found.limit[:1].upper()}{found.limit[1:]}." if found.limit else ""
-        notes.append(
-            f"- {found.case}: {found.own:.1f} s here, {found.elsewhere:.1f} s in processes that mesh and draw{drawn}.{limit}"
-        )
+        apart = f"{found.elsewhere:.1f} s in processes that mesh and draw"
+        notes.append(f"- {found.case}: {found.own:.1f} s here, {apart}{drawn}.{limit}")
     columns = ("case", "room", "share of the processor here", "in libraries", "most of it in")
     table = tuple(row for found in profiles for row in rows_of(found))
     publish("profiles", Table("Where the time goes", ("Processor time, sampled.", "", *notes), columns, table))

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from impact.greens.base import Array
+from impact.march.loop.compiled import compiled
 from impact.march.loop.past import FLOOR
 
 WIDE = 16
@@ -32,7 +33,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
-        arrays = [None if t is types.none else context.make_array(t)(context, builder, a) for t, a in kinds]
+        arrays: list[Any] = [None if t is types.none else context.make_array(t)(context, builder, a) for t, a in kinds]
         rates, gram, places, speeds, forces, energies = arrays
         start, number = arguments[0], arguments[0].type
         vector, lane = ir.VectorType(ir.DoubleType(), WIDE), ir.IntType(32)
@@ -64,7 +65,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 
         a11, a12, a21, a22, b1, b2, squares = (load(rates, number(i)) for i in range(7))
         d = [] if gram is None else [load(gram, number(i)) for i in range(6)]
-        floor, half = (ir.Constant(vector, [value] * WIDE) for value in (FLOOR, 0.5))
+        floor, a_half = (ir.Constant(vector, [value] * WIDE) for value in (FLOOR, 0.5))
         now = [cgutils.alloca_once_value(builder, load(array, number(0))) for array in (places, speeds)]
         with cgutils.for_range(builder, count) as loop:
             (x, v), y = (builder.load(place) for place in now), load(forces, loop.index)
@@ -77,7 +78,7 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
                 kept = fused(s, s, times(times(squares, r), r))
                 gone = fused(x, fused(d[0], x, fused(d[1], v, times(d[2], y))), times(times(d[5], y), y))
                 gone = fused(v, fused(d[3], v, times(d[4], y)), gone)
-                add_up(times(half, kept), 0, loop.index)
+                add_up(times(a_half, kept), 0, loop.index)
                 add_up(gone, 1, loop.index)
         for place, array in zip(now, (places, speeds), strict=True):
             builder.store(builder.load(place), at(array, number(0)), align=8)
@@ -86,8 +87,8 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
     return types.void(first, steps, form, q, p, pushed, told), build
 
 
-@njit(cache=True, nogil=True)
-def oscillate(steps, form, q, p, pushed, told):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+@compiled(nogil=True)
+def oscillate(steps, form, q, p, pushed, told):
     """Oscillators under known modal forces ``pushed`` (m, K), which become their coordinates after each step.
 
     steps: (7, K) rows a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. told (2, m)
