@@ -20,6 +20,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from time import perf_counter, process_time
 from types import FrameType
@@ -43,13 +44,23 @@ FILE, PICTURE = RESULTS / "profiles.jsonl", ROOT / "docs" / "images" / "profiles
 EVERY, LEAST = 1e-3, 0.02  # s between samples; share from which on a room is told
 SCENES, SIZE = 20, 0.8e-3  # of the study; of the elements of the large seat [m]
 
+WITHIN = {
+    "plan_scene": "plan",
+    "run_contacts": "contact with all energies",
+    "error_budget": "error budget",
+    "reed_stress": "stress of the reed",
+    "_march": "marches in all of these",
+}
+"""Functions by what they do, with all that they call."""
+
 Parts = dict[str, float]
 
 
 @dataclass(frozen=True)
 class Profile:
     """Processor seconds of one case: ``own`` of its process, ``elsewhere`` of those that mesh and draw; ``pictures``:
-    seconds of the clock, of ``wall``; by room, with the libraries below it, and by function; ``limit``: what bounds it.
+    seconds of the clock, of ``wall``; by room, with the libraries below it, by function, and ``within`` some of them;
+    ``limit``: what bounds it.
     """
 
     case: str
@@ -60,6 +71,7 @@ class Profile:
     rooms: Parts
     libraries: dict[str, Parts]
     functions: Parts
+    within: Parts
     limit: str
 
 
@@ -70,31 +82,42 @@ class Sampler:
         self.rooms: Counter[str] = Counter()
         self.functions: Counter[str] = Counter()
         self.libraries: dict[str, Counter[str]] = {}
+        self.within: Counter[str] = Counter()
+        self.total = 0.0
         self._last = process_time()
 
     def __call__(self, _: int, frame: FrameType | None) -> None:
         """At a signal."""
-        now = process_time()
-        spent, self._last, library = now - self._last, now, "" if frame is None else _library(frame)
-        while frame is not None and not (room := _room(frame)):
+        spent, library = process_time() - self._last, "" if frame is None else _library(frame.f_code.co_filename)
+        self.total += spent
+        while frame is not None and not (room := _room(frame.f_code.co_filename)):
             frame = frame.f_back
         if frame is not None:
             self.rooms[room] += spent
             self.functions[f"{room}/{Path(frame.f_code.co_filename).stem}: {frame.f_code.co_name}"] += spent
             if library:
                 self.libraries.setdefault(room, Counter())[library] += spent
+        names = set()
+        while frame is not None:
+            names.add(frame.f_code.co_name)
+            frame = frame.f_back
+        for name in names & WITHIN.keys():
+            self.within[WITHIN[name]] += spent
+        self._last = process_time()
 
 
-def _room(frame: FrameType) -> str:
+@cache
+def _room(file: str) -> str:
     """impact/march, seatfem/study/runs, ...; "" of what is not ours."""
-    path = Path(frame.f_code.co_filename)
+    path = Path(file)
     parts = path.relative_to(ROOT).parts if path.is_relative_to(ROOT) else ("",)
     return "/".join(parts[:-1]) if parts[0] in ("impact", "seatfem") else ""
 
 
-def _library(frame: FrameType) -> str:
-    """The package that a frame is in; "" of Python's own and of ours."""
-    parts = Path(frame.f_code.co_filename).parts
+@cache
+def _library(file: str) -> str:
+    """The package that a file is in; "" of Python's own and of ours."""
+    parts = Path(file).parts
     return parts[parts.index("site-packages") + 1] if "site-packages" in parts else ""
 
 
@@ -179,23 +202,24 @@ def measured(case: str) -> Profile:
             FIRST.append(dict(carry_out(demo_scene(), {}, 5, {}).seat))
         sampler = Sampler()
         signal.signal(signal.SIGPROF, sampler)
-        before, start, begun = _children(), perf_counter(), process_time()
+        before, start = _children(), perf_counter()
         signal.setitimer(signal.ITIMER_PROF, EVERY, EVERY)
         pictures, limit = CASES[case](Path(name))
         signal.setitimer(signal.ITIMER_PROF, 0)
-        own, wall, elsewhere = process_time() - begun, perf_counter() - start, _children() - before
+        wall, elsewhere = perf_counter() - start, _children() - before
     libraries = {room: dict(found) for room, found in sampler.libraries.items()}
     if case == "large seat":
         limit = limit_of_large_seat()
     return Profile(
         case,
-        own,
+        sampler.total,
         elsewhere,
         wall,
         pictures,
         dict(sampler.rooms),
         libraries,
         dict(sampler.functions.most_common(12)),
+        dict(sampler.within),
         limit,
     )
 
@@ -224,8 +248,11 @@ def report(profiles: list[Profile]) -> None:
     for found in profiles:
         drawn = f"; pictures {found.pictures / found.wall:.0%} of the clock" if found.pictures else ""
         limit = f" {found.limit[:1].upper()}{found.limit[1:]}." if found.limit else ""
+        each = f" ({found.own / SCENES:.2g} s a scene)" if found.case == "scenes of a study" else ""
+        within = ", ".join(f"{name} {spent / found.own:.0%}" for name, spent in found.within.items())
+        limit += f" Of it {within}." if each else ""
         apart = f"{found.elsewhere:.1f} s in processes that mesh and draw"
-        notes.append(f"- {found.case}: {found.own:.1f} s here, {apart}{drawn}.{limit}")
+        notes.append(f"- {found.case}: {found.own:.1f} s here{each}, {apart}{drawn}.{limit}")
     columns = ("case", "room", "share of the processor here", "in libraries", "most of it in")
     table = tuple(row for found in profiles for row in rows_of(found))
     publish("profiles", Table("Where the time goes", ("Processor time, sampled.", "", *notes), columns, table))
