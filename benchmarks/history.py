@@ -25,7 +25,7 @@ from scenes import DT, throw, throw_on_ports
 from scipy import sparse
 from table import RESULTS, machine
 
-from impact.march.stepper import ContactStepper, prepare
+import impact
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
 from impact.runs.batch import solve_many
 from seatfem.faces.scene_verbs import demo_scene
@@ -55,14 +55,14 @@ def parts(folder: Path) -> dict[str, Work]:
     cells = 10
     model = block(cells)
     matrix = sparse.csr_matrix(model.K + SHIFT**2 * model.M)
-    alone, lip = prepare(throw(100), DT, 0.05), prepare(throw_on_ports(200, 64), DT, 2e-3)
+    alone, lip = impact.prepare(throw(100), DT, 0.05), impact.prepare(throw_on_ports(200, 64), DT, 2e-3)
     speeds = -np.random.default_rng(0).uniform(0.1, 2.0, 320)
     scene, store, here = load_scene(demo_scene()), Store(folder / "none"), Machine()
     return {
         "assembly, 13,000 unknowns": lambda: block(cells),
         "factorization of these": lambda: factorize(matrix, backend="pardiso"),
-        "march, 100 poles, 50,000 steps": lambda: ContactStepper(alone).advance(alone.steps),
-        "march, 64 ports, 200 poles, 2,000 steps": lambda: ContactStepper(lip).advance(lip.steps),
+        "march, 100 poles, 50,000 steps": lambda: impact.ContactStepper(alone).advance(alone.steps),
+        "march, 64 ports, 200 poles, 2,000 steps": lambda: impact.ContactStepper(lip).advance(lip.steps),
         "320 scenes side by side, 50 poles, 4,000 steps": lambda: solve_many(
             throw(50), dt=DT, duration=4000 * DT, velocities=speeds, workers=1
         ),
