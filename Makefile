@@ -12,11 +12,11 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz clean distclean
+.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), extremes, fuzz, clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), extremes, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
@@ -52,6 +52,10 @@ extremes: $(VENV)/installed-dev
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
+
+# Speed of the main parts against earlier commits: a line of benchmarks/results/history.jsonl; it judges nothing.
+history: $(VENV)/installed-dev
+	$(SINGLE_THREAD) $(PY) benchmarks/history.py
 
 # The virtual environment. Some systems' venv lacks ensurepip: the outer pip then installs into it.
 $(PY):
