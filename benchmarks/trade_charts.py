@@ -34,7 +34,9 @@ HEAD: Final = f"""# Speed for accuracy, measured
 Written by `python benchmarks/trade_charts.py`. Measured on {{machine}}. Other programs were running, which is why the
 charts show processor time.
 
-    seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
+```text
+seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
+```
 
 runs a scene at every fidelity that applies to it and draws time against error. Each point is a scene with its keys
 stated (the JSON table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
