@@ -136,7 +136,8 @@ def write_document(found: list[Charted]) -> None:
 def put_in_place(charted: Charted) -> None:
     """One scene of the document anew."""
     mark = f"\n## {re.escape(charted.trade.title)}\n"
-    text = re.sub(rf"(?m)^\| \[.*\]\(#{anchor(charted)}\).*\n", lambda _: line(charted), DOCUMENT.read_text(encoding="utf-8"))
+    text = DOCUMENT.read_text(encoding="utf-8")
+    text = re.sub(rf"(?m)^\| \[.*\]\(#{anchor(charted)}\).*\n", lambda _: line(charted), text)
     text = re.sub(rf"(?s){mark}.*?(?=\n## |\Z)", lambda _: section(charted), text)
     with whole_file(DOCUMENT) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -1,7 +1,7 @@
 """The documentation site: `make docs` builds it into build/docs, without a network.
 
 Sources are the project's own Markdown pages, where they are: links between them work here and in a repository browser
-alike. What a section page lists as `- [title](page.md)` is its table of contents; pages that nobody lists go to the guides.
+alike. What a section page lists as `- [title](page.md)` is its table of contents; pages that nobody lists are guides.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ sys.path.insert(0, str(ROOT))
 
 project, author, copyright = "seatfem", "the seatfem authors", "GPL-2.0-or-later"
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md", "docs/gallery/*.rst", "docs/generated/*.rst", "benchmarks/results/*.md"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md", "benchmarks/results/*.md"]
+include_patterns += ["docs/gallery/*.rst", "docs/generated/*.rst"]  # made by the build
 exclude_patterns = [".*", "build", "dist", "tests", "impact", "seatfem", "docs/gallery/sg_execution_times.rst"]
 extensions = [
     "myst_parser",
@@ -64,7 +65,7 @@ sphinx_gallery_conf = {
     "examples_dirs": str(ROOT / "examples"),
     "gallery_dirs": str(ROOT / "docs" / "gallery"),
     "filename_pattern": r"\.py$",
-    "ignore_pattern": r"readme\.py$|bar_as_rod\.py$",  # stands in README.md; takes 13 s of processor time
+    "ignore_pattern": r"bar_as_rod\.py$",  # takes 13 s of processor time
     "image_scrapers": (written_pictures,),
     "abort_on_example_error": True,
     "download_all_examples": False,
@@ -72,6 +73,9 @@ sphinx_gallery_conf = {
     "min_reported_time": 1e9,
     "write_computation_times": False,
 }
+
+
+MADE = ("docs/gallery/", "docs/generated/")
 
 
 def contents(app: Sphinx, docname: str, source: list[str]) -> None:
@@ -83,7 +87,8 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
     mine = listed[docname.removeprefix("docs/")]
     if docname == "docs/guides":
         known = {name for names in listed.values() for name in names} | {root_doc}
-        mine = mine + sorted(name for name in app.env.found_docs - known if name.startswith("docs/") and name.count("/") < 2 + ("/howto/" in name))
+        others = (name for name in app.env.found_docs - known if not name.startswith(MADE))
+        mine = mine + sorted(others)
     entries = "\n".join(f"/{name}" for name in mine)
     source[0] += f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
 
@@ -95,7 +100,7 @@ def _listed(page: Path) -> list[str]:
 
 
 def as_restructured(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Docstrings are plain text: formulas that stand indented after a colon are literal, bars and stars are themselves."""
+    """Docstrings are plain text: formulas indented after a colon are literal, bars and stars stand for themselves."""
     text = re.sub(r"(?<!:):\n\n(?= {4}\S)", "::\n\n", "\n".join(lines))
     spans = re.split(r"(``.+?``|`[^`\n]+`)", text)
     spans[::2] = [re.sub(r"(?<!\\)([|*])", r"\\\1", part) for part in spans[::2]]

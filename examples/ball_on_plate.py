@@ -39,7 +39,7 @@ for inelasticity, exact in RESTITUTION.items():
     assert abs(rebound - exact) < 1e-3  # first order in the step: 0.5 to 0.9 of dt/time
 
 with sheet("ball_on_plate.png", 6.4, 3.4) as figure:
-    axes = figure.add_subplot(xlabel="time [µs]", ylabel="force [N]", title="The thinner the plate, the softer the blow")
+    axes = figure.add_subplot(xlabel="time [µs]", ylabel="force [N]", title="A thin plate takes a softer blow")
     for thickness, result in runs.items():
         axes.plot(1e6 * result.time, result.force, label=f"plate of {1e3 * thickness:.1f} mm")
     axes.legend()

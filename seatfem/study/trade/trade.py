@@ -45,7 +45,7 @@ class Trade:
         outcomes: by name of the point; also those of the reference.
         reference: name of the point that errors are taken against.
         floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
-        planning: seconds that the planner took.
+        planning: time that the planner took [s].
     """
 
     title: str
@@ -123,6 +123,8 @@ def measure_trade(
     progress: Progress = silent,
 ) -> Trade:
     """Run the scene at ``path`` at every fidelity; outcomes go to ``journal`` and are taken from there.
+
+    ``time_limit`` [s] for each point.
 
     Raises:
         SceneError: the scene.
