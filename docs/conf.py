@@ -37,7 +37,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "seatfem"
 html_show_sourcelink = False
 html_theme_options = {"navbar_align": "left", "show_prev_next": False, "footer_start": [], "footer_end": []}
-templates_path = ["templates"]
+templates_path = [str(ROOT / "docs" / "templates")]
 html_static_path = ["site.css"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
@@ -46,9 +46,10 @@ suppress_warnings = ["config.cache"]  # the configuration of the gallery holds a
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # signatures show them
+autodoc_typehints = "none"  # docstrings tell units and shapes, which types do not
 autosummary_ignore_module_all = False
 napoleon_use_ivar = True  # attributes are told by the docstring of their class
+napoleon_attr_annotations = False
 
 
 def written_pictures(_: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
@@ -86,17 +87,17 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
     listed = {name: _listed(ROOT / "docs" / f"{name}.md") for name in sections}
     mine = listed[docname.removeprefix("docs/")]
     if docname == "docs/guides":
-        known = {name for names in listed.values() for name in names} | {root_doc}
-        others = (name for name in app.env.found_docs - known if not name.startswith(MADE))
-        mine = mine + sorted(others)
-    entries = "\n".join(f"/{name}" for name in mine)
+        known = {name for found in listed.values() for name, _ in found} | {root_doc}
+        others = sorted(name for name in app.env.found_docs - known if not name.startswith(MADE))
+        mine += [(name, "") for name in others]
+    entries = "\n".join(f"{title} </{name}>" if title else f"/{name}" for name, title in mine)
     source[0] += f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
 
 
-def _listed(page: Path) -> list[str]:
-    """Names of the pages that a page lists, as Sphinx calls them."""
-    links = re.findall(r"^- \[[^\]]+\]\(([\w./]+)\.(?:md|rst)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
-    return [os.path.relpath(page.parent / link, ROOT) for link in links]
+def _listed(page: Path) -> list[tuple[str, str]]:
+    """Names of the pages that a page lists, as Sphinx calls them, and the words of the links."""
+    links = re.findall(r"^- \[([^\]]+)\]\(([\w./]+)\.(?:md|rst)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [(os.path.relpath(page.parent / link, ROOT), title) for title, link in links]
 
 
 def as_restructured(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
