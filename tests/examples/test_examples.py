@@ -2,6 +2,7 @@
 
 import ast
 import math
+import re
 import subprocess
 import sys
 from functools import partial
@@ -59,6 +60,11 @@ def test_script(script: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout
     assert done.stderr == ""
+
+
+def test_the_readme_shows_the_example_that_runs() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks == [(ROOT / "examples" / "readme.py").read_text(encoding="utf-8")]
 
 
 def shortened(path: Path) -> Scene:
