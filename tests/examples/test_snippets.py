@@ -4,9 +4,9 @@ The blocks of a page are one session, top to bottom, in a folder that holds copi
 
 - toml whose first line is "# NAME.toml" is kept under that name; whatever names no scene to change is validated as a
   scene, a study or a file of strength. "# in NAME.toml": keys of that scene; the scene is validated with them.
-- bash runs `seatfem` here: `run` without pictures, but where the plan foresees more than `DEAR` the plan alone, and not of
-  examples/, which have tests of their own; of verbs that take minutes, and of what follows a run that was left out, there
-  is `--help`. Of `make`, `python` and `pip` it is asked that target, script and extra exist.
+- bash runs `seatfem` here: `run` without pictures, but where the plan foresees more than `DEAR` the plan alone, and not
+  of examples/, which have tests of their own; of verbs that take minutes, and of what follows a run that was left out,
+  there is `--help`. Of `make`, `python` and `pip` it is asked that target, script and extra exist.
 - python is executed; names live on through the page. What is a script of examples/ is tested there.
 """
 
