@@ -1,5 +1,5 @@
 # make demo    the example, all the way, into seatfem-demo/
-# make test    lint, types, tests
+# make test    lint, types, tests, the pages of the documentation
 # make quick   lint and the tests that take less than a minute in all
 # All make .venv and install what they need first; a second run installs nothing.
 
@@ -16,12 +16,12 @@ TEST_WORKERS  ?= auto
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), extremes, fuzz, history, clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
 
-test: lint types unit
+test: lint types unit docs
 
 QUICK := tests/contracts tests/impact tests/literature tests/study/test_scene.py tests/study/test_units.py
 quick: lint
@@ -46,6 +46,9 @@ verify doctor: $(VENV)/installed-pictures
 
 docs: $(VENV)/installed-dev
 	$(PY) docs/scene_page.py docs/scene.md
+	$(PY) docs/scenes_page.py docs/scenes.md
+	$(PY) docs/rooms.py docs/images/rooms.svg
+	$(SINGLE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes
@@ -87,7 +90,7 @@ $(VENV)/installed-dev: pyproject.toml | $(PY)
 	@touch $@ $(VENV)/installed-pictures
 
 clean:
-	rm -rf build dist seatfem-demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist docs/gallery docs/generated seatfem-demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
 
 distclean: clean

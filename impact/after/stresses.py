@@ -97,17 +97,17 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
-    """The largest |`bending_stress`| along the reed and over the record, the release included: `reed_stress` whole."""
+    """The largest |`bending_stress`| [Pa] along the reed and over the record, release included: as `reed_stress`."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
 def reed_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> ReedStress:
-    """The largest |`bending_stress`| along the reed, before the first touch and after it.
+    """The largest |`bending_stress`| [Pa] along the reed, before the first touch and after it.
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at `TIMES_PER_RADIAN` of the highest
-    frequency, ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+    frequency, ``coarsely`` at half as many of each. Other arguments and errors are as `bending_stress` has them.
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
