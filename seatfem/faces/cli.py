@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from io import TextIOWrapper
+from typing import Literal
 
 from cyclopts import App, CycloptsError
 
@@ -62,6 +63,19 @@ for verb in (
     other_verbs.doctor,
 ):
     app.command(verb)
+
+
+@app.command
+def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
+    """Print the script by which a shell completes verbs and options.
+
+    Parameters
+    ----------
+    shell:
+        For bash: seatfem completion bash > ~/.local/share/bash-completion/completions/seatfem
+    """
+    sys.stdout.write(app.generate_completion(shell=shell))
+    return DONE
 
 
 def main() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import csv
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,9 +26,11 @@ from seatfem.structures.formats.uff_writing import write_modes_uff, write_recept
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.calculix import write_calculix
+from seatfem.study.runs.outcome import measured
 from seatfem.study.runs.pictures import MODES_FILE
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
 from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.runs.stress_spots import HISTORIES_FILE, load_histories
 from seatfem.study.scene import Scene
 
 BINS: Final = 2000  # frequencies of a receptance
@@ -46,11 +47,10 @@ class ExportError(ValueError):
 
 @dataclass(frozen=True)
 class Format:
-    """A format of other programs: what it writes of a source, whether a scene will do as one, and what it is."""
+    """A format of other programs: what writes it into a folder, and whether a scene will do as source."""
 
     write: Callable[[Path, Path, Progress], Written]
     of_scenes: bool
-    what: str
 
 
 def export(source: Path, to: str, output: Path | None = None, progress: Progress = silent) -> tuple[Path | str, ...]:
@@ -88,8 +88,13 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}seat displacement [m]": run.target_displacement,
         }
     yield _table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
-    rows = ((key, value, *_beside(summary, key)) for key, value in summary.items() if _is_measure(summary, key))
-    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], rows)
+    if (source / HISTORIES_FILE).is_file():
+        time, places = load_histories(source / HISTORIES_FILE)
+        heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
+        yield _table(
+            output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
+        )
+    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
@@ -138,11 +143,11 @@ def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
 
 
 FORMATS: Final[Mapping[str, Format]] = {
-    "csv": Format(_as_csv, False, "force.csv and summary.csv for spreadsheets"),
-    "uff": Format(_as_uff, False, "the seat's receptance (universal file, dataset 58) and modes (55)"),
-    "vtk": Format(_as_vtk, False, "modes, stress waves and landings as PVD and VTU for ParaView"),
-    "calculix": Format(_as_calculix, True, "decks for ccx on the seat's mesh, our answers beside them"),
-    "reduced": Format(_as_reduced, True, "the seat's M, C, K and state space, .npz, .mat and .mtx"),
+    "csv": Format(_as_csv, False),
+    "uff": Format(_as_uff, False),
+    "vtk": Format(_as_vtk, False),
+    "calculix": Format(_as_calculix, True),
+    "reduced": Format(_as_reduced, True),
 }
 
 
@@ -161,16 +166,6 @@ def _seat_of(folder: Path) -> Path:
     if not (path := folder / SEAT_FILE).is_file():
         raise ExportError(f"{folder}: holds no {SEAT_FILE}; give the folder of a run (seatfem run -o)")
     return path
-
-
-def _is_measure(summary: Mapping[str, Any], key: str) -> bool:
-    value = summary[key]
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return number and not key.startswith(("spring_", "error_", "plan_"))
-
-
-def _beside(summary: Mapping[str, Any], key: str) -> tuple[object, object]:
-    return summary.get(f"error_bar_{key}"), summary.get(f"spring_{key}")
 
 
 def _table(path: Path, heads: list[str], rows: Any) -> Path:

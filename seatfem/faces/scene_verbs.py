@@ -113,6 +113,7 @@ def trade(
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
     limit: float = 20.0,
+    cluster: str | None = None,
     common: Common = COMMON,
 ) -> int:
     """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
@@ -125,6 +126,8 @@ def trade(
         Only about a third of the points.
     limit:
         Processor seconds for one point; the reference and the planner's choice may take four times as many.
+    cluster:
+        Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
     load(scene)
     from impact.pictures.drawing import gap_of
@@ -134,7 +137,9 @@ def trade(
 
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
-        found = measure_trade(scene, folder / "trade.jsonl", quick=quick, time_limit=limit, progress=progress)
+        found = measure_trade(
+            scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
+        )
     files = [folder / "trade.csv", folder / "trade.json"]
     write_trade(found, *files)
     told = lines(quiet=common.quiet)

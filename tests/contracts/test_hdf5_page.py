@@ -16,6 +16,7 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
 from impact.storage.checkpoint import save_checkpoint
 from seatfem.pictures.moving import Moving, load_moving, save_moving
+from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "hdf5.md").read_text(encoding="utf-8")
@@ -64,6 +65,12 @@ def bodies(folder: Path) -> None:
     save_moving(replace(BODY, time=np.array([0.0, 1.0]), values=np.eye(2, 3)), folder / "wave.h5")
 
 
+def stresses(folder: Path) -> None:
+    """At one place of a beam."""
+    spot = Spot("reed", "", (0.01,), np.inf, 1e8, 1e-6, "bending", 1e8)
+    write_spots(Spots((spot,), (History(spot, ("bending",), np.ones((1, 3))),), np.arange(3.0)), folder)
+
+
 def checkpoints(folder: Path) -> None:
     """In the midst of a march."""
     stepper = impact.ContactStepper(impact.prepare(problem(), 1e-6, 2e-5))
@@ -78,6 +85,7 @@ def written_names(folder: Path, content: str) -> set[str]:
     def look(name: str, item: h5py.Group | h5py.Dataset) -> None:
         at = re.sub(r"^parts/[0-9]+", "parts/N", name)
         at = re.sub(r"^(wave|spring)(?=/|$)", "RUN", at) if content == "result" else at
+        at = re.sub(r"^[0-9]{2}(?=/|$)", "NN", at)
         at = re.sub(r"^(problem|state)/.*", r"\1/QUANTITY", at) if content == "checkpoint" else at
         found.update(f"{at}@{key}" for key in item.attrs)
         if isinstance(item, h5py.Dataset):
@@ -93,7 +101,13 @@ def written_names(folder: Path, content: str) -> set[str]:
 
 @pytest.mark.parametrize(
     ("content", "write"),
-    [("result", results), ("greens", greens), ("moving body", bodies), ("checkpoint", checkpoints)],
+    [
+        ("result", results),
+        ("greens", greens),
+        ("moving body", bodies),
+        ("stress", stresses),
+        ("checkpoint", checkpoints),
+    ],
 )
 def test_the_page_names_all_that_is_written_and_no_more(
     content: str, write: Callable[[Path], None], tmp_path: Path

@@ -47,7 +47,7 @@ def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
     springs = None if baseline.parts is None else by_arc(baseline.parts, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
     draw = partial(plot_lip, radius=closed_line(shape), share=touches.line.share, filter_width=width, title=title)
-    pictures: list[Picture] = [("lip.png", lambda path: draw(lip, springs, path))]
+    pictures: list[Picture] = [("lip.png", partial(draw, lip, springs))]
     try:
         landing = landing_of(done, lip)
     except Exception as problem:  # numbers are known already, as in `gap_of`

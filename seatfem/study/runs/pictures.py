@@ -193,7 +193,7 @@ def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple
     return tuple(files), tuple(dict.fromkeys(gaps))
 
 
-def _by_name(draw: Callable[..., None]) -> Callable[[Path], None]:
+def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
     return lambda path: draw(path=path)
 
 
