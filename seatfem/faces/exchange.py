@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import ast
-import csv
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from impact import measures
-from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
 from impact.storage.hdf5 import load_greens, load_results
@@ -25,7 +23,7 @@ from seatfem.structures.formats.reduced_writing import write_reduced
 from seatfem.structures.formats.uff_writing import write_modes_uff, write_receptance_uff
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.planning.planner import plan_scene
-from seatfem.study.runs.calculix import write_calculix
+from seatfem.study.runs.calculix import csv_table, write_calculix
 from seatfem.study.runs.outcome import measured
 from seatfem.study.runs.pictures import MODES_FILE
 from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE, compute_greens
@@ -87,14 +85,14 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}striker displacement [m]": run.striker_displacement,
             f"{words}seat displacement [m]": run.target_displacement,
         }
-    yield _table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
+    yield csv_table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
     if (source / HISTORIES_FILE).is_file():
         time, places = load_histories(source / HISTORIES_FILE)
         heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
-        yield _table(
+        yield csv_table(
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
-    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
+    yield csv_table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
@@ -165,12 +163,4 @@ def _scene_of(source: Path) -> Scene:
 def _seat_of(folder: Path) -> Path:
     if not (path := folder / SEAT_FILE).is_file():
         raise ExportError(f"{folder}: holds no {SEAT_FILE}; give the folder of a run (seatfem run -o)")
-    return path
-
-
-def _table(path: Path, heads: list[str], rows: Any) -> Path:
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(heads)
-        writer.writerows(rows)
     return path

@@ -85,12 +85,12 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     yield _lines(folder / "mesh.inp", deck.lines)
     found = solve_modes(seat.model, min(MODES, seat.model.size), progress=progress).frequencies_hz
     yield _deck(folder / "frequency.inp", deck.frequency(len(found)))
-    yield _table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(found.tolist(), start=1))
+    yield csv_table(folder / "frequency.csv", ["mode", "frequency [Hz]"], enumerate(found.tolist(), start=1))
     yield _deck(folder / "transient.inp", deck.transient(width, PULSES * width, dt))
     times = dt * np.arange(1, PULSES * PER_PULSE + 1)
     moved = np.ravel(seat.greens.filtered(times, width))
     head = ["time [s]", "displacement per impulse [m/(N s)]"]
-    yield _table(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
+    yield csv_table(folder / "transient.csv", head, zip(times.tolist(), moved.tolist(), strict=True))
     try:
         told, files = _contact(plan.scene, seat, dt, folder)
         yield from files
@@ -158,7 +158,7 @@ def _contact(scene: Scene, seat: _Seat, dt: float, folder: Path) -> tuple[str, S
     head = ["time [s]", "velocity of the striker [m/s]", "force [N]"]
     rows = zip(*(column.tolist() for column in _alike(result.time[there], speeds, force)), strict=True)
     told = CONTACT.format(mass=mass, velocity=velocity, stiffness=stiffness, why=why)
-    return told, (path, _table(folder / "contact.csv", head, rows))
+    return told, (path, csv_table(folder / "contact.csv", head, rows))
 
 
 def _striker(scene: Scene) -> tuple[float, float]:
@@ -191,7 +191,8 @@ def _lines(path: Path, lines: Sequence[str]) -> Path:
     return path
 
 
-def _table(path: Path, heads: Sequence[str], rows: Any) -> Path:
+def csv_table(path: Path, heads: Sequence[str], rows: Any) -> Path:
+    """Write a table with its heads; whole or absent."""
     with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(heads)
