@@ -21,7 +21,7 @@ from seatfem.study.scene import load_scene
 
 ARCS = (8, 16, 32, 64, 128, 256)
 TILTS = (("0 deg", "0 deg"), ("0.1 deg", "0 deg"), ("0.3 deg", "0 deg"), ("1 deg", "0 deg"))
-PITCH = (("0.3 deg", "90 deg"), ("-0.3 deg", "90 deg"))
+PITCH = tuple((tilt, "90 deg") for tilt in ("0.1 deg", "0.3 deg", "-0.3 deg", "1 deg"))
 STEP, SHORT, LONG = 50e-9, 1e-6, 5e-6
 SCENE = """
 [seat]

@@ -140,7 +140,7 @@ def _towards_the_seat(value: float) -> float:
         return value
     if value == 0.0:
         raise ValueError("a mass at rest never touches the seat; towards it velocities are negative, as in '-2 m/s'")
-    raise ValueError(f"the mass would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
+    raise ValueError(f"it would fly away: velocities towards the seat are negative, write '-{value:g} m/s'")
 
 
 def _existing_file(value: Path, info: ValidationInfo) -> Path:

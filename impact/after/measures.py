@@ -235,13 +235,17 @@ def restitution(result: ImpactResult, *, contact: int | None = None) -> float:
     contacts and loads at work meanwhile count in it.
 
     Raises:
-        MeasureError: no contact, contact not over at the end of the record, or no approach; several contacts of a free
-            striker, whose impulses on each target the record does not hold apart.
+        MeasureError: no contact, contact not over at the end of the record, or no approach, as from a preload; several
+            contacts of a free striker, whose impulses on each target the record does not hold apart.
     """
     one = of_contact(result, contact)
     groups = contact_groups(result, contact=contact)
     if len(groups) == 0:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
+    if one.force[0]:
+        raise MeasureError(
+            "a preload presses the bodies on each other at the start: nothing comes in that could go out"
+        )
     if math.isinf(result.striker_mass):
         return _energetic_restitution(result, groups)
     if _contacts(result) > 1:

@@ -17,7 +17,6 @@ from impact.march.motion import reflected
 from impact.march.replay import Replay, blocks
 
 POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
-TIMES_PER_RADIAN = 2  # of the highest frequency retained: when it is looked for
 ROUND_OFF = 1e-12  # relative, of sums over modes
 SAME = 1e-9  # relative, of the shape of a load and that of forces on ports
 _BLOCK = 1024  # times held at once
@@ -106,15 +105,15 @@ def reed_stress(
 ) -> ReedStress:
     """The largest |`bending_stress`| [Pa] along the reed, before the first touch and after it.
 
-    It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at `TIMES_PER_RADIAN` of the highest
-    frequency, ``coarsely`` at half as many of each. Other arguments and errors are as `bending_stress` has them.
+    It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at every step, ``coarsely`` at half as many
+    places and once a radian of the highest frequency. Other arguments and errors are as `bending_stress` has them.
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
     pushes, omega = _by_port(force, reed), _modal(reed).omega
     share = 2 if coarsely else 1
     places = np.linspace(0.0, beam.length, max(1, len(omega) * POINTS_PER_WAVE // (2 * share)) + 1)
-    stride = max(1, int(share / (TIMES_PER_RADIAN * float(omega.max()) * dt)))
+    stride = max(1, int(1 / (float(omega.max()) * dt))) if coarsely else 1
     fields = _fields(reed, beam, places, contact_at)
     reach = np.abs(fields).max(axis=1)
     touch = first_touch(force)

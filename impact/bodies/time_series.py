@@ -132,7 +132,10 @@ def read_time_series(
     if back.size:
         line = rows[int(back[0]) + 2][0]
         now, before = samples[back[0] + 1, 0], samples[back[0], 0]
-        raise TimeSeriesError(f"{name}, line {line}, column 1: time {now:g} does not exceed the one before, {before:g}")
+        what = "time" if rpm is None else "angle"
+        raise TimeSeriesError(
+            f"{name}, line {line}, column 1: {what} {now:g} does not exceed the one before, {before:g}"
+        )
     if len(samples) < 2:
         raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
     if rpm is None:

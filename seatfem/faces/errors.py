@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -10,6 +11,8 @@ from seatfem.faces.output import BAD_INPUT, FAILED
 
 WIDEST: Final = 1000  # characters of a line of a message
 MOST_LINES: Final = 40
+_KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
+"""With which messages about a key of a scene begin."""
 
 
 def _is_ours(error: Exception) -> bool:
@@ -39,9 +42,24 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
         assert isinstance(error, SceneError)
         error = located(error, scenes[0])
     text = in_words(error)
+    if scenes and _is_ours(error) and (key := _KEY.match(text)):
+        text = _with_line(text, key[0], scenes[0])
     if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
         return text
     return f"{scenes[0]}: {text}"
+
+
+def _with_line(text: str, key: str, scene: Path) -> str:
+    """With the line of the key, or of its table, that a message of one line begins with; without, of a file that has
+    neither."""
+    from seatfem.study.scene import SceneError, located
+    from seatfem.study.scene.problems import Problem
+
+    try:
+        found = located(SceneError((Problem(None, 0, "", text, tuple(key.split("."))),)), scene)
+    except SceneError:  # of the file itself
+        return text
+    return str(found) if found.problems[0].line and "\n" not in text else text
 
 
 def clipped(text: str) -> str:

@@ -25,6 +25,7 @@ ROWS: Final = (
     ("restitution", "restitution", ""),
     ("seat displacement", "max_seat_displacement_m", "m"),
     ("reed stress, struck", "peak_reed_stress_after_contact_Pa", "Pa"),
+    ("  over rho c0 v", "peak_reed_stress_over_rho_c0_v", ""),
     ("reed stress, before", "initial_reed_stress_Pa", "Pa"),
     ("reed stress, largest", "peak_reed_stress_Pa", "Pa"),
 )

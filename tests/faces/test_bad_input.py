@@ -143,10 +143,13 @@ def test_a_greens_function_that_is_no_seat(
 
 
 def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = complaint(tmp_path, SPRING + REED + RUN + 'time_step = "0.6 us"', capsys)
+    """Found when the run is put together, it is told with its line like what the file alone shows."""
+    text = SPRING + REED + RUN + 'time_step = "0.6 us"'
+    told = complaint(tmp_path, text, capsys)
     assert told == (
-        "seatfem: run.time_step = 6e-07 s does not resolve filtered_peak_force_N: at most 5e-07 s (half of "
-        "run.filter_width = 1e-06 s); use a shorter step or a wider filter\n"
+        f"seatfem: {tmp_path / 'scene.toml'}:{text.count(chr(10)) + 1}: run.time_step = 6e-07 s does not "
+        "resolve filtered_peak_force_N: at most 5e-07 s (half of run.filter_width = 1e-06 s); use a shorter step or "
+        "a wider filter\n"
     )
 
 

@@ -130,8 +130,14 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         (
             MASS,
             'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
-            "load.0.area.lift: the lifts must",
+            "load.0.area.lift: the lifts must increase: 0 mm follows 1 mm",
         ),
+        (
+            MASS,
+            'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
+            "load.0.area.area: an area of -2 mm^2: areas are positive",
+        ),
+        (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift: a lift of -1 mm"),
         (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows of lift and area"),
         (
             MASS,
@@ -159,3 +165,18 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     assert run(scene).gap.max() > 1e-4
     with pytest.raises(SceneError, match=r"reed.release: required key is missing"):
         scene_of(tmp_path, REED.split("release")[0])
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("0,0\n20,1\n10,1\n", "p.csv, line 4, column 1: angle 10 does not exceed the one before, 20"),
+        ("0,0\n10,\n", "p.csv, line 3, column 2: '' is not a finite number"),
+    ],
+)
+def test_a_record_that_is_none_is_told_with_its_key(rows: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text(f"angle [deg],pressure [bar]\n{rows}", encoding="utf-8")
+    load = '[[load]]\npressure = { file = "p.csv", rpm = 3000 }\narea = "1 mm^2"\n'
+    with pytest.raises(SceneError, match=r"scene\.toml:\d+: load\.0\.pressure\.file: ") as caught:
+        scene_of(tmp_path, f"{MASS}{load}")
+    assert words in str(caught.value)

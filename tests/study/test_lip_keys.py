@@ -52,7 +52,7 @@ def scene_of(folder: Path, contact: str, reed: str = FLAPPER, seat: str = SEAT) 
         ('tilt = "-31 deg"', "tilt", "-31 deg is more than 30 deg"),
         ('line_arc = "0 deg"', "line_arc", "0 deg is not above 0 and up to 360 deg"),
         ('line_arc = "361 deg"', "line_arc", "361 deg is not above 0"),
-        ('waviness = [["9 deg", "0 um"], ["5 deg", "1 um"]]', "waviness", "its angles must rise"),
+        ('waviness = [["9 deg", "0 um"], ["5 deg", "1 um"]]', "waviness", "5 deg after 9 deg: its angles must rise"),
         ('waviness = [["9 deg", "0 um"], ["9 deg", "1 um"]]', "waviness", "its angles must rise"),
         ('waviness = [["-10 deg", "0 um"], ["350 deg", "1 um"]]', "waviness", "within 360 deg"),
         ('waviness = [["9 deg"]]', "waviness.0.1", "required key is missing"),

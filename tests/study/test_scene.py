@@ -286,8 +286,7 @@ def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None
     assert isinstance(reed, RigidMass)
     assert (reed.mass, reed.velocity) == (0.005, -2.0)
     assert messages(load, changed('"-2 m/s"', '"2 m/s"', text)) == [
-        "scene.toml:11: reed.velocity: the mass would fly away: velocities towards the seat are negative, "
-        "write '-2 m/s'"
+        "scene.toml:11: reed.velocity: it would fly away: velocities towards the seat are negative, write '-2 m/s'"
     ]
     assert "at rest never touches" in messages(load, changed('"-2 m/s"', '"0 m/s"', text))[0]
     assert messages(load, text + '[contact]\nat = "1 mm"\n') == [

@@ -56,6 +56,11 @@ class _Course(Table):
             raise KeyProblem("rpm", "there is no file in crank angle; remove the key")
         if self.angle is not None and self.rpm is None:
             raise KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
+        if self.file is not None:
+            try:
+                self.course  # noqa: B018
+            except (ValueError, OSError) as error:
+                raise KeyProblem("file", str(error)) from None
         return self
 
     @property

@@ -123,7 +123,8 @@ class PlateRelease(Table):
         assert self.velocity is not None
         if (mode := self.mode - 1) >= len(omega):
             raise ModelError(
-                f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times reed.greens.bandwidth"
+                f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times "
+                "reed.greens.bandwidth; release one of these, or raise it"
             )
         if abs(centre[mode]) < AT_REST * np.abs(centre).max():
             raise ModelError(f"reed.release.mode = {mode + 1}: it does not move {about}; release another")

@@ -32,6 +32,7 @@ from seatfem.structures.statics import bed
 from seatfem.study.impacts.base import check_base, on_its_base
 from seatfem.study.impacts.external import loaded
 from seatfem.study.impacts.measures import values_of
+from seatfem.study.impacts.start import check_start
 from seatfem.study.impacts.touches import (
     Touches,
     displacement_of,
@@ -229,6 +230,7 @@ def problem_of(
                     striker_port=here if here in striker.greens.ports else beyond,
                 )
             )
+    check_start(scene, striker, contacts)
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 

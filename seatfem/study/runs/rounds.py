@@ -177,11 +177,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
         result, met, lift = touches.seat, touches.stopper_force, lift_of(touches)
-    wanted = scene.needs_stress
     with watch("reed stress"):
-        stress = stress_of(scene, striker, result.force, result.dt, lift, coarsely=not wanted, stopper=met)
+        stress = stress_of(scene, striker, result.force, result.dt, lift, stopper=met)
     with watch("error budget"):
-        wanted_stress = stress if wanted else None
+        wanted_stress = stress if scene.needs_stress else None
         left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)
     left = _at_least_planned(plan, left)
     return Round(plan, seat, striker, touches, stress, left, reed)

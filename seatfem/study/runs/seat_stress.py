@@ -11,7 +11,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact import measures
 from impact.greens.base import Array
 from impact.progress import Progress, silent
 from seatfem.pictures.apart import Picture
@@ -29,6 +28,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import SeatMesh, Waves, force_by_port
+from seatfem.study.runs.summary import front_of
 
 FEWER_HARMONICS: Final = 0.75  # for the error bar
 MOST_SPOTS: Final = 20
@@ -240,7 +240,7 @@ def stress_pictures(
 
 def _front(done: Round) -> float:
     """rho c_0 v of the first touch [Pa]."""
-    body, speed = done.plan.scene.seat, abs(measures.impact_velocity(done.result))
+    body = done.plan.scene.seat
     assert isinstance(body, Elastic)
     solid = body.material.solid
-    return math.sqrt(float(np.max(solid.young)) * solid.density) * speed or math.nan
+    return front_of(done.result, float(np.max(solid.young)), solid.density)

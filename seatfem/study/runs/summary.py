@@ -172,6 +172,11 @@ def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
     }
 
 
+def front_of(result: ImpactResult, young: float, density: float) -> float:
+    """rho c_0 v [Pa], c_0^2 = E/rho, v the closing speed of the first touch; nan where that is zero or unknown."""
+    return math.sqrt(young * density) * abs(measures.impact_velocity(result)) or math.nan
+
+
 def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
     value, at, time_of = (peak.value, peak.at, peak.time) if peak else (None, None, None)
     return {f"{name}_Pa": value, f"{name}_at_m": at, f"{name}_time_s": time_of}

@@ -101,6 +101,11 @@ class Contact(Table):
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):
             raise KeyProblem("line_arc", f"{math.degrees(self.line_arc):g} deg is not above 0 and up to 360 deg")
         angles = [angle for angle, _ in self.waviness]
-        if any(b <= a for a, b in itertools.pairwise(angles)) or (angles and angles[-1] - angles[0] >= 2 * math.pi):
-            raise KeyProblem("waviness", "its angles must rise from one entry to the next, within 360 deg")
+        for a, b in itertools.pairwise(angles):
+            if not a < b < angles[0] + 2 * math.pi:
+                raise KeyProblem(
+                    "waviness",
+                    f"{math.degrees(b):g} deg after {math.degrees(a):g} deg: its angles must rise from one entry to "
+                    "the next, within 360 deg",
+                )
         return self

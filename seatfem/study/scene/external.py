@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from seatfem.fields import Acceleration, Area, Gap, KeyProblem, Length, Table
+from seatfem.fields import Acceleration, KeyProblem, Length, Position, SignedArea, Table
 from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure
 
 ACTING = ("pressure", "force", "gravity", "base_motion")
@@ -31,15 +32,20 @@ class AreaByLift(Table):
     Written as one area, or as a list of pairs of lift and area.
     """
 
-    lift: tuple[Gap, ...] = Field(min_length=1, description="opening at the contact, increasing")
-    area: tuple[Area, ...] = Field(min_length=1, description="area at each of them")
+    lift: tuple[Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
+    area: tuple[SignedArea, ...] = Field(min_length=1, description="area at each of them")
 
     @model_validator(mode="after")
     def _one_for_each(self) -> Self:
         if len(self.lift) != len(self.area):
             raise KeyProblem("area", f"{len(self.area)} areas at {len(self.lift)} lifts: give one for each")
-        if np.any(np.diff(self.lift) <= 0):
-            raise KeyProblem("lift", "the lifts must increase from one to the next")
+        if self.lift[0] < 0:
+            raise KeyProblem("lift", f"a lift of {1e3 * self.lift[0]:g} mm: lifts are >= 0, counted from the seat")
+        for before, after in itertools.pairwise(self.lift):
+            if after <= before:
+                raise KeyProblem("lift", f"the lifts must increase: {1e3 * after:g} mm follows {1e3 * before:g} mm")
+        if (least := min(self.area)) <= 0:
+            raise KeyProblem("area", f"an area of {1e6 * least:g} mm^2: areas are positive; for none remove the load")
         return self
 
     def __call__(self, lift: float) -> float:

@@ -1,0 +1,72 @@
+"""Reeds that are released from within what they are to strike are refused, with the opening that would serve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impact
+from seatfem.structures.rings import Division
+from seatfem.structures.statics import bed
+from seatfem.study.impacts.contact import problem_of, striker_of
+from seatfem.study.impacts.start import check_start
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.lips import gaps_of
+from tests.flapper_scene import FLAPPER
+
+SEAT = """[seat]
+kind = "annular"
+bore_radius = "5 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0 mm"
+material = "steel"
+"""
+STOPPER = '[stopper]\nkind = "spring"\nstiffness = "20 N/um"\n'
+
+
+def problem(folder: Path, deflection: str, contact: str, more: str = "") -> tuple[Scene, impact.ContactProblem]:
+    path = folder / "scene.toml"
+    reed = FLAPPER + f'greens = {{ bandwidth = "10 kHz" }}\nrelease = {{ deflection = "{deflection}" }}\n'
+    text = f'{SEAT}[reed]\n{reed}[contact]\nports = 16\n{contact}\n{more}[run]\nduration = "1 ms"\n'
+    path.write_text(text, encoding="utf-8")
+    scene = load_scene(path)
+    seat = bed(Division(16), 1e-9)
+    return scene, problem_of(scene, striker_of(scene, greens=None), impact.Body(seat))
+
+
+def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
+    """A tilted lip that opens to 58 um, and a reed bent by 40 um: it stands deepest where the lip is nearest."""
+    tilt = 'tilt = "0.3 deg"\ntilt_axis = "90 deg"\ngap = "{:.3f} um"'
+    with pytest.raises(SceneError, match=r"contact\.gap: .* towards the seat, .*: add ([\d.]+) um or more") as refused:
+        problem(tmp_path, "-40 um", tilt.format(1))
+    more = float(str(refused.value).partition(": add ")[2].partition(" um")[0])
+    scene, found = problem(tmp_path, "-40 um", tilt.format(1 + more + 0.01))
+    greens, state = found.striker.greens, found.striker.state
+    assert greens.modal is not None
+    assert state is not None
+    bent = greens.modal.shapes.T @ state.displacement
+    openings = gaps_of(scene, 16) + bent[[greens.port_index(contact.striker_port) for contact in found.contacts]]
+    assert openings.min() == pytest.approx(0.01e-6, abs=0.03e-6)
+    with pytest.raises(SceneError, match="begin inside it"):
+        problem(tmp_path, "-40 um", tilt.format(1 + 0.97 * more))
+
+
+def test_a_spring_may_begin_compressed(tmp_path: Path) -> None:
+    law = 'gap = "1 um"\nlaw = { kind = "spring", stiffness = "20 N/um" }'
+    assert len(problem(tmp_path, "-40 um", law)[1].contacts) == 16
+
+
+def test_arcs_of_a_tilted_stopper(tmp_path: Path) -> None:
+    """The centre clears it, one flank does not."""
+    stop = STOPPER + 'gap = "{} mm"\narcs = 8\ntilt = "{} deg"\n'
+    with pytest.raises(SceneError, match=r"stopper\.gap: .* towards the stopper"):
+        problem(tmp_path, "0.49 mm", 'gap = "1 um"', stop.format(0.5, 0))
+    problem(tmp_path, "0.49 mm", 'gap = "1 um"', stop.format(0.8, 0))
+
+
+def test_nothing_is_asked_of_what_starts_flat(tmp_path: Path) -> None:
+    scene, found = problem(tmp_path, "0.1 mm", 'gap = "0 um"')
+    check_start(scene, impact.Body(found.striker.greens), found.contacts)
+    assert np.all(gaps_of(scene, 16) == 0)
