@@ -97,7 +97,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         )
         raise ModelError(
             f"contact.ports = {lip.arcs}: the struck face has only about {there:.0f} elements along its "
-            f"{1e3 * lip.length:.3g} mm, fewer than one for each arc: {finer}take fewer ports"
+            f"{1e3 * lip.length:.3g} mm, fewer than one for each arc: {finer}take fewer"
         )
 
 

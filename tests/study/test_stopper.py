@@ -12,12 +12,17 @@ import pytest
 
 import impact
 from impact import measures
+from impact.greens.base import ErrorEstimate
+from impact.runs.budget import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.faces.plan_view import plan_json
 from seatfem.structures.kinds import kinds_of
+from seatfem.structures.solved import Solved
+from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.accuracy.prerun import Bench, Window, first_look, window_of
 from seatfem.study.impacts.contact import measures_of, problem_of, run_contacts, stopper_of, striker_of
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.method import stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
@@ -203,7 +208,7 @@ def test_a_scene_without_a_stopper_says_nothing_of_one(tmp_path: Path) -> None:
 
 
 def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
-    """A Green's function from a file: its own errors are in no bar, and plan and run say so; the impact is the same."""
+    """A Green's function from a file: no plan looks at it, and plan and run say so; the impact is the same."""
     save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
     text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
     scene = scene_of(tmp_path, text)
@@ -217,6 +222,72 @@ def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
     stated = bounced(scene_of(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
     assert stated is not None
     assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
+
+
+CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
+"""A run that ends during the second contact with the seat: its impulse tells when that began."""
+
+
+def stopper_share(scene: Scene, dt: float = 1e-7) -> tuple[Touches, Budget]:
+    """A run with the stopper, and its error budget."""
+    touches, seat = bounced(scene, dt), Solved(impact.spring(stiffness=1e6), plane=True)
+    return touches, error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+
+
+def read_stopper(folder: Path, mesh: float | None) -> Scene:
+    """The mass between its two springs until the middle of the second contact with the seat, the stopper from a file
+    that states an error of its mesh."""
+    greens = impact.spring(stiffness=4e6).with_error(ErrorEstimate(reduction=0.0, mesh=mesh))
+    save_greens(greens, folder / "stopper.h5")
+    stopper = STOPPER.replace('"spring"', '"greens"').replace('stiffness = "4 N/um"', 'file = "stopper.h5"')
+    return scene_of(folder, SEAT + MASS + stopper + CUT.format(1e3 * (SECOND + OF_SEAT / 2)))
+
+
+def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
+    """g larger by e keeps the mass by sqrt(1 + e) longer: it comes back to the seat so much later, where the force is
+    v sqrt(k m) when the run ends. The impulse left out is that force times the delay, which is known to the step of
+    20 ns that the budget marches with: to 0.8 %. The first contact is not changed. The same file without an error
+    leaves nothing."""
+    error, of_first = 0.1, "seat_displacement"
+    expected = SPEED * math.sqrt(1e6 * MASS_KG) * OF_STOPPER * (math.sqrt(1 + error) - 1)
+    off, exact = (stopper_share(read_stopper(tmp_path, each), 1e-8)[1] for each in (error, 0.0))
+    assert off.parts["stopper"]["impulse"] == pytest.approx(expected, rel=0.01)
+    assert off.parts["stopper"][of_first] == 0.0
+    assert off.bar("impulse") - exact.bar("impulse") == pytest.approx(SAFETY * expected, rel=0.01)
+    assert set(exact.parts["stopper"].values()) == {0.0}
+
+
+def test_a_stopper_that_is_exact_is_no_source(tmp_path: Path) -> None:
+    left = stopper_share(scene_of(tmp_path, SEAT + MASS + STOPPER + CUT.format(0.3)))[1]
+    assert "stopper" not in left.parts
+    assert left.unknown == ()
+
+
+def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:
+    """An error that a file does not state is in no bar, and is said to be missing."""
+    assert stopper_share(read_stopper(tmp_path, None))[1].unknown == ("stopper's mesh",)
+
+
+def test_the_mesh_of_a_stopper_is_in_the_bars(tmp_path: Path) -> None:
+    """A steel disc of coarse elements throws the mass back to the seat: what elements half as large change of the
+    impulse by the end is within the stopper's share of its error."""
+    disc = (
+        '[stopper]\nkind = "stopper"\nradius = "8 mm"\nthickness = "3 mm"\ncontact_radius = "2 mm"\n'
+        'material = "steel"\ndamping_ratio = 0.02\ngap = "0.05 mm"\nmesh = {{ size = "{} mm" }}\n'
+    )
+    near = SEAT + MASS.replace("0.1 mm", "0.05 mm")
+    coarse, fine = (scene_of(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
+    touches, left = stopper_share(coarse)
+    off = abs(measures.impulse(bounced(fine, 1e-7).seat) - measures.impulse(touches.seat))
+    assert 1e-6 < off < left.parts["stopper"]["impulse"] < 30 * off
+
+
+def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
+    """As those of the reed: two modes of a beam have a larger share than forty."""
+    beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'
+    scenes = (scene_of(tmp_path, SEAT + MASS + beam.format(n) + CUT.format(1.07)) for n in (2, 40))
+    few, many = (stopper_share(scene)[1].parts["stopper"]["impulse"] for scene in scenes)
+    assert few > 3 * many > 0
 
 
 def test_pre_runs_meet_the_stopper(tmp_path: Path) -> None:

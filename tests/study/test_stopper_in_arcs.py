@@ -116,6 +116,14 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     assert np.abs(off).max() > 1e-7  # momentum: 3 % more force moves it that much farther
 
 
+def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> None:
+    """In keys of its own table."""
+    path = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
+    scene = scene_of(tmp_path, f'kind = "mesh"\nfile = "{path}"\n{STEEL}arcs = 64\n')
+    with pytest.raises(ModelError, match=r"^stopper\.arcs = 64: .* only about 5\d elements along its .*: take fewer$"):
+        stopper_of(scene)
+
+
 def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     """Openings rise by tan(tilt) (y cos - x sin) about the reed; the arcs are met in their order, and a tilt of the
     other sign is the mirror image. Twice the tilt is a peak smaller by more than 3 %."""

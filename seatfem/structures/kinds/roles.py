@@ -14,6 +14,8 @@ _AS_IF = r"(?<![\w/\\.])(?:seat|reed)\."
 
 def in_words_of(role: str, structure: Structure, text: str) -> str:
     """A structure's message, its keys those of the table ``role``; files of such names stay what they are."""
+    if role == "stopper":  # its face is divided by keys of its own table
+        text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
     keys = "|".join(sorted(type(structure).model_fields, key=len, reverse=True))
     return re.sub(rf"{_AS_IF}(?=(?:{keys})\b)", f"{role}.", text)
 

@@ -25,6 +25,14 @@ class CountError(ConvergenceError):
     """No factorization counts eigenvalues, or its count contradicts what is found."""
 
 
+class CrowdedError(ConvergenceError):
+    """More eigenvalues than may be looked for: ``count``."""
+
+    def __init__(self, text: str, count: int) -> None:
+        super().__init__(text)
+        self.count = count
+
+
 @dataclass(frozen=True)
 class Shift:
     """K - value M, factorized, with ``count`` eigenvalues below ``value`` [1/s^2]."""

@@ -9,7 +9,6 @@ feels.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from typing import Final
 
 import numpy as np
@@ -19,7 +18,7 @@ from impact.greens.modal import ModalGreens
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.eigen_search import CountError, counting_shift
+from seatfem.structures.reduction.eigen_search import CrowdedError, counting_shift
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
@@ -60,25 +59,15 @@ def face_greens(
 
 
 def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
-    """All up to `BEYOND` times the band."""
-    with suppress(CountError):  # where nothing counts, the search tells
-        _check_number(model, aims)
-    return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, backend=aims.backend)
-
-
-def _check_number(model: SecondOrderModel, aims: Aims) -> None:
-    """Raise `ConvergenceError` of too many modes, with the band that has few enough."""
-
-    def below(band: float) -> int:
-        return counting_shift(model, (2 * np.pi * BEYOND * band) ** 2, aims.backend).count
-
-    number = left = below(aims.bandwidth) if model.size > MOST_MODES else 0
-    lower = aims.bandwidth
-    while left > MOST_MODES:
-        lower *= 0.95 * (MOST_MODES / left) ** (1 / 3)
-        left = below(lower)
-    if number > MOST_MODES:
+    """All up to `BEYOND` times the band; raises `ConvergenceError` of too many, with the band that has few enough."""
+    try:
+        return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
+    except CrowdedError as crowded:
+        left, lower = crowded.count, aims.bandwidth
+        while left > MOST_MODES:
+            lower *= 0.95 * (MOST_MODES / left) ** (1 / 3)
+            left = counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise ConvergenceError(
-            f"contact.ports: the seat has {number} modes below {BEYOND:g} times seat.greens.bandwidth = "
+            f"contact.ports: the seat has {crowded.count} modes below {BEYOND:g} times seat.greens.bandwidth = "
             f"{aims.bandwidth:.3g} Hz (limit {MOST_MODES}): lower it to {lower:.3g} Hz"
-        )
+        ) from None

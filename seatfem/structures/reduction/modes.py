@@ -77,6 +77,7 @@ def solve_modes(
     up_to_hz: float | None = None,
     shift_hz: float | None = None,
     check: bool = True,
+    limit: int | None = None,
     backend: Backend = "auto",
     progress: Progress = silent,
 ) -> Modes:
@@ -92,10 +93,12 @@ def solve_modes(
         up_to_hz: highest frequency [Hz]; of both limits, the lower counts.
         shift_hz: of the order of the lowest elastic frequency; default: from the size of the model.
         check: count what lies below the last mode too; without, one factorization less, and ``complete`` is false.
+        limit: of modes up to that frequency, where there are too many to look for.
         progress: called with ("modes", fraction) and ("factorization", fraction).
 
     Raises:
         ModelError: an impossible n or frequency, an indefinite K. ConvergenceError: Lanczos leaves too large an error.
+        CrowdedError: there are more than ``limit``.
     """
     if n is not None and n < 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
@@ -114,7 +117,7 @@ def solve_modes(
         if most is not None:
             spectrum.first(most, check=check and up_to_hz is None)
         if up_to_hz is not None and (most is None or spectrum.top < highest):
-            spectrum.below(highest)
+            spectrum.below(highest, limit)
     except CountError:
         return _lowest(_without_count(model, most, highest, scale, backend), most, highest)
     return _lowest(modes_of(spectrum, scale), most, highest)

@@ -20,6 +20,7 @@ from seatfem.structures.reduction.eigen_search import (
     ConvergenceError,
     Counted,
     CountError,
+    CrowdedError,
     Shift,
     between,
     counting_shift,
@@ -93,13 +94,14 @@ class Spectrum:
         """Have all below ``value`` [1/s^2], which moves a little where it is an eigenvalue.
 
         Raises:
-            ConvergenceError: they are more than ``most``.
+            CrowdedError: they are more than ``most``.
         """
         if value <= self.top:
             return
         top = self._shift(value)
         if most is not None and top.count > most:
-            raise ConvergenceError(f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most})")
+            words = f"{top.count} modes lie below {np.sqrt(value) / (2 * np.pi):.3g} Hz (limit {most})"
+            raise CrowdedError(words, top.count)
         while top.count - len(self.values) > _AT_ONCE:
             self.first(len(self.values) + _AT_ONCE)
         if top.value > self.top:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import impact
@@ -12,7 +11,7 @@ from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
 from impact.runs.budget import Budget, Values, changes, times
-from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed, narrower, with_body
+from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
 from seatfem.machine.threads import threads
@@ -28,6 +27,7 @@ from seatfem.structures.rings import (
     with_fewer_rings,
 )
 from seatfem.structures.statics import with_start
+from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
@@ -38,10 +38,10 @@ from seatfem.study.impacts.contact import (
     stopper_of,
     striker_of,
 )
-from seatfem.study.impacts.measures import LIP, SOURCES, STRIKER, measured
+from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, measured
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
-from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES, ONE_PORT_BAR, SHEAR_SHARE, SHORT
+from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
 
@@ -76,8 +76,8 @@ def error_budget(
       them is named beside the bars.
     - lip: of one port that a plan has chosen, what arcs in its place change, on the waves of the seat as a whole over a
       half-space, which tells the arcs from each other.
-    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted. A stopper
-    stays as it is in all runs, and no bar knows its errors.
+    - stopper: the same of one that is computed, and of a beam its modes; what is met of it moves as it did.
+    A closed-form seat has no error of mesh and reduction. ``stress``: the reed's in ``touches``, if wanted.
     """
     result, stopper = touches.seat, touches.stopper
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
@@ -96,7 +96,7 @@ def error_budget(
     values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
     at_once = _at_once(len(result.force) * len(problem.contacts))
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
-    names = (*SOURCES, *(name for name in (STRIKER, LIP) if name in found))
+    names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
     return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
 
 
@@ -109,8 +109,8 @@ def _at_once(steps: int) -> int:
 def sources_of(
     scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem, reed: Solved | None = None
 ) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
-    """The variations behind `error_budget` by source, and what is not known of the striker; ``problem``: what was
-    run."""
+    """The variations behind `error_budget` by source, and what is not known of striker and stopper; ``problem``: what
+    was run."""
     found: dict[str, Terms | None] = {
         "mesh": _of_mesh(scene, seat, problem),
         "reduction": _of_reduction(scene, seat, problem),
@@ -119,10 +119,12 @@ def sources_of(
     }
     if chooses_one_port(scene, method):
         found[LIP] = _of_one_port(scene, method, seat, problem)
-    of_reed = {} if reed is None else _of_reed(scene, reed, problem)
-    if reed is not None:
-        found[STRIKER] = [term for terms in of_reed.values() for term in terms or ()]
-    return found, tuple(f"{STRIKER}'s {name}" for name, terms in of_reed.items() if terms is None)
+    beside = {STRIKER: of_striker(scene, reed, problem), STOPPER: of_stopper(scene, problem)}
+    for name, parts in beside.items():
+        if parts is not None:
+            found[name] = [term for terms in parts.values() for term in terms or ()]
+    listed = [(name, part, terms) for name, parts in beside.items() for part, terms in (parts or {}).items()]
+    return found, tuple(f"{name}'s {part}" for name, part, terms in listed if terms is None)
 
 
 def _finer_step(
@@ -186,19 +188,6 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
     return (*level, tuple(modes))
 
 
-def _of_reed(scene: Scene, reed: Solved, problem: ContactProblem) -> Mapping[str, Terms | None]:
-    """By name, what is not known to be exact in a striker that was computed; ``None``: it is unknown."""
-    striker, stated = problem.striker, reed.greens.error_estimate
-    mesh = of_body(problem, striker, stated.mesh)
-    if reed.coarser is not None:
-        coarser = striker_of(scene, greens=reed.coarser)
-        mesh = ((Variation(with_body(problem, striker, coarser), 1 / (reed.refinement - 1)),),)
-    reduction = of_body(problem, striker, stated.reduction)
-    if reduction is not None and scene.reed.meets_lips and (fewer := narrower(striker)) is not None:
-        reduction = (*reduction, (Variation(with_body(problem, striker, fewer), OF_MODES),))
-    return {"mesh": mesh, "reduction": reduction, "level": of_body(problem, striker, reed.level_error)}
-
-
 def _of_patch(scene: Scene, method: RunMethod, seat: Solved, problem: ContactProblem) -> Terms | None:
     division, model = Division.of(seat.greens), seat.in_rings
     rings = division.rings
@@ -249,10 +238,3 @@ def _along(scene: Scene, method: RunMethod, arcs: int) -> impact.Body:
 
 def _with_seat(scene: Scene, problem: ContactProblem, greens: GreensFunction, weight: float = 1.0) -> Variation:
     return Variation(problem_of(scene, problem.striker, impact.Body(greens), stopper_in(problem)), weight)
-
-
-def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
-    """Numbers of reed modes that a run with ``n_modes`` is compared with, and how much of each change is left in it."""
-    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
-    more = ((MANY, 1.0),) if n_modes < FEW else ()
-    return tuple((number, weight) for number, weight in less + more if number != n_modes)

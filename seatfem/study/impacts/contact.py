@@ -107,17 +107,24 @@ def stopper_of(scene: Scene) -> impact.Body | None:
     """The scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
     if scene.stopper is None:
         return None
-    stopper = scene.stopper.body
-    with in_role("stopper", stopper):
-        lip = None if stopper.no_lip else stopper_lip(scene)
-        how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
-        solved = _computed(stopper, scene.run.duration, method=how)
-    greens = stopper.closed_form() if solved is None else solved.greens
+    solved = solved_stopper(scene)
+    greens = scene.stopper.body.closed_form() if solved is None else solved.greens
     assert greens is not None
     if scene.stopper.parts != Division() and _is_spring(greens):
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
     check_base(scene, "stopper", greens)
     return on_its_base(scene, "stopper", impact.Body(greens))
+
+
+def solved_stopper(scene: Scene) -> Solved | None:
+    """The stopper, computed as its own keys state, with the error of its mesh; ``None`` of a closed form, or none."""
+    if scene.stopper is None:
+        return None
+    stopper = scene.stopper.body
+    with in_role("stopper", stopper):
+        lip = None if stopper.no_lip else stopper_lip(scene)
+        how = None if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
+        return _computed(stopper, scene.run.duration, method=how)
 
 
 def _is_spring(greens: GreensFunction) -> bool:

@@ -10,10 +10,12 @@ from impact.runs.budget import Budget, Values
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.measures import Blow, all_measures, key_of
 
-Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "lip"]
+Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip"]
 SOURCES: Final[tuple[Source, ...]] = ("mesh", "reduction", "time_step", "model", "patch")
 STRIKER: Final = "striker"
 """What is left by one that was computed; of a plate, a plan chooses the band."""
+STOPPER: Final = "stopper"
+"""What is left by one that is not exact."""
 LIP: Final = "lip"
 """What one port in place of the arcs of a lip leaves, where a plan has chosen it."""
 

@@ -52,12 +52,12 @@ def film_notes(scene: Scene, result: ImpactResult) -> tuple[str, ...]:
 
 
 def stopper_notes(scene: Scene) -> tuple[str, ...]:
-    """That the errors of a stopper that is computed or read are not known."""
+    """That no plan looks at a stopper that is computed or read."""
     if scene.stopper is None or not scene.stopper.body.is_solved:
         return ()
     return (
-        f"the stopper (kind {scene.stopper.body.kind!r}) is taken as its keys state it: what its mesh, reduction or "
-        "data are off by is in no error bar, and what it takes in no prediction; refine its keys and compare",
+        f"the stopper (kind {scene.stopper.body.kind!r}) is taken as its keys state it: what it is off by is in the "
+        "error bars of a run, but neither that nor what it takes is in the predictions of a plan",
     )
 
 

@@ -17,7 +17,7 @@ from seatfem.structures.estimates.costs import (
 )
 from seatfem.structures.estimates.mesh_size import ERRORS, mesh_error
 from seatfem.structures.method import MOST_MODES, Method
-from seatfem.study.accuracy.error_budget import other_modes
+from seatfem.study.accuracy.other_bodies import other_modes
 from seatfem.study.accuracy.sensitivity import Changes
 from seatfem.study.impacts.simpler import ONE_PORT
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS, SEAT_MODES, SIZE, TOLERANCE, is_given

@@ -10,7 +10,7 @@ from typing import Final
 from impact.runs.budget import safety
 from seatfem.machine.memory import available_memory
 from seatfem.study.impacts.contact import MAX_STEPS, RunError
-from seatfem.study.impacts.measures import STRIKER
+from seatfem.study.impacts.measures import STOPPER, STRIKER
 from seatfem.study.planning.costs import OF_THE_SEAT, predict_cost
 from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.refining import refine
@@ -25,7 +25,10 @@ STAGES: Final[Mapping[str, tuple[str, ...]]] = {
 """Stages of a round whose predicted times are off alike."""
 LEAST_PRICE: Final = 1e-3  # [s] that a price is taken for: no prediction is as exact
 STATED: Final = "stated in the file?"
-AT_ITS_END: Final[Mapping[str, str]] = {STRIKER: "its band is stated, or ends where its theory does"}
+AT_ITS_END: Final[Mapping[str, str]] = {
+    STRIKER: "its band is stated, or ends where its theory does",
+    STOPPER: "it is computed as its own keys state",
+}
 AFTER: Final = ("spring baseline", "files")  # of a round, as far off as its contact
 
 

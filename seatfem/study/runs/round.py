@@ -12,7 +12,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
-from seatfem.study.impacts.measures import LIP, STRIKER
+from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
 from seatfem.study.method import MODES, STEP
@@ -25,6 +25,7 @@ REMEDIES: Final[Mapping[str, str]] = {
     "time_step": "shorten run.time_step",
     "model": "keep more reed.n_modes, or a seat.model that leaves less out",
     STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a reed.model that leaves less out",
+    STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
     "patch": "divide the struck patch by contact.rings = 4, or more",
     LIP: "divide the lip by contact.ports",
 }

@@ -27,7 +27,7 @@ STEEPEST: Final = math.radians(30)  # tilt, of a face that still lands flat
 
 class Stopper(Table):
     """A second body, at rest, that limits the lift: of any kind, with the keys of that kind beside these. Its Green's
-    function is computed as its own keys state; what it is off by is in no error bar.
+    function is computed as its own keys state; what it is off by stands in the error bars of a run, not of its plan.
     """
 
     inlined: ClassVar[str] = "body"

@@ -1,0 +1,66 @@
+"""What a striker that was computed, and a stopper, leave in the measures of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from impact.bodies.body import Body
+from impact.greens.base import GreensFunction
+from impact.march.problem import ContactProblem
+from impact.runs.variations import Terms, Variation, narrower, of_g, with_body
+from seatfem.study.impacts.contact import solved_stopper, striker_of
+from seatfem.study.impacts.touches import stopper_in
+from seatfem.study.safety import FEW, FEWER, HALF, MANY, OF_MODES
+from seatfem.study.scene import Scene
+
+if TYPE_CHECKING:
+    from seatfem.structures.solved import Solved
+
+Parts = Mapping[str, Terms | None]
+"""By name, what is not known to be exact in a body; ``None``: it is unknown."""
+
+
+def of_striker(scene: Scene, reed: Solved | None, problem: ContactProblem) -> Parts | None:
+    """Of a striker that was computed; ``None`` of others."""
+    if reed is None:
+        return None
+    modes = scene.reed.meets_lips
+    return _of_solved(problem, problem.striker, reed, lambda greens: striker_of(scene, greens=greens), modes=modes)
+
+
+def of_stopper(scene: Scene, problem: ContactProblem) -> Parts | None:
+    """Of a stopper that is computed, and the modes of one that is a beam; ``None`` of what is exact."""
+    body = stopper_in(problem)
+    if scene.stopper is None or body is None:
+        return None
+    if (solved := solved_stopper(scene)) is not None:
+        modes = scene.stopper.body.is_meshed
+        return _of_solved(problem, body, solved, lambda greens: replace(body, greens=greens), modes=modes)
+    if (number := scene.stopper.body.stated().n_modes) is None:
+        return None
+    less = ((scene.stopper.body.body(None, other).greens, weight) for other, weight in other_modes(number))
+    return {"modes": (tuple(Variation(with_body(problem, body, replace(body, greens=g)), w) for g, w in less),)}
+
+
+def _of_solved(
+    problem: ContactProblem, body: Body, solved: Solved, with_greens: Callable[[GreensFunction], Body], *, modes: bool
+) -> Parts:
+    """Mesh, reduction and level; ``modes``: the highest are left out, too."""
+    stated = solved.greens.error_estimate
+    mesh = of_g(problem, body, stated.mesh)
+    if solved.coarser is not None:
+        coarser = with_body(problem, body, with_greens(solved.coarser))
+        mesh = ((Variation(coarser, 1 / (solved.refinement - 1)),),)
+    reduction = of_g(problem, body, stated.reduction)
+    if reduction is not None and modes and (fewer := narrower(body)) is not None:
+        reduction = (*reduction, (Variation(with_body(problem, body, fewer), OF_MODES),))
+    return {"mesh": mesh, "reduction": reduction, "level": of_g(problem, body, solved.level_error)}
+
+
+def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
+    """Numbers of reed modes that a run with ``n_modes`` is compared with, and how much of each change is left in it."""
+    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / HALF)), 1 / 2))
+    more = ((MANY, 1.0),) if n_modes < FEW else ()
+    return tuple((number, weight) for number, weight in less + more if number != n_modes)
