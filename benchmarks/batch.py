@@ -10,7 +10,8 @@ from scenes import DT, throw
 from table import Table, best, cores, publish
 
 import impact
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.prepared import prepare
+from impact.march.stepper import ContactStepper
 from impact.runs.batch import solve_many
 
 SCENES, STEPS = 1000, 4000

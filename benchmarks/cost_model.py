@@ -10,7 +10,8 @@ from table import Table, best, publish
 
 from impact.march.engines import MEASURED
 from impact.march.history import BLOCK, BlockedSum, Poles
-from impact.march.stepper import ContactStepper, Prepared, prepare
+from impact.march.prepared import Prepared, prepare
+from impact.march.stepper import ContactStepper
 
 
 def march(prepared: Prepared, repeats: int = 7) -> float:

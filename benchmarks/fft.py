@@ -9,7 +9,8 @@ from table import Table, best, publish
 from impact.march import engines
 from impact.march.engines import Engine
 from impact.march.history import Poles
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.prepared import prepare
+from impact.march.stepper import ContactStepper
 
 LONG, SHORT = 1_000_000, 40_000
 

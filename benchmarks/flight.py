@@ -7,7 +7,8 @@ from table import Table, best, publish
 
 import impact
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.prepared import prepare
+from impact.march.stepper import ContactStepper
 from impact.runs.solver import collect
 
 DT, CYCLE = 50e-9, 20e-3  # 3000 rpm

@@ -8,7 +8,8 @@ from scenes import DT, throw
 from table import Table, best, publish
 
 import impact
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.prepared import prepare
+from impact.march.stepper import ContactStepper
 
 STEPS = 100_000
 

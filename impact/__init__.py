@@ -57,8 +57,9 @@ if TYPE_CHECKING:
         Signorini,
         compiled_law,
     )
+    from impact.march.prepared import prepare
     from impact.march.problem import Contact, ContactError, ContactProblem
-    from impact.march.stepper import ContactStepper, StepState, prepare
+    from impact.march.stepper import ContactStepper, StepState
     from impact.measured.nearest_passive import repair
     from impact.measured.passivity import PassivityReport, passivity, require_passive
     from impact.measured.pole_passivity import PolePassivity, pole_passivity
@@ -189,7 +190,8 @@ _LATER = {
     "march.film": "SqueezeFilm",
     "march.laws": "CompiledLaw Hertz HuntCrossley Law LawError LinearSpring PlainLaw Signorini compiled_law",
     "march.problem": "Contact ContactError ContactProblem",
-    "march.stepper": "ContactStepper StepState prepare",
+    "march.prepared": "prepare",
+    "march.stepper": "ContactStepper StepState",
     "measured.nearest_passive": "repair",
     "measured.passivity": "PassivityReport passivity require_passive",
     "measured.pole_passivity": "PolePassivity pole_passivity",

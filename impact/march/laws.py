@@ -23,7 +23,7 @@ Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured 
 One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
 
 To add a law: a frozen dataclass below with ``code``, ``elastic``, ``parameters`` and ``potential``, and its line in
-`impact.march.loop.law_force` (and, if it is elastic, in `law_potential`, `_elastic_force` and `_stiffness` there).
+`impact.march.loop.forces.law_force` (and, if it is elastic, in `law_potential`, `_elastic_force`, `stiffness` there).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Law(Protocol):
 
     @property
     def code(self) -> int:
-        """Branch of `impact.march.loop.law_force`."""
+        """Branch of `impact.march.loop.forces.law_force`."""
 
     @property
     def parameters(self) -> Parameters:

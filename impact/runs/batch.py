@@ -22,8 +22,8 @@ from impact.march.history import aligned
 from impact.march.laws import PlainLaw, no_user_law
 from impact.march.loop import LANES
 from impact.march.motion import Discrete
+from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.stepper import Prepared, prepare
 from impact.progress import Progress, silent
 
 

@@ -12,8 +12,9 @@ from impact.after.result import EnergyLedger, ImpactResult, ledger
 from impact.greens.base import Array
 from impact.march.engines import Engine
 from impact.march.motion import Discrete, Motion
+from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.stepper import ContactStepper, Prepared, prepare
+from impact.march.stepper import ContactStepper
 from impact.measured.reading import sampling_advice
 from impact.progress import Progress, silent
 

@@ -74,7 +74,7 @@ ALSO_WORDS = {
 QUOTED = {
     ("structures/shapes", "*"): "a family of shapes has the name of the kind that it is drawn for",
     ("pictures", "lanczos"): "matplotlib's way to scale pictures",
-    ("study/scene/models.py", "signorini"): "the law of a scene that states none",
+    ("study/scene/contact.py", "signorini"): "the law of a scene that states none",
     ("study/scene/stopper.py", "signorini"): "the law of a stopper that states none",
     ("study/scene/life.py", "block"): "what repeats, a key of [life]",
     ("study/planning/reasons.py", "krylov"): "a sentence that counts its vectors",

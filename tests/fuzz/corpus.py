@@ -18,7 +18,8 @@ from scipy import sparse
 from scipy.io import mmwrite
 
 import impact
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.prepared import prepare
+from impact.march.stepper import ContactStepper
 from impact.storage.checkpoint import save_checkpoint
 from impact.storage.hdf5 import save_greens, save_results
 from seatfem.machine.rates import Machine

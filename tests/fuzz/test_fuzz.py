@@ -16,8 +16,9 @@ import pytest
 from scipy import sparse
 
 import impact
+from impact.march.prepared import prepare
 from impact.march.problem import ContactError
-from impact.march.stepper import ContactStepper, prepare
+from impact.march.stepper import ContactStepper
 from impact.pictures.greens_plots import plot_greens
 from impact.storage.checkpoint import restore_checkpoint, save_checkpoint
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results

@@ -19,7 +19,7 @@ from impact import (
 )
 from impact.bodies.body import Load, ModalState
 from impact.march.flight import BLOCK
-from impact.march.stepper import Prepared
+from impact.march.prepared import Prepared
 
 
 def ball(*, ports: int = 1, modes: int = 0, mass: float = 2.0) -> Body:

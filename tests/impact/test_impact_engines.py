@@ -10,7 +10,7 @@ from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, 
 from impact.greens.base import Array
 from impact.march import engines
 from impact.march.history import BlockedSum, Poles
-from impact.march.loop import _advance_many
+from impact.march.loop.past import advance_many
 from impact.storage import checkpoint as files
 from impact.storage.hdf5 import StorageError
 
@@ -43,7 +43,7 @@ def by_poles(poles: Poles, own: np.ndarray, force: np.ndarray) -> np.ndarray:
     )
     for n in range(force.shape[1]):
         now = np.zeros(len(own))
-        _advance_many(poles.steps, poles.psi, poles.along(), q, p, drive, last, now)
+        advance_many(poles.steps, poles.psi, poles.along(), q, p, drive, last, now)
         last = force[:, n].copy()
         out[:, n] = now + own @ last
     return out

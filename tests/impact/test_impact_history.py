@@ -2,18 +2,21 @@
 
 import importlib
 import pkgutil
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numba.core.dispatcher import Dispatcher
 
 import impact
-from impact import ModalGreens, Residual
+from impact import ModalGreens, Residual, march
 from impact.greens.base import Array
 from impact.march import history
-from impact.march import loop as march
 from impact.march.history import Poles
+from impact.march.loop.compiled import STAMP, stamp
+from impact.march.loop.past import advance
 
 
 def direct_sum(weights: Array, force: Array) -> Array:
@@ -62,7 +65,7 @@ def test_poles_are_the_direct_sum() -> None:
     out = np.zeros(STEPS)
     for n in range(STEPS):
         last = FORCE[n - 1] if n > 0 else 0.0
-        out[n] = march._advance(rows, q, p, last) + own * FORCE[n]
+        out[n] = advance(rows, q, p, last) + own * FORCE[n]
     np.testing.assert_allclose(out, EXACT, atol=LIMIT)
 
 
@@ -94,18 +97,30 @@ def test_pole_and_weight_engines_give_the_same_contact() -> None:
     np.testing.assert_allclose(-poles.target_displacement[1:], replay, atol=1e-12)
 
 
-def test_compiled_functions_call_only_their_own_file() -> None:
+def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others() -> None:
     """The compiled cache does not notice a change in another file: an edited law would silently not be used."""
     names = [name for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact.")]
-    found = 0
+    across = 0
     for module in map(importlib.import_module, names):
         for function in [f for f in vars(module).values() if isinstance(f, Dispatcher)]:
             scope = function.py_func.__globals__
             called = [scope[name] for name in function.py_func.__code__.co_names if name in scope]
             for other in [f for f in called if isinstance(f, Dispatcher)]:
-                found += 1
-                assert other.py_func.__module__ == function.py_func.__module__
-    assert found >= 3  # the march calls the advance and the law, the law its root
+                if other.py_func.__module__ != function.py_func.__module__:
+                    across += 1
+                    assert function._cache._cache_file._source_stamp == STAMP
+                    assert other._cache._cache_file._source_stamp == STAMP
+    assert across >= 3  # the march calls the advance and the law
+
+
+def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None:
+    """As it does not change without one."""
+    copy = shutil.copytree(Path(march.__file__).parent, tmp_path / "march")
+    assert stamp(copy) == STAMP
+    for name in ("loop/forces.py", "loop/films.py", "loop/past.py", "laws.py", "film.py"):
+        before = stamp(copy)
+        (copy / name).write_text((copy / name).read_text(encoding="utf-8") + "\n", encoding="utf-8")
+        assert stamp(copy) != before
 
 
 def around_a_lip(ports: int) -> ModalGreens:

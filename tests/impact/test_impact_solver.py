@@ -9,7 +9,7 @@ import pytest
 import impact
 from impact import Body, ContactError, ContactProblem, ModalGreens, Residual, measures
 from impact.march.motion import Discrete
-from impact.march.stepper import step_count
+from impact.march.prepared import step_count
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, mass 6
 

@@ -12,7 +12,7 @@ from impact import Body, Contact, ContactProblem, ContactStepper
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.history import Poles
-from impact.march.stepper import Prepared
+from impact.march.prepared import Prepared
 from impact.march.strides import Strides
 
 SEAT = ModalGreens(

@@ -20,7 +20,7 @@ from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.motion import Discrete
-from impact.march.stepper import Prepared, step_count
+from impact.march.prepared import Prepared, step_count
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import narrower

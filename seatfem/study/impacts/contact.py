@@ -14,7 +14,8 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
 from impact.march.motion import Discrete
-from impact.march.stepper import FOLLOW, step_count
+from impact.march.prepared import step_count
+from impact.march.stepper import FOLLOW
 from impact.progress import Progress, silent
 from impact.runs.budget import Values
 from impact.runs.variations import with_body

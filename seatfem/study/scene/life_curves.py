@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Self
 from pydantic import Field, model_validator
 
 from seatfem.fields import Angle, Gap, KeyProblem, Speed, Table
+from seatfem.study.scene.agreement import check_start
 from seatfem.study.scene.stopper import STEEPEST
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Curves(Table):
         for name, values in self.asked():
             for value in values:
                 try:
-                    varied(scene, name, value).check_start()
+                    check_start(varied(scene, name, value))
                 except KeyProblem as problem:
                     number = value * UNITS[name][1]
                     raise KeyProblem(f"curves.{name}", f"{number:g} {UNITS[name][0]}: {problem}") from None

@@ -15,11 +15,13 @@ from pydantic import ValidationError, create_model
 from impact.files.input_files import MB, read_text
 from seatfem.fields import AnyTable, one_of
 from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.locate import KeyPath, key_lines, single
 from seatfem.study.scene.measures import all_measures
-from seatfem.study.scene.models import BODIES, Accuracy, Contact, Scene
+from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, line_of
+from seatfem.study.scene.run import Accuracy
 from seatfem.study.scene.stopper import stopper_of
 
 _BUILT_IN: Final = (kinds_of(), laws(), tuple(all_measures()))

@@ -1,0 +1,189 @@
+"""The force of one contact over one step, by its law and the rule of the step (`impact.march.laws`)."""
+
+from __future__ import annotations
+
+import math
+
+from impact.march.laws import BLENDED, HERTZ, HUNT_CROSSLEY, PASSIVE, SIGNORINI, SPRING, USER
+from impact.march.loop.compiled import compiled
+
+RIGID = 1e4  # Psi'' W0 from which on the blended rule is the passive one, to 1e-8 of the force
+
+
+@compiled()
+def law_force(code, a, b, c, user, pen, pen_start, dt):
+    """N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return a * pen
+    if code == HERTZ:
+        return a * pen * math.sqrt(pen)
+    if code == HUNT_CROSSLEY:
+        return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
+    if code == USER:
+        force = user(pen, pen_start, dt)
+        return 0.0 if force <= 0.0 else force  # a force that is not a number stays one, and is refused in the end
+    return math.inf
+
+
+@compiled()
+def law_potential(code, a, b, c, pen):
+    """Psi [J] of the laws that have one."""
+    if pen <= 0.0:
+        return 0.0
+    if code == SPRING:
+        return 0.5 * a * pen * pen
+    if code == HERTZ:
+        return 0.4 * a * pen * pen * math.sqrt(pen)
+    return a * pen ** (c + 1.0) / (c + 1.0)
+
+
+@compiled()
+def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
+    """The N >= 0 of one step by one of the rules of `impact.march.laws`.
+
+    Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
+    ``together`` is what it yields per newton if all contacts press at once, ``w0`` if it presses alone.
+    """
+    unresolved = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
+    if rule != PASSIVE and unresolved < RIGID:
+        share = unresolved**2 / (1.0 + unresolved**2)
+        return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
+    if pen <= 0.0:
+        return 0.0
+    if code == SIGNORINI:
+        return pen / w0
+    if code == SPRING:
+        return a * pen / (1.0 + a * w0)
+    if code == HERTZ:
+        return _hertz_force(a, pen, w0)
+    return _bracketed(code, a, b, c, user, pen, pen_start, w0, dt)
+
+
+@compiled()
+def _hertz_force(k, pen, w0):
+    """Root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 = pen.
+
+    The polynomial is increasing and convex for d > 0, so Newton from above falls monotonically; both d^2 <= pen and
+    w0 k d^3 <= pen bound the root, the smaller bound is the start.
+    """
+    d = math.sqrt(pen)
+    if w0 > 0.0:
+        d = min(d, (pen / (w0 * k)) ** (1.0 / 3.0))
+    for _ in range(60):
+        step = (d * d + w0 * k * d * d * d - pen) / (2.0 * d + 3.0 * w0 * k * d * d)
+        d -= step
+        if step <= 1e-16 * d:
+            break
+    return k * d * d * d
+
+
+@compiled()
+def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
+    """Root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
+    high = law_force(code, a, b, c, user, pen, pen_start, dt)
+    if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
+        return high
+    high = min(high, pen / w0)
+    low, r_low = 0.0, -law_force(code, a, b, c, user, pen, pen_start, dt)
+    r_high = high - law_force(code, a, b, c, user, pen - w0 * high, pen_start, dt)
+    if r_high <= 0.0:
+        return high
+    n, top, side = high, high, 0
+    for count in range(200):
+        n = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 else 0.5 * (low + high)
+        r = n - law_force(code, a, b, c, user, pen - w0 * n, pen_start, dt)
+        if r == 0.0 or high - low <= 4e-16 * top:
+            break
+        if math.isnan(r):
+            return r
+        if r > 0.0:
+            high, r_high = n, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = n, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return n
+
+
+@compiled()
+def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
+    """Root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
+
+    F does not decrease with p, hence N >= 0 and one root. Found in p, N keeps its relative accuracy for laws far
+    stiffer than 1/w0.
+    """
+    force = step_force(code, a, b, c, pen, pen_start, dt, share)
+    if force <= 0.0 or w0 <= 0.0:
+        return force
+    low, high, r_high, side = pen - w0 * force, pen, w0 * force, 0
+    if pen_start <= 0.0:
+        low = max(low, 0.0)  # pen > 0 here, and where the end is open there is no force
+    r_low = low + w0 * step_force(code, a, b, c, low, pen_start, dt, share) - pen
+    for count in range(200):
+        p = (low * r_high - high * r_low) / (r_high - r_low) if count % 4 < 3 and r_high > r_low else 0.5 * (low + high)
+        force = step_force(code, a, b, c, p, pen_start, dt, share)
+        r = p + w0 * force - pen
+        if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
+            break
+        if r > 0.0:
+            high, r_high = p, r
+            if side == 1:
+                r_low *= 0.5
+            side = 1
+        else:
+            low, r_low = p, r
+            if side == -1:
+                r_high *= 0.5
+            side = -1
+    return force
+
+
+@compiled()
+def step_force(code, a, b, c, p, p0, dt, share):
+    """The secant slope of Psi from ``p0`` to ``p``, a ``share`` of it that at the end instead, times its damping."""
+    force = _secant(code, a, b, c, p, p0)
+    if share > 0.0:
+        force += share * (_elastic_force(code, a, b, c, p) - force)
+    if code == HUNT_CROSSLEY:
+        force *= max(0.0, 1.0 + b * (p - p0) / dt)
+    return force
+
+
+@compiled()
+def _secant(code, a, b, c, p, p0):
+    """(Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
+    if p <= 0.0 and p0 <= 0.0:
+        return 0.0
+    if p > 0.0 and p0 > 0.0:
+        if code == SPRING:
+            return 0.5 * a * (p + p0)
+        if code == HERTZ:
+            x, y = math.sqrt(p), math.sqrt(p0)  # (x^5 - y^5)/(x^2 - y^2)
+            return 0.4 * a * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) / (x + y)
+        middle, apart = 0.5 * (p + p0), (p - p0) / (p + p0)
+        if abs(apart) < 1e-3:
+            square = apart * apart
+            series = 1.0 + c * (c - 1.0) / 6.0 * square * (1.0 + (c - 2.0) * (c - 3.0) / 20.0 * square)
+            return a * middle**c * series
+    return (law_potential(code, a, b, c, p) - law_potential(code, a, b, c, p0)) / (p - p0)
+
+
+@compiled()
+def _elastic_force(code, a, b, c, pen):
+    """dPsi/dpen [N]."""
+    return 0.0 if pen <= 0.0 else a * pen if code == SPRING else a * pen ** (1.5 if code == HERTZ else c)
+
+
+@compiled()
+def stiffness(code, a, b, c, pen):
+    """d2Psi/dpen2 [N/m]; of a spring also before it is touched."""
+    if code == SPRING:
+        return a
+    exponent = 1.5 if code == HERTZ else c
+    return 0.0 if pen <= 0.0 else exponent * a * pen ** (exponent - 1.0)

@@ -1,0 +1,51 @@
+"""[run] and [accuracy] of a scene: what is simulated, and what the answer must reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from seatfem.fields import Fraction, KeyProblem, Table, Time, default
+from seatfem.study.scene.measures import all_measures
+
+if TYPE_CHECKING:
+    Measure = str
+else:
+    Measure = Literal[tuple(all_measures())]  # of those that the program has of its own
+
+
+class Run(Table):
+    """What is simulated."""
+
+    duration: Time = Field(description="simulated time")
+    time_step: Time | None = Field(None, description="time step; chosen from both bodies where absent")
+    filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
+
+    @model_validator(mode="after")
+    def _several_steps(self) -> Self:
+        if self.time_step is not None and 2 * self.time_step > self.duration:
+            raise KeyProblem("time_step", f"{self.time_step:g} s leaves fewer than two steps in {self.duration:g} s")
+        return self
+
+
+AccuracyLevel = Literal["quick", "standard", "reference"]
+TARGETS: Final[Mapping[AccuracyLevel, str]] = {"quick": "5 %", "standard": "1 %", "reference": "0.3 %"}
+
+
+class Accuracy(Table):
+    """What the answer must reach: a target, or the name of one."""
+
+    level: AccuracyLevel | None = Field(None, description="a target by name: quick 5 %, standard 1 %, reference 0.3 %")
+    target: Fraction = default("1 %", "relative error asked for; or give level")
+    measures: tuple[Measure, ...] = Field(("impulse", "filtered_peak"), min_length=1, description="what it is asked of")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _target_of_the_level(cls, written: object) -> object:
+        if not isinstance(written, Mapping) or (level := written.get("level")) is None:
+            return written
+        if "target" in written:
+            raise KeyProblem("target", f"level = {level!r} is given too; keep one of the two")
+        return {**written, "target": TARGETS[level]} if level in TARGETS else written
