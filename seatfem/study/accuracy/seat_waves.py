@@ -34,8 +34,8 @@ def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
     """The seat with its waves, on the mesh of its statics and in no wider a band than its first resonances need;
     ``None`` where it has them already, or they are dear.
 
-    Statics end after the first velocity and lose what waves bring back: they change the impulse by up to 5 %, always
-    upwards where a seat is hardly damped. A surrogate knows neither its section nor its harmonics.
+    Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
+    A surrogate knows neither the seat's section nor its harmonics.
     """
     body, seat = scene.seat, method.seat
     if not tells_waves(scene, method) or not isinstance(body, Drawn) or (patch := body.patch()) is None:
