@@ -10,15 +10,12 @@ times the plate's band, 1.6 times the seat's on a mesh 1.6 times as fine, and a 
 from __future__ import annotations
 
 import json
-import os
-import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import Verdict, cover
+from coverage_of_runs import Verdict, chosen, cover, written
 
 import impact
 from impact.progress import silent
@@ -26,13 +23,11 @@ from impact.runs.budget import Values
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.lip import MOST_PORTS
 from seatfem.structures.method import COARSENING
-from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import measures_of, problem_of, seat_of, solved_striker, striker_of
 from seatfem.study.method import REED_BAND, as_stated
 from seatfem.study.planning.lips import FEWEST
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
-from seatfem.study.scene import load_scene
 
 SEED, SCENES = 401, 28
 FILE = Path(__file__).parent / "results" / "coverage_of_lips.jsonl"
@@ -82,30 +77,13 @@ def draw_scene(index: int, seed: int = SEED) -> str:
 def judge(index: int, seed: int) -> Verdict:
     """One scene: run as planned, and its reference."""
     start = perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ[VARIABLE] = f"{folder}/store"
-        path = Path(folder) / "scene.toml"
-        path.write_text(draw_scene(index, seed), encoding="utf-8")
-        scene = load_scene(path)
+    with written(draw_scene(index, seed)) as (scene, folder):
         limits = Limits(rounds=ROUNDS)
-        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent, limits=limits)
+        *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=limits)
         exact = reference(done)
     values = {name: value for name, value in done.left.values.items() if name not in done.without_bar}
-    return Verdict(
-        seed=seed,
-        index=index,
-        seat=scene.seat.kind,
-        level=done.plan.level,
-        striker=scene.reed.kind,
-        stated=False,
-        target=scene.accuracy.target,
-        met=done.met,
-        rounds=done.number,
-        values=values,
-        bars={name: done.left.bar(name) for name in values},
-        true={name: abs(values[name] - exact[name]) for name in values},
-        seconds=perf_counter() - start,
-    )
+    bars, seconds = {name: done.left.bar(name) for name in values}, perf_counter() - start
+    return Verdict.of(done, (seed, index), values, bars, exact, seconds=seconds)
 
 
 def reference(done: Round) -> Values:
@@ -135,9 +113,7 @@ def reference(done: Round) -> Values:
 
 def main() -> None:
     """Run what is missing, write the table, print the shares."""
-    given = [int(word) for word in sys.argv[1:]]
-    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    cover(FILE, seed, range(first, last), judge, LONGEST)
+    cover(FILE, *chosen(SEED, SCENES), judge, LONGEST)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,6 @@ from __future__ import annotations
 import csv
 import json
 import os
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,7 +23,7 @@ from time import perf_counter
 
 import numpy as np
 from coverage_of_lips import reference
-from coverage_of_runs import Verdict, cover
+from coverage_of_runs import Verdict, chosen, cover, written
 
 from impact.progress import silent
 from seatfem.machine.rates import Machine
@@ -35,7 +34,6 @@ from seatfem.study.planning.plan import Plan
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.planning.seen import Seen
 from seatfem.study.runs.rounds import Limits, rounds
-from seatfem.study.scene import load_scene
 
 SEED, SCENES, ALL = 503, 80, 12
 FILE = Path(__file__).parent / "results" / "coverage_of_models.jsonl"
@@ -83,35 +81,19 @@ def draw_scene(index: int, seed: int = SEED) -> str:
 def judge(index: int, seed: int) -> Verdict:
     """The first round of one scene, and its reference. Raises `Several` where there is nothing to judge."""
     start = perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ[VARIABLE] = f"{folder}/store"
-        path = Path(folder) / "scene.toml"
-        path.write_text(draw_scene(index, seed), encoding="utf-8")
-        scene = load_scene(path)
+    with written(draw_scene(index, seed)) as (scene, folder):
         plan = plan_scene(scene)
         ports, level = plan.method.ports or 1, plan.level
         spent = [*_spent(plan), *_spent(plan_scene(scene, without=(ONE_PORT,)))] if ports == 1 else []
         _note(plan, index, seed, spent)
         if ports > 1 and (level != "spring" or index >= ALL):
             raise Several(f"{ports} ports, {level}")
-        *_, done = rounds(plan, Path(folder), Stopwatch(), silent, limits=Limits(rounds=1))
+        *_, done = rounds(plan, folder, Stopwatch(), silent, limits=Limits(rounds=1))
         exact = reference(done)
     values = {name: value for name, value in done.left.values.items() if name not in done.without_bar}
-    return Verdict(
-        seed=seed,
-        index=index,
-        seat=scene.seat.kind,
-        level=level,
-        striker=f"{scene.reed.kind}, {ports} port{'s'[: ports > 1]}",
-        stated=False,
-        target=scene.accuracy.target,
-        met=done.met,
-        rounds=done.number,
-        values=values,
-        bars={name: done.left.bar(name) for name in values},
-        true={name: abs(values[name] - exact[name]) for name in values},
-        seconds=perf_counter() - start,
-    )
+    bars, seconds = {name: done.left.bar(name) for name in values}, perf_counter() - start
+    striker = f"{scene.reed.kind}, {ports} port{'s'[: ports > 1]}"
+    return Verdict.of(done, (seed, index), values, bars, exact, striker=striker, seconds=seconds)
 
 
 def _spent(plan: Plan) -> tuple[float, int, bool]:
@@ -144,9 +126,7 @@ def _note(plan: Plan, index: int, seed: int, spent: Sequence[float | bool]) -> N
 
 def main() -> None:
     """Run what is missing, write the table, print the shares."""
-    given = [int(word) for word in sys.argv[1:]]
-    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    cover(FILE, seed, range(first, last), judge, LONGEST, Several)
+    cover(FILE, *chosen(SEED, SCENES), judge, LONGEST, Several)
 
 
 if __name__ == "__main__":

@@ -16,8 +16,8 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -94,6 +94,36 @@ class Verdict:
     bars: Mapping[str, float]
     true: Mapping[str, float]
     seconds: float
+
+    @classmethod
+    def of(
+        cls,
+        done: Round,
+        number: tuple[int, int],
+        values: Mapping[str, float],
+        bars: Mapping[str, float],
+        exact: Mapping[str, float],
+        *,
+        seconds: float,
+        stated: bool = False,
+        striker: str = "",
+    ) -> Verdict:
+        """Of a round of the scene of this seed and index, against the values of its reference."""
+        scene = done.plan.scene
+        return cls(
+            *number,
+            seat=scene.seat.kind,
+            level=done.plan.level,
+            striker=striker or scene.reed.kind,
+            stated=stated,
+            target=scene.accuracy.target,
+            met=done.met,
+            rounds=done.number,
+            values=dict(values),
+            bars={name: bars[name] for name in values},
+            true={name: abs(values[name] - exact[name]) for name in values},
+            seconds=seconds,
+        )
 
     def inside(self, measure: str) -> bool:
         """Whether the true error is within the bar."""
@@ -299,29 +329,23 @@ duration = "{rng.uniform(60, 200):.6f} us"
 def judge(index: int, seed: int = SEED) -> Verdict:
     """One scene: run as planned, and its reference."""
     start = perf_counter()
+    with written(draw_scene(index, seed)) as (scene, folder):
+        *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent)
+        exact = reference(done)
+    stated = is_given(scene, MODES) or scene.seat.kind in ("bar", "block", "cad", "mesh")
+    values, seconds = done.left.values, perf_counter() - start
+    bars = {name: done.left.bar(name) for name in values}
+    return Verdict.of(done, (seed, index), values, bars, exact, stated=stated, seconds=seconds)
+
+
+@contextmanager
+def written(text: str) -> Iterator[tuple[Scene, Path]]:
+    """The scene of a text, in a folder of its own with a store of its own."""
     with tempfile.TemporaryDirectory() as folder:
         os.environ[VARIABLE] = f"{folder}/store"
         path = Path(folder) / "scene.toml"
-        path.write_text(draw_scene(index, seed), encoding="utf-8")
-        scene = load_scene(path)
-        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent)
-        exact = reference(done)
-    values = done.left.values
-    return Verdict(
-        seed=seed,
-        index=index,
-        seat=scene.seat.kind,
-        level=done.plan.level,
-        striker=scene.reed.kind,
-        stated=is_given(scene, MODES) or scene.seat.kind in ("bar", "block", "cad", "mesh"),
-        target=scene.accuracy.target,
-        met=done.met,
-        rounds=done.number,
-        values=dict(values),
-        bars={name: done.left.bar(name) for name in values},
-        true={name: abs(values[name] - exact[name]) for name in values},
-        seconds=perf_counter() - start,
-    )
+        path.write_text(text, encoding="utf-8")
+        yield load_scene(path), Path(folder)
 
 
 def reference(done: Round) -> Values:
@@ -468,11 +492,17 @@ def cover(
     print(f"{count} measures of {len(verdicts)} scenes: {words}")  # noqa: T201
 
 
+def chosen(seed: int, scenes: int) -> tuple[int, range]:
+    """The seed and the scenes of the command line, where it names any."""
+    given = [int(word) for word in sys.argv[1:]]
+    seed, first, last = (*given, *(seed, 0, scenes)[len(given) :])
+    return seed, range(first, last)
+
+
 def main() -> None:
     """Run what is missing, write the table, print the shares."""
-    given = [int(word) for word in sys.argv[1:]]
-    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    cover(FILE if seed == SEED else HELD_OUT_FILE, seed, range(first, last), judge, LONGEST)
+    seed, numbers = chosen(SEED, SCENES)
+    cover(FILE if seed == SEED else HELD_OUT_FILE, seed, numbers, judge, LONGEST)
 
 
 if __name__ == "__main__":

@@ -11,9 +11,6 @@ own meshes from its own force. The struck patch has as many rings as in the run:
 from __future__ import annotations
 
 import math
-import os
-import sys
-import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -21,7 +18,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from coverage_of_runs import Verdict, cover, finer_scene, finer_step
+from coverage_of_runs import Verdict, chosen, cover, finer_scene, finer_step, written
 from coverage_of_seats import FINER, annular, bar, block, conical
 
 from impact.progress import silent
@@ -29,15 +26,14 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import Division
-from seatfem.structures.store import VARIABLE
 from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.method import REED_BAND, as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.reed_stress import plate_reed_stress
 from seatfem.study.runs.rounds import Limits, Round, rounds
 from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
-from seatfem.study.scene import load_scene
 
 SEED, SCENES = 602, 30
 FILE = Path(__file__).parent / "results" / "coverage_of_stress.jsonl"
@@ -122,28 +118,11 @@ release = {{ velocity = "-{rng.uniform(0.5, 4):.4f} m/s" }}
 def judge(index: int, seed: int) -> Verdict:
     """One scene: run as planned, and its reference."""
     start = perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ[VARIABLE] = f"{folder}/store"
-        path = Path(folder) / "scene.toml"
-        path.write_text(draw_scene(index, seed), encoding="utf-8")
-        scene = load_scene(path)
-        *_, done = rounds(plan_scene(scene), Path(folder), Stopwatch(), silent, limits=Limits(rounds=1))
+    with written(draw_scene(index, seed)) as (scene, folder):
+        *_, done = rounds(plan_scene(scene), folder, Stopwatch(), silent, limits=Limits(rounds=1))
         (values, bars), (exact, _) = told(done), told(reference(done), bare=True)
-    return Verdict(
-        seed=seed,
-        index=index,
-        seat=scene.seat.kind,
-        level=done.plan.level,
-        striker=scene.reed.kind,
-        stated=scene.seat.kind in SOLIDS,
-        target=scene.accuracy.target,
-        met=done.met,
-        rounds=done.number,
-        values=values,
-        bars={name: bars[name] for name in values},
-        true={name: abs(values[name] - exact[name]) for name in values},
-        seconds=perf_counter() - start,
-    )
+    stated, seconds = scene.seat.kind in SOLIDS, perf_counter() - start
+    return Verdict.of(done, (seed, index), values, bars, exact, stated=stated, seconds=seconds)
 
 
 def told(done: Round, *, bare: bool = False) -> tuple[Mapping[str, float], Mapping[str, float]]:
@@ -180,16 +159,14 @@ def _finer_round(done: Round, method: str) -> Round:
     seat = seat_of(scene)
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, seat.greens, finer_step(done))
-    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt)
+    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt, lift_of(touches))
     plan = replace(done.plan, scene=scene, method=stated_method(scene))
     return replace(done, plan=plan, seat=seat, striker=striker, touches=touches, stress=stress)
 
 
 def main() -> None:
     """Run what is missing, write the table, print the shares."""
-    given = [int(word) for word in sys.argv[1:]]
-    seed, first, last = (*given, *(SEED, 0, SCENES)[len(given) :])
-    cover(FILE, seed, range(first, last), judge, LONGEST)
+    cover(FILE, *chosen(SEED, SCENES), judge, LONGEST)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
-Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), two of the examples and the
-verification cases, then rewrites docs/images/, docs/verification.md and what stands between the markers in README.md.
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples, the first command of the
+tutorial and the verification cases, then rewrites docs/images/, docs/verification.md and what is between the markers
+in README.md.
 With --demo: nothing of the verification, which takes minutes.
 """
 
@@ -13,12 +14,15 @@ import json
 import os
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import first_picture
+
 from impact.files.atomic import whole_file
-from seatfem.faces.cli import demo_scene
+from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.verdict import verdict
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.planning.plan import Plan
@@ -30,7 +34,10 @@ from seatfem.verification.table import PROVIDERS, markdown_table, verification_t
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
-OF_EXAMPLES = {"tilted_landing": ("lip.png", "landing.gif"), "impact_stress": ("seat_stress.png", "stress_wave.gif")}
+OF_EXAMPLES = {
+    "tilted_landing": ("lip.png", "landing.gif"),
+    "impact_stress": ("seat_stress.png", "stress_histories.png", "stress_wave.gif"),
+}
 
 
 def main() -> None:
@@ -47,11 +54,15 @@ def main() -> None:
         made = Path(tempfile.mkdtemp())
         run_scene(load_scene(ROOT / "examples" / f"{example}.toml"), made)
         copied(made, pictures)
+    first_picture.main([])
+    in_python()
+    part = Path(shutil.copyfile(ROOT / "meshes" / "valve_body.step", Path(tempfile.mkdtemp()) / "part.step"))
+    run_command(["faces", str(part), "-o", str(ROOT / "docs" / "images" / "tutorial_faces.png"), "--quiet"])
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     if "--demo" not in sys.argv[1:]:
         rows = verification_table()
-        write(ROOT / "docs" / "verification.md", "# Verification\n\n" + PREFACE + markdown_table(rows))
-        readme = between(readme, "verification", short_table(rows))
+        words = f"# Verification\n\n{PREFACE}{short_table(rows)}\n\n## All cases\n\n{markdown_table(rows)}"
+        write(ROOT / "docs" / "verification.md", words)
     readme = between(readme, "demo", demo_table(json.loads((folder / "summary.json").read_text(encoding="utf-8"))))
     readme = between(
         readme, "plan", plan_table(plan_scene(load_scene(demo_scene()), store=Store(Path(tempfile.mkdtemp()))))
@@ -63,6 +74,13 @@ def copied(folder: Path, names: tuple[str, ...]) -> None:
     """Into docs/images."""
     for name in names:
         shutil.copyfile(folder / name, ROOT / "docs" / "images" / name)
+
+
+def in_python() -> None:
+    """The README's program, and its picture."""
+    folder = Path(tempfile.mkdtemp())
+    subprocess.run([sys.executable, ROOT / "examples" / "readme.py"], cwd=folder, check=True)
+    shutil.copyfile(folder / "force.png", ROOT / "docs" / "images" / "readme_force.png")
 
 
 PREFACE = (

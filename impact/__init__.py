@@ -64,6 +64,9 @@ if TYPE_CHECKING:
     from impact.measured.passivity import PassivityReport, passivity, require_passive
     from impact.measured.pole_passivity import PolePassivity, pole_passivity
     from impact.measured.reading import read_impulse_response, sampling_advice
+    from impact.pictures.greens_plots import plot_greens
+    from impact.pictures.lip_plots import plot_lip
+    from impact.pictures.plots import plot_energy, plot_force, plot_motion
     from impact.runs.batch import ImpactBatch, solve_many
     from impact.runs.budget import Budget
     from impact.runs.budgeting import Coarser, error_budget
@@ -140,6 +143,11 @@ __all__ = [
     "measures",
     "passivity",
     "peak_bending_stress",
+    "plot_energy",
+    "plot_force",
+    "plot_greens",
+    "plot_lip",
+    "plot_motion",
     "pole_passivity",
     "prepare",
     "read_impulse_response",
@@ -196,6 +204,9 @@ _LATER = {
     "measured.passivity": "PassivityReport passivity require_passive",
     "measured.pole_passivity": "PolePassivity pole_passivity",
     "measured.reading": "read_impulse_response sampling_advice",
+    "pictures.greens_plots": "plot_greens",
+    "pictures.lip_plots": "plot_lip",
+    "pictures.plots": "plot_energy plot_force plot_motion",
     "runs.batch": "ImpactBatch solve_many",
     "runs.budget": "Budget",
     "runs.budgeting": "Coarser error_budget",

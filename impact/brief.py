@@ -1,9 +1,10 @@
-"""Objects in a few words: what `repr` says of data that hold arrays."""
+"""Objects in a few words: what `repr` says of data that hold arrays, and what notebooks show."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
+from html import escape
 
 import numpy as np
 
@@ -16,6 +17,21 @@ def brief(thing: object) -> str:
     shown = [f for f in fields(thing) if f.repr]  # type: ignore[arg-type]
     values = ", ".join(f"{f.name}={brief_value(getattr(thing, f.name))}" for f in shown)
     return f"{type(thing).__name__}({values})"
+
+
+def as_html(thing: object) -> str:
+    """``str(thing)`` as a small table: its first line the caption, a row a line, split at ": "; for ``_repr_html_``."""
+    caption, *lines = str(thing).splitlines() or [""]
+    rows = "".join(f"<tr>{_cells(line.strip())}</tr>" for line in lines)
+    return f"<table><caption style='text-align:left'><b>{escape(caption)}</b></caption>{rows}</table>"
+
+
+def _cells(line: str) -> str:
+    name, colon, value = line.partition(": ")
+    left = "style='text-align:left'"
+    if not colon:
+        return f"<td colspan='2' {left}>{escape(line)}</td>"
+    return f"<th scope='row' {left}>{escape(name)}</th><td {left}>{escape(value)}</td>"
 
 
 def brief_value(value: object) -> str:

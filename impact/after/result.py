@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impact.advice import Advice
-from impact.brief import brief, cut, some
+from impact.after.frame import frame_of
+from impact.brief import as_html, brief, cut, some
 from impact.greens.base import Array
 from impact.march.laws import Signorini
 from impact.march.motion import Motion
 from impact.march.problem import ContactProblem
 
+if TYPE_CHECKING:
+    import pandas
+
 _WAYS = ("gap", "striker_displacement", "target_displacement")
+_TERMS = ("input", "striker", "target", "contact", "dissipated")
 
 
 @dataclass(frozen=True)
@@ -143,6 +149,7 @@ class ImpactResult:
     film: Array | None = None
 
     __repr__ = brief
+    _repr_html_ = as_html
 
     @property
     def solid(self) -> Array:
@@ -158,6 +165,13 @@ class ImpactResult:
             f"energy residual {self.energy.residual:.2g}\n  {cut(self.engine, 160)}\n  "
             + (some([advice.name for advice in self.advice]) or "no advice")
         )
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Force, gap, displacements and energies by time [SI], a row a step, "force_N[k]" where there are several
+        contacts; raises `impact.after.frame.FrameError` where pandas is missing."""
+        of_contacts = {"force_N": self.force, **{f"{name}_m": getattr(self, name) for name in _WAYS}}
+        energies = {f"energy_{name}_J": getattr(self.energy, name) for name in _TERMS}
+        return frame_of({"time_s": self.time, **of_contacts, **energies}, "time_s")
 
 
 def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:

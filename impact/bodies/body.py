@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from impact.brief import brief
+from impact.brief import as_html, brief
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, is_greens
 from impact.greens.modal import ModalGreens, Residual
 
@@ -110,6 +110,7 @@ class Body:
         return f"Body, {mass}, {', '.join(moving) or 'at rest'}\n  {self.greens}"
 
     __repr__ = __str__
+    _repr_html_ = as_html
 
     def carried(self, time: Array) -> Array:
         """(n,) displacement of its base at the times (n,) [m]; raises `GreensFunctionError` for other numbers."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.brief import brief_value, some
+from impact.brief import as_html, brief_value, some
 from impact.greens.answers import Array, ComplexArray, ErrorEstimate, GreensFunctionError, Rod, StepKernel, Stored
 
 if TYPE_CHECKING:
@@ -225,6 +225,8 @@ class GreensFunction(ABC):
 
     def __str__(self) -> str:
         return "\n  ".join([f"{type(self).__name__}, {self._ports_in_words()}", *self._in_words(), *self._quality()])
+
+    _repr_html_ = as_html
 
     def _in_words(self) -> tuple[str, ...]:
         """What the function is made of, a line each."""

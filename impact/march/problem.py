@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from impact.bodies.body import AtRest, Body, as_body
-from impact.brief import brief
+from impact.brief import as_html, brief
 from impact.greens.base import Array, GreensFunction
 from impact.march.film import NO_FILM, SqueezeFilm
 from impact.march.laws import Law, Parameters, Signorini
@@ -127,6 +127,7 @@ class ContactProblem:
         return f"ContactProblem, {len(self.contacts)} contacts{start}\n" + "\n".join(told)
 
     __repr__ = __str__
+    _repr_html_ = as_html
 
     @property
     def target(self) -> Body:

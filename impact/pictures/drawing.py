@@ -60,7 +60,7 @@ class PictureError(RuntimeError):
     """A picture that cannot be made; the message names what is missing and the command that mends it."""
 
 
-def gap_of(draw: Callable[[Path], None], path: Path) -> str:
+def gap_of(draw: Callable[[Path], object], path: Path) -> str:
     """Draw ``path``; in words what kept it from being drawn, "" if nothing did.
 
     A picture shows numbers that are known already: whatever its libraries raise, it must not end what made them.
@@ -75,10 +75,11 @@ def gap_of(draw: Callable[[Path], None], path: Path) -> str:
 
 
 @contextmanager
-def sheet(path: str | os.PathLike[str], width: float, height: float) -> Iterator[Figure]:
+def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> Iterator[Figure]:
     """A matplotlib figure of ``width`` x ``height`` [inch] in the common style, written whole when the block ends well.
 
-    The suffix of ``path`` decides the format (.png, .pdf, .svg). No global state: neither pyplot nor rcParams.
+    The suffix of ``path`` decides the format (.png, .pdf, .svg); without one nothing is written, and the figure is for
+    the caller to show. No global state: neither pyplot nor rcParams.
 
     Raises:
         PictureError: matplotlib is missing, or cannot write this format.
@@ -88,17 +89,21 @@ def sheet(path: str | os.PathLike[str], width: float, height: float) -> Iterator
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as missing:
+        what = "a figure" if path is None else Path(path).name
         raise PictureError(
-            f'{Path(path).name} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
+            f'{what} needs matplotlib ({missing}); install it with: pip install "seatfem[pictures]"'
         ) from missing
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(width, height), layout="constrained")
         formats = FigureCanvasAgg(figure).get_supported_filetypes()
-        if Path(path).suffix[1:].lower() not in formats:
+        if path is not None and Path(path).suffix[1:].lower() not in formats:
             raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")
         yield figure
-        with whole_file(path) as temporary:
-            figure.savefig(temporary, dpi=DPI)
+        if path is None:
+            figure.canvas.draw()  # here, where the style is the common one
+        else:
+            with whole_file(path) as temporary:
+                figure.savefig(temporary, dpi=DPI)
 
 
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:

@@ -16,6 +16,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, scaled, sheet, te
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _PER_PULSE = 48  # samples per pulse: the sampled convolution is then exact to about 1e-4
 EXCITED = 1e-3  # of the compliance: a pole with less is not told to be a mode
@@ -25,19 +26,21 @@ _WINDOW = math.log(100.0)  # exponential window of a sampled receptance: 1 % is 
 
 def plot_greens(
     greens: GreensFunction,
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | None = None,
     *,
     duration: float,
     width: float,
     title: str = "Driving-point Green's function",
     reference: GreensFunction | None = None,
     port: str | int = 0,
-) -> None:
+) -> Figure:
     """Draw g(t) just after the impulse and over ``duration`` [s], the step response and the receptance.
 
     Thick: g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``: another Green's
     function of the same body, dashed. The receptance of a modal function is in closed form; that of
     one known by its response only is the transform under an exponential window over ``duration``.
+
+    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -60,6 +63,7 @@ def plot_greens(
         _step(axes[1, 0], shown, duration)
         _receptance(axes[1, 1], shown, duration, width)
         figure.supxlabel(error_text(greens.error_estimate, width), fontsize=8, color=GREY)
+    return figure
 
 
 def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:

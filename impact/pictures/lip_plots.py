@@ -30,15 +30,15 @@ _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
 
 def plot_lip(
     result: ImpactResult,
-    baseline: ImpactResult | None,
-    path: str | os.PathLike[str],
+    baseline: ImpactResult | None = None,
+    path: str | os.PathLike[str] | None = None,
     *,
     radius: float | ClosedLine,
     share: float,
     filter_width: float = 1e-6,
     title: str = "Contact along the lip",
     names: tuple[str, str] = NAMES,
-) -> None:
+) -> Figure:
     """Force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
 
     Places are angles, or lengths along a line whose places angles do not tell.
@@ -52,6 +52,8 @@ def plot_lip(
         radius: of a circle in equal arcs [m]; or another line.
         share: of the line over which the impulse is averaged.
         filter_width: of the average in time [s].
+
+    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -68,6 +70,7 @@ def plot_lip(
         _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
         _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
+    return figure
 
 
 def _window(runs: list[ImpactResult]) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from impact.pictures.greens_plots import plot_greens
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["NAMES", "plot_energy", "plot_force", "plot_greens", "plot_motion"]
 
@@ -27,17 +28,19 @@ _STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve: both stay visi
 
 def plot_force(
     result: ImpactResult,
-    baseline: ImpactResult | None,
-    path: str | os.PathLike[str],
+    baseline: ImpactResult | None = None,
+    path: str | os.PathLike[str] | None = None,
     *,
     filter_width: float = 1e-6,
     title: str = "Contact force",
     names: tuple[str, str] = NAMES,
-) -> None:
+) -> Figure:
     """Contact force against time: the whole run, the first contact group, its highest pulse, a table of the numbers.
 
     Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
     a spring, or ``None``.
+
+    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -66,17 +69,20 @@ def plot_force(
         zoom.set_title(note, loc="right", color=GREY, fontsize=8)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
         _table(figure.add_subplot(grid[2, :]), runs, filtered, names)
+    return figure
 
 
 def plot_motion(
     result: ImpactResult,
-    baseline: ImpactResult | None,
-    path: str | os.PathLike[str],
+    baseline: ImpactResult | None = None,
+    path: str | os.PathLike[str] | None = None,
     *,
     title: str = "Motion of the contact points",
     names: tuple[str, str] = NAMES,
-) -> None:
+) -> Figure:
     """Displacements of striker and target against time, and both with the gap during the first contact.
+
+    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -105,10 +111,13 @@ def plot_motion(
         _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
         close.legend(loc="best")
         close.set_title(f"Both bodies, first contact ({names[0]})")
+    return figure
 
 
-def plot_energy(result: ImpactResult, path: str | os.PathLike[str], *, title: str = "Energy") -> None:
+def plot_energy(result: ImpactResult, path: str | os.PathLike[str] | None = None, *, title: str = "Energy") -> Figure:
     """The ledger: terms stacked up to the energy brought in, the same on a logarithmic scale, and what is left over.
+
+    Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
     Raises:
         PictureError: matplotlib is missing.
@@ -154,6 +163,7 @@ def plot_energy(result: ImpactResult, path: str | os.PathLike[str], *, title: st
         log.set(xlabel=f"time [{time_unit}]", ylabel="energy [J]")
         log.set_title(f"Each term; left over at most {energy.residual:.1e} of the largest energy stored")
         log.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
 
 
 def _runs(result: ImpactResult, baseline: ImpactResult | None) -> list[ImpactResult]:

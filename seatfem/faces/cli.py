@@ -9,10 +9,11 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from io import TextIOWrapper
+from typing import Literal
 
 from cyclopts import App, CycloptsError
 
-from seatfem.faces import other_verbs, scene_verbs, study_verbs
+from seatfem.faces import other_verbs, result_verbs, scene_verbs, study_verbs
 from seatfem.faces.errors import MOST_LINES, WIDEST, clipped, code_of, placed
 from seatfem.faces.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, lines
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
@@ -47,8 +48,9 @@ app = App(
 for verb in (
     scene_verbs.demo,
     scene_verbs.run,
-    scene_verbs.report,
-    scene_verbs.export,
+    result_verbs.report,
+    result_verbs.view,
+    result_verbs.export,
     scene_verbs.plan,
     scene_verbs.trade,
     study_verbs.sweep,
@@ -61,6 +63,19 @@ for verb in (
     other_verbs.doctor,
 ):
     app.command(verb)
+
+
+@app.command
+def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
+    """Print the script by which a shell completes verbs and options.
+
+    Parameters
+    ----------
+    shell:
+        For bash: seatfem completion bash > ~/.local/share/bash-completion/completions/seatfem
+    """
+    sys.stdout.write(app.generate_completion(shell=shell))
+    return DONE
 
 
 def main() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -14,11 +13,13 @@ from impact import measures
 from impact.files.atomic import whole_file
 from impact.greens.base import GreensFunction
 from impact.storage.hdf5 import load_greens, load_results
-from seatfem.faces.report.page import run_summary
+from seatfem.faces.report.folder import run_summary
 from seatfem.structures.formats.uff_writing import write_receptance_uff
 from seatfem.structures.rings import as_a_whole
+from seatfem.study.runs.outcome import measured
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.runs.stress_spots import HISTORIES_FILE, load_histories
 
 BINS: Final = 2000  # frequencies of a receptance
 PER_BAND: Final = 1.25  # of it beyond the band of the filter
@@ -31,7 +32,8 @@ class ExportError(ValueError):
 def export(folder: Path, to: str, output: Path) -> tuple[Path, ...]:
     """Write the run in ``folder`` as ``to`` ("csv" or "uff") into the folder ``output``; the files written.
 
-    - csv: force.csv, time histories of seat and spring baseline; summary.csv, a measure a row with its error bar.
+    - csv: force.csv, time histories of seat and spring baseline; stress.csv, of stress at the hot spots, where it is
+      known; summary.csv, a measure a row with its error bar.
     - uff: receptance.uff, dataset 58, of the struck patch up to 1.25/filter_width.
 
     Raises:
@@ -59,8 +61,13 @@ def _as_csv(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[
             f"{words}seat displacement [m]": run.target_displacement,
         }
     yield _table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
-    rows = ((key, value, *_beside(summary, key)) for key, value in summary.items() if _is_measure(summary, key))
-    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], rows)
+    if (folder / HISTORIES_FILE).is_file():
+        time, places = load_histories(folder / HISTORIES_FILE)
+        heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
+        yield _table(
+            output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
+        )
+    yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 
 def _as_uff(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[Path]:
@@ -75,16 +82,6 @@ FORMATS: Final[Mapping[str, Callable[[Path, Mapping[str, Any], Path], Iterator[P
     "csv": _as_csv,
     "uff": _as_uff,
 }
-
-
-def _is_measure(summary: Mapping[str, Any], key: str) -> bool:
-    value = summary[key]
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return number and not key.startswith(("spring_", "error_", "plan_"))
-
-
-def _beside(summary: Mapping[str, Any], key: str) -> tuple[object, object]:
-    return summary.get(f"error_bar_{key}"), summary.get(f"spring_{key}")
 
 
 def _table(path: Path, heads: list[str], rows: Any) -> Path:

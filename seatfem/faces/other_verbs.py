@@ -79,23 +79,25 @@ def init(
     Parameters
     ----------
     kind:
-        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...
+        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...; or study: many scenes of one.
     output:
         The file [default: the kind + ".toml"].
     schema:
-        Write seatfem.schema.json beside it, too, by which editors complete and check its keys.
+        Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
     from impact.files.atomic import write_whole
-    from seatfem.study.scene.schema import SCHEMA_FILE, schema_text
+    from seatfem.study.scene.schema import SCHEMA_FILE, scene_schema, schema_text
     from seatfem.study.scene.template import NoTemplate, scene_template
+    from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
 
-    path = output or Path(f"{kind}.toml")
-    text = scene_template(kind, file=path.name)
+    path, of_study = output or Path(f"{kind}.toml"), kind == STUDY
+    text = study_template(file=path.name) if of_study else scene_template(kind, file=path.name)
     if path.exists():
         raise NoTemplate(f"{path}: is there already; remove it, or name another file (--output)")
-    written = {path: f"#:schema {SCHEMA_FILE}\n{text}" if schema else text}
+    name = STUDY_SCHEMA_FILE if of_study else SCHEMA_FILE
+    written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:
-        written[path.with_name(SCHEMA_FILE)] = schema_text()
+        written[path.with_name(name)] = schema_text(study_schema() if of_study else scene_schema())
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:

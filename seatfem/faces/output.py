@@ -43,6 +43,7 @@ class Common:
     """What every verb understands."""
 
     quiet: Annotated[bool, Parameter(negative="", help="Print nothing but errors.")] = False
+    verbose: Annotated[bool, Parameter(negative="", help="Log each tenth of each stage: date, memory, time.")] = False
     debug: Annotated[bool, Parameter(negative="", help="Show the traceback of an error.")] = False
 
 
@@ -83,7 +84,7 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
     """Bars on the ``console``, by default that of errors; none where the verb is to be quiet."""
     from seatfem.faces.progress_bars import progress_bars
 
-    return progress_bars(console or lines(stderr=True), quiet=common.quiet)
+    return progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:

@@ -1,4 +1,4 @@
-"""Shows how far long work is: one bar per stage on a terminal, plain lines elsewhere, nothing when quiet."""
+"""Shows how far long work is: one bar per stage on a terminal, plain lines elsewhere, a log, or nothing when quiet."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+import psutil
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
@@ -18,10 +19,12 @@ Show = Callable[[str, float, float], None]
 
 
 @contextmanager
-def progress_bars(console: Console, *, quiet: bool = False) -> Iterator[Progress]:
+def progress_bars(console: Console, *, quiet: bool = False, verbose: bool = False) -> Iterator[Progress]:
     """Give a progress listener for the duration of the block. Write to a console on stderr: results go to stdout."""
     if quiet:
         yield silent
+    elif verbose:
+        yield StageClock(_log(console))
     elif not console.is_terminal:
         yield StageClock(_lines(console))
     else:
@@ -59,6 +62,24 @@ def _lines(console: Console) -> Show:
     def show(stage: str, done: float, seconds: float) -> None:
         if done >= 1.0:
             console.print(f"{stage}: {seconds:.1f} s", highlight=False, markup=False)
+
+    return show
+
+
+def _log(console: Console) -> Show:
+    """A dated line at each tenth of a stage, with the memory that this process holds."""
+    shown: dict[str, int] = {}
+
+    def show(stage: str, done: float, seconds: float) -> None:
+        tenths = int(10 * done)
+        if shown.get(stage) == tenths:
+            return
+        shown[stage] = tenths
+        memory = psutil.Process().memory_info().rss / 1e9
+        console.print(
+            f"{time.strftime('%Y-%m-%d %H:%M:%S')} {memory:.2f} GB {stage}: {10 * tenths} %, {seconds:.1f} s",
+            highlight=False, markup=False,
+        )  # fmt: skip
 
     return show
 

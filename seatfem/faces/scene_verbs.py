@@ -1,4 +1,4 @@
-"""Verbs that take a scene, or its results: demo, run, report, export, plan, trade, greens, modes."""
+"""Verbs that take a scene: demo, run, plan, trade, greens, modes."""
 
 from __future__ import annotations
 
@@ -65,45 +65,6 @@ def run(
     return _run(scene, output or Path(f"{scene.stem}-result"), effort, common, changes)
 
 
-def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
-    """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
-
-    Parameters
-    ----------
-    folder:
-        Of a run (seatfem run -o).
-    output:
-        The file [default: report.html in that folder].
-    """
-    from seatfem.faces.report.page import write_report
-
-    path = output or folder / "report.html"
-    write_report(folder, path)
-    lines(quiet=common.quiet).print(f"wrote {path}")
-    return DONE
-
-
-def export(
-    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
-) -> int:
-    """Write a run in the formats of other programs.
-
-    Parameters
-    ----------
-    folder:
-        Of a run (seatfem run -o).
-    to:
-        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
-    output:
-        Folder for the files [default: that of the run].
-    """
-    from seatfem.faces.exchange import export as write
-
-    for path in write(folder, to, output or folder):
-        lines(quiet=common.quiet).print(f"wrote {path}")
-    return DONE
-
-
 def plan(
     scene: SceneFile,
     /,
@@ -152,6 +113,7 @@ def trade(
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
     limit: float = 20.0,
+    cluster: str | None = None,
     common: Common = COMMON,
 ) -> int:
     """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
@@ -164,6 +126,8 @@ def trade(
         Only about a third of the points.
     limit:
         Processor seconds for one point; the reference and the planner's choice may take four times as many.
+    cluster:
+        Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
     load(scene)
     from impact.pictures.drawing import gap_of
@@ -173,7 +137,9 @@ def trade(
 
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
-        found = measure_trade(scene, folder / "trade.jsonl", quick=quick, time_limit=limit, progress=progress)
+        found = measure_trade(
+            scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
+        )
     files = [folder / "trade.csv", folder / "trade.json"]
     write_trade(found, *files)
     told = lines(quiet=common.quiet)

@@ -29,6 +29,11 @@ class Work:
         int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
     ] = 4
     limit: Annotated[float, Parameter(help="Seconds of the clock for one scene.")] = 3600.0
+    retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = False
+    cluster: Annotated[
+        str | None,
+        Parameter(help="Address of a scheduler of dask, whose workers run the scenes: tcp://HOST:8786 or tls://..."),
+    ] = None
     no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
 
 
@@ -40,7 +45,6 @@ def sweep(
     /,
     *,
     output: Output = None,
-    retry: Annotated[bool, Parameter(negative="")] = False,
     work: Work = USUAL,
     common: Common = COMMON,
 ) -> int:
@@ -50,8 +54,6 @@ def sweep(
     ----------
     output:
         Folder for table, reports and journal [default: the study's name + "-sweep"].
-    retry:
-        Try scenes again that have failed before.
     """
     from seatfem.study.sweep.reports import write_reports
     from seatfem.study.sweep.study import load_study
@@ -61,8 +63,8 @@ def sweep(
     folder, told = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
     with progress_of(common) as progress:
         table = run_study(
-            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=retry,
-            progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
+            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=work.retry,
+            cluster=work.cluster, progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
         )  # fmt: skip
     files, gaps = write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
@@ -98,8 +100,8 @@ def optimise(
     folder, told = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
     with progress_of(common) as progress:
         found = run_optimum(
-            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, progress=progress,
-            tell=lines(stderr=True, quiet=common.quiet).print,
+            asked, folder, file=study, workers=work.workers, rounds=work.rounds, limit=work.limit, retry=work.retry,
+            cluster=work.cluster, progress=progress, tell=lines(stderr=True, quiet=common.quiet).print,
         )  # fmt: skip
     numbers = found.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"

@@ -19,7 +19,7 @@ from seatfem.jobs.processes import LineWorker
 PATIENCE: Final = 900.0  # s of the clock for one picture, on a machine that is busy otherwise too
 WORKER: Final = "seatfem.pictures.picture_worker"
 
-Picture = tuple[str, Callable[..., None]]
+Picture = tuple[str, Callable[..., object]]
 """A file's name, and what draws it, called with ``path``."""
 
 

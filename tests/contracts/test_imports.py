@@ -27,25 +27,31 @@ NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "sea
 @cache
 def imports(path: Path, *, module_level: bool = False) -> tuple[tuple[int, str], ...]:
     """Line and full name of every import in a file; `module_level` keeps those that run when the file is imported."""
-    return tuple(_imports(path, module_level))
+    return tuple((line, name) for line, name, outside in _imports(path) if outside or not module_level)
 
 
-def _imports(path: Path, module_level: bool) -> Iterator[tuple[int, str]]:
-    tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
-    for node in _outside_functions(tree) if module_level else ast.walk(tree):
+@cache
+def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
+    """Line, full name, and whether it runs when the file is imported."""
+    tree, found = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
+    for node, outside in _statements(tree, True):
         if isinstance(node, ast.Import):
-            yield from ((node.lineno, name.name) for name in node.names)
+            found += [(node.lineno, name.name, outside) for name in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: imports are absolute here"
-            yield from ((node.lineno, f"{node.module}.{name.name}") for name in node.names)
+            found += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
+    return tuple(found)
 
 
-def _outside_functions(node: ast.AST) -> Iterator[ast.AST]:
-    for child in ast.iter_child_nodes(node):
-        for_types_only = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)
-        if not for_types_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-            yield child
-            yield from _outside_functions(child)
+def _statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
+    """All below a node, with whether they stand outside functions and are not for types only; no import is within an
+    expression."""
+    for block in ("body", "handlers", "cases", "orelse", "finalbody"):
+        for child in getattr(node, block, ()):
+            for_types_only = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)
+            runs = outside and not for_types_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef)
+            yield child, runs
+            yield from _statements(child, runs)
 
 
 def offenders(package: str, allowed: tuple[str, ...], files: list[Path], *, module_level: bool = False) -> list[str]:

@@ -1,4 +1,4 @@
-"""`python -m tests.extremes [--folder F] [--subset N] [--seed S]`: the battery, its table and its map.
+"""`python -m tests.extremes [--folder F] [--subset N] [--seed S] [--cluster ADDRESS]`: the battery, its table, its map.
 
 The whole battery rewrites docs/extremes.csv and docs/images/extremes.png; a subset writes both into the folder. A run
 that was stopped goes on where it was.
@@ -27,7 +27,7 @@ def main(words: Sequence[str] | None = None) -> int:
     table = DOCS / "extremes.csv" if whole else given.folder / "extremes.csv"
     picture = DOCS / "images" / "extremes.png" if whole else given.folder / "extremes.png"
     try:
-        outcomes = run_battery(cells, given.folder / "extremes.jsonl", progress=_bar)
+        outcomes = run_battery(cells, given.folder / "extremes.jsonl", cluster=given.cluster, progress=_bar)
     except OutputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
@@ -43,6 +43,7 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--folder", type=Path, default=Path("extremes"), help="of the log, and of a subset's table")
     parser.add_argument("--subset", type=int, help="only so many cells, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
+    parser.add_argument("--cluster", help="address of a scheduler of dask, whose workers find these tests")
     return parser.parse_args(words)
 
 

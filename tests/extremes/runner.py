@@ -11,10 +11,13 @@ from pathlib import Path
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.jobs import journal
-from seatfem.jobs.batch import Lost, answers
+from seatfem.jobs.batch import crew
+from seatfem.jobs.cluster import Parcel, cluster_crew
+from seatfem.jobs.desk import Lost, Program
 from seatfem.machine.code import code_version, hash_of
 from tests.extremes.cell import Cell, Outcome
 
+PROGRAM = Program("tests.extremes.worker")
 TIME_LIMIT = 600.0  # s for one cell, of the clock: a busy machine is no hang
 
 
@@ -23,22 +26,24 @@ def run_battery(
     log: Path,
     *,
     time_limit: float = TIME_LIMIT,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
     """Outcomes by cell name. Each is appended to ``log`` (JSON lines) at once; what it holds is not computed again.
 
     Outcomes of another version of the program or of the battery stay in the file and are ignored. A line that a kill
-    cut short is skipped.
+    cut short is skipped. ``cluster``: the address of a scheduler of dask, whose workers find these tests (PYTHONPATH).
     """
     check_writable(log)
     version = battery_version()
     known = journal.outcomes(log, "cell", Outcome, version=version)
     todo = [cell.name for cell in cells if cell.name not in known]
-    found = answers(todo, "tests.extremes.worker", limit=time_limit)
-    for done, (name, answer) in enumerate(zip(todo, found, strict=True), start=1):
-        known[name] = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-        journal.append(log, {"cell": name, "version": version, **asdict(known[name])})
-        progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
+    with crew(PROGRAM, workers=1) if cluster is None else cluster_crew(cluster, PROGRAM, Parcel) as ask:
+        for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
+            name = todo[number]
+            known[name] = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
+            journal.append(log, {"cell": name, "version": version, **asdict(known[name])})
+            progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
     return {cell.name: known[cell.name] for cell in cells if cell.name in known}
 
 

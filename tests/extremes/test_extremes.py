@@ -14,7 +14,7 @@ import pytest
 
 from impact import Body, GreensFunctionError, ModalGreens, Residual, solve
 from impact.greens import oscillator
-from seatfem.jobs import batch
+from seatfem.jobs import desk
 from seatfem.jobs.processes import LineWorker
 from tests.extremes import (
     Cell,
@@ -201,7 +201,7 @@ def worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LineWorker]:
 def one_worker(worker: LineWorker, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same one for every part of a run: its start takes longer than the cells."""
     kept = SimpleNamespace(ask=worker.ask, code=worker.code, end=lambda: None)
-    monkeypatch.setattr(batch, "LineWorker", lambda *given, **named: kept)
+    monkeypatch.setattr(desk, "LineWorker", lambda *given, **named: kept)
 
 
 @pytest.mark.usefixtures("one_worker")

@@ -3,6 +3,8 @@
 import json
 import math
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -68,6 +70,7 @@ class Pipeline(types.ModuleType):
     def __init__(self) -> None:
         super().__init__("seatfem.study.runs.pipeline")
         self.asked: list[tuple[str, str, Path]] = []
+        self.wanted: tuple[int | None, float | None] = (None, None)
         self.act: Callable[[], None] = lambda: None
         self.options: dict[str, object] = {}
 
@@ -147,8 +150,14 @@ def test_the_regime_is_told_where_it_predicts(
 def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
     limits = pipeline_limits(pipeline, [])
     assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (4, math.inf, True)
-    limits = pipeline_limits(pipeline, ["--max-time", "30", "--rounds", "2", "--no-pictures"])
+    fewer = ["--max-time", "30", "--rounds", "2", "--no-pictures"]
+    limits = pipeline_limits(pipeline, fewer)
     assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
+    pipeline.options = {}
+    assert run_command(["demo", "--quiet", "--output", "there", *fewer]) == DONE
+    assert pipeline.asked[-1][-1] == Path("there")
+    assert pipeline.options["limits"] == limits
+    assert pipeline.options["pictures"] is False
     capsys.readouterr()
     for flag, value in (("--rounds", "0"), ("--max-time", "-1"), ("--max-time", "nan"), ("--rounds", "many")):
         assert run_command(["run", str(SPRING_SCENE), flag, value]) == BAD_INPUT
@@ -180,6 +189,36 @@ def test_quiet_says_nothing(pipeline: Pipeline, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr() == ("", "")
 
 
+def test_verbose_dates_what_is_done_and_tells_the_memory(
+    pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_command(["greens", str(SPRING_SCENE), "--verbose"]) == DONE
+    dated = r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \d+\.\d\d GB stepping"
+    shown = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(rf"{dated}: 0 %, 0\.0 s", shown[0])
+    assert re.fullmatch(rf"{dated}: 100 %, \d+\.\d s", shown[-1])
+    assert len(shown) == 2
+
+
+def test_how_many_modes_are_asked_for(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["modes", str(SPRING_SCENE), "--count", "40", "--up-to", "50 kHz", "--quiet"]) == DONE
+    assert pipeline.wanted == (40, 50e3)
+    assert run_command(["modes", str(SPRING_SCENE), "--up-to", "50 mm"]) == BAD_INPUT
+    assert "50 mm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["completion", shell]) == DONE
+    script = capsys.readouterr().out
+    for word in ("optimise", "run", "max-time", "no-pictures", "up-to"):
+        assert word in script
+    if shell == "bash" and shutil.which("bash"):
+        asked = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
+        done = subprocess.run(["bash", "-c", f"{script}\n{asked}"], capture_output=True, text=True, check=True)
+        assert done.stdout.split() == ["modes"]
+
+
 def test_where_results_go(pipeline: Pipeline) -> None:
     for arguments in (
         ["demo"],
@@ -199,7 +238,21 @@ def test_where_results_go(pipeline: Pipeline) -> None:
 
 @pytest.mark.parametrize(
     "verb",
-    ["demo", "init", "run", "report", "plan", "greens", "modes", "sweep", "optimise", "faces", "verify", "doctor"],
+    [
+        "demo",
+        "init",
+        "run",
+        "report",
+        "view",
+        "plan",
+        "greens",
+        "modes",
+        "sweep",
+        "optimise",
+        "faces",
+        "verify",
+        "doctor",
+    ],
 )
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE
@@ -343,8 +396,9 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
     kept = (tmp_path / "out" / "scene.toml").read_text(encoding="utf-8")
     assert kept.startswith("# --set 'reed.thickness=0.2 mm'\n# --set 'reed.n_modes=7'\n")
     for wrong, message in (("reed.thickness", "is not KEY=VALUE"), ("reed.thicknes=1 mm", "did you mean 'thickness'")):
-        assert run_command(["run", str(SPRING_SCENE), "--set", wrong]) == BAD_INPUT
-        assert message in capfd.readouterr().err
+        for verb in ("run", "plan"):
+            assert run_command([verb, str(SPRING_SCENE), "--set", wrong]) == BAD_INPUT
+            assert message in capfd.readouterr().err
 
 
 def test_set_values_are_toml_or_text() -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,14 @@ import pytest
 from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.report.bodies import body_figure
 from seatfem.faces.report.figures import MOST, _envelope
-from seatfem.faces.report.page import ReportError, report_page
+from seatfem.faces.report.folder import ReportError
+from seatfem.faces.report.page import report_page
+from seatfem.faces.report.stressed import hot_spots, life_table
+from seatfem.pictures.moving import save_moving
+from tests.browsing import changed, put, shot, until
+from tests.moving_block import block_modes, block_wave
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 HOSTILE = "<script>document.title='taken'</script>"
@@ -29,6 +33,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scene = where / "reed.toml"
     scene.write_text(text.replace('"3 ms"', '"1.5 ms"').replace('"1 %"', '"5 %"'), encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(where / "result"), "--quiet"]) == DONE
+    save_moving(block_modes(("1: 10 kHz", "2: 20 kHz", HOSTILE)), where / "result" / "modes.h5")
+    save_moving(block_wave(), where / "result" / "stress_wave.h5")
     assert run_command(["report", str(where / "result"), "--quiet"]) == DONE
     return where / "result"
 
@@ -37,9 +43,16 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert len(page) < 15e6
     assert json.loads((folder / "plan.json").read_text(encoding="utf-8"))["choices"]
-    for words in ("kind = &quot;cantilever&quot;", "accuracy of 5 % met", "Plan and its reasons", "run.time_step"):
+    for words in (
+        "kind = &quot;cantilever&quot;",
+        "accuracy of 5 % met",
+        "Plan and its reasons",
+        "run.time_step",
+        "lands on a lip in arcs",
+    ):
         assert words in page
     assert "peak, 1 us mean" in page
+    assert "landing in motion (a reed of plate elements that lands on a lip in arcs)" in page
     assert "SHA-256" in page
     assert page.count("data:image/png;base64") >= 2
 
@@ -48,12 +61,13 @@ def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page
     assert "Reed &lt;script&gt;" in page
+    assert page.count("&lt;script&gt;document.title") >= 2  # the name of a mode, too
 
 
 def test_it_names_no_address_to_ask(folder: Path) -> None:
     """Of its own: plotly's source names some that it asks only for maps."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert "http" not in page
+    assert "://" not in page
 
 
 def test_a_curve_keeps_its_peaks() -> None:
@@ -62,6 +76,25 @@ def test_a_curve_keeps_its_peaks() -> None:
     kept = _envelope(values)
     assert len(kept) <= MOST + 2
     assert {17, 123_456, 0, 199_999} <= set(kept.tolist())
+
+
+def test_a_body_that_is_too_large_loses_frames_and_says_so() -> None:
+    figure = body_figure("stress_wave.h5", block_wave(40), most=60_000)
+    shown = json.loads(re.findall(r"application/json\">(.*)</script>", figure)[0])["labels"]
+    assert shown == [f"{k} µs" for k in range(0, 40, 3)]  # 3088 bytes each, beside 13848 for the triangles
+    assert "Of 40 frames 14 are in this page" in figure
+    assert len(figure) < 1.5 * 60_000
+    assert "Grey: no value is told." in figure
+
+
+def test_hot_spots_and_life_are_tables() -> None:
+    spot = {"von_mises_Pa": 1.25e8, "time_s": 2e-4, "at_m": [0.004, 0.001], "edge_distance_m": None}
+    assert "<td>125 MPa</td><td>200 µs</td><td>4, 1</td><td></td>" in hot_spots({"seat_stress_hot_spots": [spot, 3]})
+    assert hot_spots({}) == hot_spots({"seat_stress_hot_spots": "many"}) == ""
+    found = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
+    assert "<td>margin</td><td>1.235</td><td>0.05</td>" in found
+    assert "&lt;b&gt;" in found
+    assert life_table({"peak": 1.0}) == ""
 
 
 @pytest.mark.parametrize(
@@ -77,28 +110,10 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
 
 
 @pytest.fixture(scope="module")
-def browser(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+def browser(folder: Path, chromium: Any) -> Any:
     """The report in a headless Chromium."""
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("chromium or chromedriver is not installed (.ci/apt.txt)")
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    profile = tmp_path_factory.mktemp("profile")
-    for flag in ("headless=new", "no-sandbox", "disable-gpu", "disable-quic", "no-first-run", "disable-sync"):
-        options.add_argument(f"--{flag}")
-    for flag in ("disable-background-networking", "disable-component-update", f"user-data-dir={profile}"):
-        options.add_argument(f"--{flag}")
-    options.add_argument("--window-size=1200,900")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    page = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    try:
-        page.get((folder / "report.html").as_uri())
-        yield page
-    finally:
-        page.quit()
+    chromium.get((folder / "report.html").as_uri())
+    return chromium
 
 
 @pytest.mark.slow
@@ -138,3 +153,55 @@ def test_its_controls_work(browser: Any) -> None:
     assert browser.find_element("css selector", "details pre").is_displayed()
     for image in browser.find_elements("css selector", "img"):
         assert image.get_attribute("alt")
+
+
+def _body(browser: Any, name: str) -> tuple[Any, Any]:
+    """A figure of a body that is drawn, in sight, and its canvas."""
+    figure = browser.find_element("css selector", f"figure.body[data-file='{name}']")
+    until(lambda: figure.get_attribute("data-ready"), f"{name} is drawn")
+    canvas = figure.find_element("css selector", "canvas")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", canvas)
+    return figure, canvas
+
+
+@pytest.mark.slow
+def test_a_mode_is_picked_turned_and_played(browser: Any) -> None:
+    figure, canvas = _body(browser, "modes.h5")
+    first = shot(canvas)
+    assert (first < 240).mean() > 0.02  # something is drawn
+    put(browser, figure.find_element("css selector", "[data-of=frame]"), "1")
+    second = changed(canvas, first, "another mode")
+    put(browser, figure.find_element("css selector", "[data-of=scale]"), "90")
+    third = changed(canvas, second, "more exaggeration")
+    canvas.send_keys("\ue014" * 6)  # the right arrow
+    changed(canvas, third, "turned by keys")
+    figure.find_element("css selector", "[data-of=reset]").click()
+    until(lambda: (np.abs(shot(canvas) - third) > 12).mean() < 0.001, "as it was before it was turned")
+    play = figure.find_element("css selector", "[data-of=play]")
+    play.click()
+    assert play.get_attribute("aria-pressed") == "true"
+    changed(canvas, third, "in motion")
+    play.click()
+    assert browser.get_log("browser") == []
+
+
+@pytest.mark.slow
+def test_time_is_scrubbed_and_a_click_tells_the_stress(browser: Any) -> None:
+    """The front is at the top in the last frame: 50 MPa and 1 µm, exactly."""
+    figure, canvas = _body(browser, "stress_wave.h5")
+    before = shot(canvas)
+    put(browser, figure.find_element("css selector", "[data-of=frame]"), "4")
+    assert "4 µs" in figure.text
+    assert "von Mises stress [MPa]" in figure.text
+    after = changed(canvas, before, "another time")
+    rows = np.flatnonzero((after < 240).any(axis=1))
+    from selenium.webdriver import ActionChains
+
+    down = float(rows[0] + 12 - after.shape[0] / 2)  # on the top face
+    ActionChains(browser).move_to_element_with_offset(canvas, 0, round(down)).click().perform()
+    told = until(lambda: (text := figure.find_element("css selector", ".probe").text).startswith("At") and text, "told")
+    assert "10.00) mm: displacement (0.00, 0.00, 1.00) µm; von Mises stress 50.00 MPa or more (4 µs)" in told
+    put(browser, figure.find_element("css selector", "[data-of=colour]"), "0")
+    changed(canvas, after, "coloured by displacement", share=0.0)
+    assert "displacement [µm]" in figure.text
+    assert browser.get_log("browser") == []

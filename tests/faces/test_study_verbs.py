@@ -64,10 +64,13 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
         "main_effects.png",
         "study.csv",
         "study.jsonl",
+        "study.parquet",
     ]
     assert run_command(["sweep", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == FAILED
     assert not any(capsys.readouterr())
-    assert sorted(path.name for path in Path("there").iterdir()) == ["main_effects.csv", "study.csv", "study.jsonl"]
+    assert sorted(path.name for path in Path("there").iterdir()) == [
+        "main_effects.csv", "study.csv", "study.jsonl", "study.parquet",
+    ]  # fmt: skip
 
 
 def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
@@ -97,6 +100,8 @@ def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
         (["--limit", "0"], "--limit = 0 s must be positive and finite"),
         (["--limit", "nan"], "--limit = nan s must be positive and finite"),
         (["--limit", "inf"], "--limit = inf s must be positive and finite"),
+        (["--cluster", "host:8786"], "--cluster host:8786: write the scheduler's address, as tcp://HOST:8786"),
+        (["--cluster", "tcp://host:8786", "--workers", "2"], "leave it out beside --cluster"),
         (["-o", "scene.toml/deep"], "cannot be written (Not a directory); choose another place with --output"),
         (["--fast"], "--fast"),
     ],
@@ -107,6 +112,32 @@ def test_bad_options(options: list[str], message: str, study: Path, capfd: Told)
     assert message in " ".join((out + err).split())
     assert "Traceback" not in out + err
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
+
+
+def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
+    study: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
+    tried: list[object] = []
+
+    def mended(path: Path, changed: dict[str, object], rounds: int) -> Outcome:
+        tried.append(changed["reed.mass"])
+        return Outcome("done", "", 0.0, {"impulse_Ns": 3.0, "filtered_peak_force_N": 2.0})
+
+    monkeypatch.setattr(one, "_carried_out", mended)
+    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
+    assert tried == []
+    assert run_command(["sweep", "gaps.toml", "--quiet", "--retry"]) == DONE
+    assert tried == ["3 g"]
+
+
+@pytest.mark.parametrize("verb", ["sweep", "optimise", "trade"])
+def test_an_address_that_is_none(verb: str, study: Path, tmp_path: Path, capsys: Told) -> None:
+    file = "scene.toml" if verb == "trade" else "gaps.toml"
+    if verb == "optimise":
+        written(tmp_path, SOUGHT + 'minimise = "impulse_Ns"')
+    assert run_command([verb, file, "--cluster", "host:8786"]) == BAD_INPUT
+    assert "write the scheduler's address, as tcp://HOST:8786" in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.parametrize("verb", ["sweep", "plan"])
@@ -153,7 +184,7 @@ def test_an_optimum_is_found_and_told(
 
     monkeypatch.setattr(one, "_carried_out", carried_out)
     written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"\nsubject_to = ["impulse_Ns <= 2"]\nmost = 20')
-    assert run_command(["optimise", "gaps.toml"]) == DONE
+    assert run_command(["optimise", "gaps.toml", "--rounds", "2", "--limit", "60"]) == DONE
     out, err = capsys.readouterr()
     assert re.search(r"Masses \[1\]: \d+ scenes searched, [1-9]\d* failed, 3 confirmed", out)
     assert "failed: RuntimeError: [uff] failed\\x1b[2J" in out
@@ -164,7 +195,7 @@ def test_an_optimum_is_found_and_told(
     assert "search: at most 20 scenes: about " in err
     names = ["optimum.csv", "optimum.json", "search.csv", "search.png", "study.jsonl"]
     assert sorted(path.name for path in Path("gaps-optimum").iterdir()) == names
-    assert run_command(["optimise", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == DONE
+    assert run_command(["optimise", "gaps.toml", "--retry", "--quiet", "--no-pictures", "-o", "there"]) == DONE
     assert not any(capsys.readouterr())
     assert sorted(path.name for path in Path("there").iterdir()) == [name for name in names if "png" not in name]
     assert run_command(["sweep", "gaps.toml"]) == BAD_INPUT

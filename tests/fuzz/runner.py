@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Final
 
 from seatfem.jobs import journal
-from seatfem.jobs.batch import Lost, answers
+from seatfem.jobs.batch import answers
+from seatfem.jobs.desk import Lost
 
 from .trial import Case, Verdict
 

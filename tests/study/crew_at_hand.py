@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from seatfem.jobs.batch import Ask
+from seatfem.jobs.desk import Ask
 from seatfem.study.sweep import outcome as one
 
 

@@ -278,6 +278,16 @@ def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFi
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
+    areas = {}
+    for unit in ("m", "inch"):
+        table = tmp_path / f"{unit}.csv"
+        mesh = str(MESHES / "annular_seat.msh")
+        assert run_command(["faces", mesh, "--unit", unit, "-o", str(table), "--quiet"]) == DONE
+        areas[unit] = float(table.read_text(encoding="utf-8").splitlines()[1].split(",")[2])
+    assert areas["m"] == pytest.approx(areas["inch"] / 0.0254**2, rel=1e-3)
+
+
 def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
     assert run_command(["faces", str(spring)]) == BAD_INPUT

@@ -15,6 +15,7 @@ from impact.pictures.drawing import PictureError, text
 from impact.pictures.lip_plots import plot_lip
 from seatfem.pictures import rendering
 from seatfem.pictures.landing import Landing, animate_landing
+from seatfem.pictures.moving import load_moving
 from seatfem.structures.lip import Lip
 from seatfem.structures.rings import Division
 from seatfem.structures.solved import Solved
@@ -112,7 +113,7 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
 def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     names = [name for name, _ in lip_pictures(landed.done, landed.baseline)]
-    assert names == ["lip.png", "landing.gif"]
+    assert names == ["lip.png", "landing.gif", "landing.h5"]
     lip, springs = (by_arc(each.parts, Division(ARCS, 2)) for each in (landed.done.touches, landed.baseline))
     plot_lip(lip, springs, tmp_path / "lip.svg", radius=RADIUS, share=0.25, filter_width=2e-6, title="a <b>title")
     written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
@@ -123,6 +124,18 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
         assert f">{words}<" in written
     plot_lip(lip, None, tmp_path / "alone.png", radius=RADIUS, share=0.25)
     assert (tmp_path / "alone.png").stat().st_size > 50_000
+
+
+def test_the_landing_is_kept_for_viewers(landed: Any, tmp_path: Path) -> None:
+    """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
+    found = landing_of(landed.done, by_arc(landed.done.touches.parts, Division(ARCS, 2)))
+    assert found is not None
+    dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
+    kept = load_moving(tmp_path / "landing.h5")
+    nodes = [int(np.linalg.norm(found.points - point[:2], axis=1).argmin()) for point in kept.points]
+    np.testing.assert_allclose(kept.displacement[..., 2], found.deflection[:, nodes], atol=1e-4 * kept.largest)
+    np.testing.assert_array_equal(kept.time, found.time)
+    assert "force" in kept.labels[0]
 
 
 def test_no_pictures_of_other_contacts(landed: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -13,12 +14,15 @@ from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.scene import Scene
 from seatfem.study.scene.keys import own_keys
-from seatfem.study.scene.schema import schema_text
+from seatfem.study.scene.schema import scene_schema, schema_text
 from seatfem.study.scene.template import scene_template
+from seatfem.study.sweep.goal import Optimise
+from seatfem.study.sweep.study import Outputs, Study, load_study
+from seatfem.study.sweep.study_template import study_schema, study_template
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted({*FOLDER.glob("*.toml")} - {*FOLDER.glob("*_study.toml")})
-SCHEMA = json.loads(schema_text())
+SCHEMA = json.loads(schema_text(scene_schema()))
 VALID = Draft202012Validator(SCHEMA)
 
 
@@ -37,6 +41,31 @@ def test_it_takes_a_scene_of_every_kind() -> None:
     for kind in kinds_of():
         if kind.__module__.startswith("seatfem."):
             VALID.validate(tomllib.loads(scene_template(kind_of(kind))))
+
+
+STUDIES = Draft202012Validator(study_schema())
+
+
+@pytest.mark.parametrize("example", sorted(FOLDER.glob("*_study.toml")), ids=lambda path: path.stem)
+def test_that_of_studies_takes_every_example(example: Path) -> None:
+    assert [error.message for error in STUDIES.iter_errors(tomllib.loads(example.read_text(encoding="utf-8")))] == []
+
+
+def test_a_study_to_begin_with_is_one(tmp_path: Path) -> None:
+    """As it is, and with what stands behind a # in it, which are the keys of the tables."""
+    (tmp_path / "flapper.toml").write_text(scene_template("flapper"), encoding="utf-8")
+    path, text = tmp_path / "a.toml", study_template(file="a.toml")
+    path.write_text(text, encoding="utf-8")
+    assert load_study(path).number_of_scenes == 32
+    STUDIES.validate(tomllib.loads(text))
+    keys = re.compile(r"^# (?=(?!seatfem)[\w.]+ = |\[)", re.MULTILINE)
+    whole = tomllib.loads(keys.sub("", text))
+    STUDIES.validate(whole)
+    assert set(whole) == set(Study.model_fields)
+    assert set(whole["outputs"]) == set(Outputs.model_fields)
+    assert set(whole["optimise"]) | {"maximise"} == set(Optimise.model_fields)
+    for wrong in ({"desing": "grid"}, {"design": "gird"}, {"vary": {"reed.mass": {"kind": "norml"}}}):
+        assert not STUDIES.is_valid({**whole, **wrong})
 
 
 @pytest.mark.parametrize(

@@ -145,13 +145,14 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 
 @posix
 @pytest.mark.slow
-def test_a_study_survives_kills_at_any_moment(tmp_path: Path) -> None:
+def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Five kills,
     or as many as SEATFEM_KILLS says (50 take two minutes)."""
     kills = int(os.environ.get("SEATFEM_KILLS", "5"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
-    run_study(load_study(path), tmp_path / "whole", workers=1)
+    answer_here(monkeypatch)
+    run_study(load_study(path), tmp_path / "whole")
     out = tmp_path / "out"
     journal, chance = out / JOURNAL, random.Random(kills)
     command = [sys.executable, "-m", "seatfem", "sweep", str(path), "-o", str(out), "--workers", "1", "--no-pictures"]

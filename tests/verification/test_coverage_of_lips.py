@@ -3,31 +3,10 @@
 benchmarks/coverage_of_lips.py; its committed table is read here.
 """
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
-
+import coverage_of_lips
+import coverage_of_runs
 import pytest
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
-
-def _load(name: str) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # those that come later import it by name
-    spec.loader.exec_module(module)
-    return module
-
-
-_load("coverage_of_seats")
-coverage_of_runs = _load("coverage_of_runs")
-coverage_of_lips = _load("coverage_of_lips")
 VERDICTS = coverage_of_runs.read(coverage_of_lips.FILE)
 SEEDS = sorted({verdict.seed for verdict in VERDICTS})
 

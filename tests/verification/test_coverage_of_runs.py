@@ -3,31 +3,14 @@
 Three cheap scenes are run here; those of the committed table are only read.
 """
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import coverage_of_runs
 import pytest
 
 from seatfem.structures.store import VARIABLE
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
-
-def _load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up by name, and coverage_of_runs imports seats
-    spec.loader.exec_module(module)
-    return module
-
-
-_load("coverage_of_seats")
-coverage_of_runs = _load("coverage_of_runs")
 VERDICTS = coverage_of_runs.read()
 HELD_OUT = coverage_of_runs.read(coverage_of_runs.HELD_OUT_FILE)
 

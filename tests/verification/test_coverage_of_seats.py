@@ -3,29 +3,12 @@
 Three cheap seats are run here; those of the committed tables are only read.
 """
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import coverage_of_seats as seats
 import pytest
 
-BENCHMARK = Path(__file__).parents[2] / "benchmarks" / "coverage_of_seats.py"
-
-
-def _load() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("coverage_of_seats", BENCHMARK)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["coverage_of_seats"] = module  # dataclasses look their module up by name
-    spec.loader.exec_module(module)
-    return module
-
-
-seats = _load()
 ROWS = seats.read_rows()
 HELD_OUT = seats.read_rows(seats.HELD_OUT_FILE)
 

@@ -3,33 +3,12 @@
 Two cheap scenes are run here; those of the committed table are only read.
 """
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
-
+import coverage_of_runs
+import coverage_of_stress
 import pytest
 
 from seatfem.structures.store import VARIABLE
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
-
-def _load(name: str) -> ModuleType:
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # those that come later import it by name
-    spec.loader.exec_module(module)
-    return module
-
-
-_load("coverage_of_seats")
-coverage_of_runs = _load("coverage_of_runs")
-coverage_of_stress = _load("coverage_of_stress")
 VERDICTS = coverage_of_runs.read(coverage_of_stress.FILE)
 
 

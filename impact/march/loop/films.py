@@ -7,7 +7,7 @@ import math
 from impact.march.film import FAR
 from impact.march.laws import BLENDED, PASSIVE
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import contact_force, step_force, stiffness
+from impact.march.loop.forces import contact_force, narrowed, step_force, stiffness
 
 
 @compiled()
@@ -44,16 +44,7 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
         r = p + w0 * (pressed + pulled) - pen
         if abs(r) <= 4e-16 * max(abs(pen), w0 * (pressed - pulled)) or high - low <= 2e-16 * abs(low):
             break
-        if r > 0.0:
-            high, r_high = p, r
-            if side == 1:
-                r_low *= 0.5
-            side = 1
-        else:
-            low, r_low = p, r
-            if side == -1:
-                r_high *= 0.5
-            side = -1
+        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
     if w0 > 0.0:
         pulled = max((pen - p) / w0 - pressed, -tension)  # to round-off of the gap, as where a film acts alone
     return pressed, pulled

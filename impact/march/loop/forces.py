@@ -98,16 +98,7 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
             break
         if math.isnan(r):
             return r
-        if r > 0.0:
-            high, r_high = n, r
-            if side == 1:
-                r_low *= 0.5
-            side = 1
-        else:
-            low, r_low = n, r
-            if side == -1:
-                r_high *= 0.5
-            side = -1
+        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, n, r)
     return n
 
 
@@ -131,17 +122,17 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
         r = p + w0 * force - pen
         if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
             break
-        if r > 0.0:
-            high, r_high = p, r
-            if side == 1:
-                r_low *= 0.5
-            side = 1
-        else:
-            low, r_low = p, r
-            if side == -1:
-                r_high *= 0.5
-            side = -1
+        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
     return force
+
+
+@compiled()
+def narrowed(low, high, r_low, r_high, side, p, r):
+    """The bracket of a root, its residuals and which end moved last, by the residual ``r`` at ``p``: an end that stays
+    twice counts half (Illinois)."""
+    if r > 0.0:
+        return low, p, 0.5 * r_low if side == 1 else r_low, r, 1
+    return p, high, r, 0.5 * r_high if side == -1 else r_high, -1
 
 
 @compiled()

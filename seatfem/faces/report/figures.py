@@ -97,7 +97,8 @@ def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
     for (source, of), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(of), [100 * value for value in of.values()]
         figure.add_bar(y=names, x=_short(np.array(values)), name=source, marker={"color": colour}, orientation="h")
-    figure.update_layout(barmode="stack", height=140 + 40 * max(map(len, shares.values()), default=1))
+    bars = 60 + 40 * max(map(len, shares.values()), default=1)  # with 36 above them, and the legend below
+    figure.update_layout(barmode="stack", height=bars + 156, margin={"b": 120}, legend={"y": -60 / bars})
     figure.update_xaxes(title="share of the error [% of the value]")
     figure.update_yaxes(automargin=True, autorange="reversed")
     return figure

@@ -2,52 +2,35 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
 import json
-import math
 from collections.abc import Iterator, Mapping
-from importlib import metadata, resources
+from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.atomic import write_whole
-from impact.files.input_files import MB, read_bytes, read_text
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
+from seatfem.faces.report.bodies import MOST_OF_BODIES, body_figure
+from seatfem.faces.report.folder import ReportError, run_summary, text_of
 from seatfem.faces.report.html_tables import html_rows, html_table
+from seatfem.faces.report.kept_pictures import kept_pictures
+from seatfem.faces.report.provenance import provenance, versions
+from seatfem.faces.report.stressed import hot_spots, life_table
 from seatfem.faces.result_table import result_table
-from seatfem.faces.tables import time_line
 from seatfem.faces.verdict import as_number, lasting, simpler, verdict
-from seatfem.study.runs.pipeline import RESULT_FILE, SUMMARY_FILE
+from seatfem.pictures.moving import KEPT, absent, moving_bodies
+from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-MOST_TEXT: Final = 4 * MB
-MOST_OF_A_PICTURE: Final = 3 * MB
-MOST_OF_PICTURES: Final = 8 * MB  # with plotly's 5 MB and the curves the page stays below 15 MB
-CAPTIONS: Final[Mapping[str, str]] = {
-    "force.png": "Contact force, seat and spring baseline.",
-    "lip.png": "Force per length along the lip over angle and time, impulse, gaps and tilt.",
-    "landing.gif": "The plate as it lands, its deflection exaggerated.",
-    "mesh.png": "The seat's mesh; the struck patch and the clamped faces are coloured.",
-    "modes.png": "Modes of the seat.",
-    "mode_1.gif": "The first mode of the seat.",
-    "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
-    "seat_stress.png": "Largest stress on the seat, and its histories.",
-    "margin.png": "Margin against speed.",
-    "gas.png": "Pressures, lift and flow over the cycle.",
-    "fit.png": "The measured response and what was fitted to it.",
-}
-INTERACTIVE: Final = ("motion.png", "energy.png")
-"""Pictures whose curves are all in the page as figures."""
-
-
-class ReportError(ValueError):
-    """A folder that holds no run, or files of one that cannot be read; the message names the file and the remedy."""
+GUARD: Final = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'"
+)
+"""What the page may load: nothing from anywhere."""
 
 
 def write_report(folder: Path, path: Path) -> None:
@@ -57,7 +40,7 @@ def write_report(folder: Path, path: Path) -> None:
 
     Raises:
         ReportError: no summary.json of a run, or one that is not whole; plotly is missing.
-        StorageError: a damaged result.h5 or seat.h5.
+        StorageError: a damaged HDF5 file of the run.
         OutputError, OSError: ``path`` cannot be written.
     """
     write_whole(path, report_page(folder).encode("utf-8"))
@@ -73,29 +56,19 @@ def report_page(folder: Path) -> str:
         for k, (title, content) in enumerate(sections)
     )
     title = html.escape(str(summary.get("title") or folder.resolve().name))
-    style = resources.files(__package__).joinpath("style.css").read_text(encoding="utf-8")
+    style, parts, script = (
+        resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+        for name in ("style.css", "body_parts.js", "body.js")
+    )
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{title}</title><style>{style}</style><script>{_plotly()}</script></head><body>"
+        f'<meta http-equiv="Content-Security-Policy" content="{GUARD}">'
+        f"<title>{title}</title><style>{style}</style><script>{_plotly()}</script><script>{parts}{script}</script></head><body>"
         f'<header><div><h1>{title}</h1><p class="verdict">{html.escape(verdict(summary))}</p>{_state(summary)}'
         f'<nav aria-label="sections">{links}</nav></div></header><main>{body}</main>'
-        f"<footer>{_versions()}</footer></body></html>"
+        f"<footer>{versions()}</footer></body></html>"
     )
-
-
-def run_summary(folder: Path) -> dict[str, Any]:
-    """summary.json of a run. Raises `ReportError` of a folder that holds none, or one that is not whole."""
-    path = folder / SUMMARY_FILE
-    try:
-        found = json.loads(read_text(path, MOST_TEXT, ReportError))
-    except FileNotFoundError:
-        raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
-    except ValueError as error:
-        raise error if isinstance(error, ReportError) else ReportError(f"{path}: is no JSON: {error}") from None
-    if not isinstance(found, dict) or "impulse_Ns" not in found:
-        raise ReportError(f"{path}: is no summary of a run; give the folder of a run (seatfem run -o)")
-    return found
 
 
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -104,13 +77,22 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
         yield name, f'<figure class="plot">{_div(figure, name)}<figcaption>{html.escape(caption)}</figcaption></figure>'
-    if shown := _pictures(folder):
+    bodies = moving_bodies(folder)
+    for name, made in bodies.items():
+        yield KEPT[name], body_figure(name, made, MOST_OF_BODIES // len(bodies))
+    if missing := absent(bodies):
+        yield "Not in this folder", f'<p class="soft">{html.escape(missing)}.</p>'
+    if spots := hot_spots(summary):
+        yield "Hot spots of the seat", spots
+    if life := life_table(summary):
+        yield "Life", life
+    if shown := kept_pictures(folder):
         yield "Pictures", shown
-    if plan := _text(folder / PLAN_FILE):
+    if plan := text_of(folder / PLAN_FILE):
         yield "Plan and its reasons", _plan(plan)
-    if asked := _text(folder / SCENE_COPY):
+    if asked := text_of(folder / SCENE_COPY):
         yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(asked)}</pre></details>"
-    yield "How it was computed", _provenance(folder, summary)
+    yield "How it was computed", provenance(folder, summary)
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
@@ -171,56 +153,6 @@ def _state(summary: Mapping[str, Any]) -> str:
     return f'<p class="state {"met" if met else "missed"}">{html.escape(words)}</p>'
 
 
-def _pictures(folder: Path) -> str:
-    shown, left = [], MOST_OF_PICTURES
-    files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
-    for file in files:
-        size = file.stat().st_size
-        if file.name in INTERACTIVE:
-            continue
-        caption = CAPTIONS.get(file.name, file.stem.replace("_", " "))
-        if size > MOST_OF_A_PICTURE or size > left:
-            shown.append(f"<p>{html.escape(file.name)} is too large for this page; it lies beside the results.</p>")
-            continue
-        left -= size
-        data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
-        kind = file.suffix.removeprefix(".").lower()
-        image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
-        shown.append(f"<figure>{image}<figcaption>{html.escape(caption)}</figcaption></figure>")
-    return "".join(shown)
-
-
-def _provenance(folder: Path, summary: Mapping[str, Any]) -> str:
-    stages = summary.get("stages_s")
-    spent = {str(k): float(v) for k, v in stages.items()} if isinstance(stages, dict) else {}
-    facts = [
-        ("seat", f"{summary.get('seat_kind')}: {summary.get('seat_model')}"),
-        ("reed", str(summary.get("reed_kind"))),
-        ("time", f"{_time(summary.get('wall_time_s'))}: {time_line(spent)}"),
-        ("to reproduce", f"seatfem run {SCENE_COPY}" if (folder / SCENE_COPY).is_file() else "seatfem run SCENE"),
-    ]
-    files = [
-        (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {_digest(file)}")
-        for file in sorted(folder.iterdir())
-        if file.is_file() and not file.is_symlink() and file.suffix in (".json", ".h5", ".toml", ".csv")
-    ]
-    return html_rows(("", ""), facts) + "<h3>Files</h3>" + html_rows(("file", ""), files)
-
-
-def _time(seconds: object) -> str:
-    return "" if (value := as_number(seconds)) is None or not math.isfinite(value) else f"{value:.3g} s"
-
-
-def _digest(file: Path) -> str:
-    with file.open("rb") as opened:
-        return hashlib.file_digest(opened, "sha256").hexdigest()
-
-
-def _text(path: Path) -> str:
-    """Of a file beside the results; "" where there is none."""
-    return read_text(path, MOST_TEXT, ReportError) if path.is_file() else ""
-
-
 def _div(figure: Figure, name: str) -> str:
     from plotly.io import to_html
 
@@ -235,16 +167,3 @@ def _plotly() -> str:
     except ImportError:
         raise ReportError("plotly is missing, which reports are drawn by; pip install 'seatfem[report]'") from None
     return str(get_plotlyjs()).replace("</script", "<\\/script")
-
-
-def _versions() -> str:
-    names = ("seatfem", "numpy", "scipy", "scikit-fem", "gmsh", "numba")
-    return "Made by " + ", ".join(f"{name} {metadata.version(name)}" for name in names if _is_there(name))
-
-
-def _is_there(name: str) -> bool:
-    try:
-        metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return False
-    return True

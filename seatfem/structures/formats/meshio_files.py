@@ -100,9 +100,9 @@ def _alone(path: Path, form: str, folder: Path) -> Path:
     copy = folder / f"input{path.suffix.lower()}"
     shutil.copyfile(path, copy)
     if form == "tetgen":
-        for suffix in {".ele", ".node"} - {path.suffix.lower()}:
-            check_file(path.with_suffix(suffix), LIMIT, MeshError)
-            shutil.copyfile(path.with_suffix(suffix), copy.with_suffix(suffix))
+        other = _other_half(path)
+        check_file(other, LIMIT, MeshError)
+        shutil.copyfile(other, copy.with_suffix(other.suffix))
     if form in ("xdmf", "vtu", "dolfin-xml"):
         text = read_text(copy, LIMIT, MeshError, "latin-1")
         if re.search(r"<!\s*(DOCTYPE|ENTITY)|xi:include|XInclude", text[: 64 * 1024], re.IGNORECASE):
@@ -113,6 +113,22 @@ def _alone(path: Path, form: str, folder: Path) -> Path:
         for file in filter(_is_hdf5, folder.iterdir()):
             check_structure(file, MeshError)
     return copy
+
+
+def _other_half(path: Path) -> Path:
+    """Of tetgen's two files of a mesh."""
+    return path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()])
+
+
+def beside(path: Path) -> tuple[Path, ...]:
+    """The files that ``path`` is read with, be they there or not: tetgen's other half, the HDF5 of an .xdmf."""
+    form = FORMATS.get(path.suffix.lower())
+    if form == "tetgen":
+        return (_other_half(path),)
+    if form == "xdmf":
+        names = {found.strip() for found in _BESIDE.findall(read_text(path, LIMIT, MeshError, "latin-1"))}
+        return tuple(path.parent / name for name in sorted(names))
+    return ()
 
 
 def _copy_beside(text: str, path: Path, folder: Path) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
 
+from impact.after.frame import frame_of
 from impact.brief import brief
 from impact.progress import Progress, silent
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
@@ -15,6 +17,11 @@ from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.mode_shift import null_limit
 from seatfem.structures.reduction.rigid import default_shift, rigid_shapes
 from seatfem.structures.reduction.spectrum import Spectrum, uncounted
+
+if TYPE_CHECKING:
+    import pandas
+
+    from seatfem.structures.reduction.slepc import RanksSpectrum
 
 __all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
 
@@ -52,6 +59,10 @@ class Modes:
         count = "complete" if self.complete else "not counted"
         worst = float(self.residuals.max(initial=0.0))
         return f"Modes, {f.size}, {span}, {count}, residuals up to {worst:.1e} ({self.backend})"
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Frequency and residual, a row a mode; raises `impact.after.frame.FrameError` where pandas is missing."""
+        return frame_of({"frequency_hz": self.frequencies_hz, "residual": self.residuals})
 
     @property
     def omega(self) -> Array:
@@ -109,7 +120,7 @@ def solve_modes(
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
-def modes_of(spectrum: Spectrum, scale: float) -> Modes:
+def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
     """What a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
 
     Raises:

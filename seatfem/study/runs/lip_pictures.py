@@ -19,6 +19,7 @@ from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import plot_lip
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.landing import Landing, animate_landing
+from seatfem.pictures.moving import moving_landing, save_moving
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import Division
@@ -35,7 +36,7 @@ AROUND: Final = 120  # quadrilaterals of a lip, at least
 
 
 def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
-    """lip.png and, of a plate that was computed, landing.gif; none where the contact is not along a lip."""
+    """lip.png and, of a plate that was computed, landing.gif and .h5; none where the contact is not along a lip."""
     scene, touches = done.plan.scene, done.touches
     division = Division.of(done.seat.greens)
     if touches.parts is None or touches.line is None or division.arcs < FEWEST:
@@ -46,14 +47,19 @@ def lip_pictures(done: Round, baseline: Touches) -> list[Picture]:
     springs = None if baseline.parts is None else by_arc(baseline.parts, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
     draw = partial(plot_lip, radius=closed_line(shape), share=touches.line.share, filter_width=width, title=title)
-    pictures: list[Picture] = [("lip.png", lambda path: draw(lip, springs, path))]
+    pictures: list[Picture] = [("lip.png", partial(draw, lip, springs))]
     try:
         landing = landing_of(done, lip)
     except Exception as problem:  # numbers are known already, as in `gap_of`
         return [*pictures, (LANDING, partial(raising, problem))]
     if landing is not None:
         pictures.append((LANDING, partial(animate_landing, landing, title=title)))
+        pictures.append(("landing.h5", partial(_keep, landing)))
     return pictures
+
+
+def _keep(landing: Landing, path: Path) -> None:
+    save_moving(moving_landing(landing, "The plate as it lands"), path)
 
 
 def raising(problem: Exception, path: Path) -> None:

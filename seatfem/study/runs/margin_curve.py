@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 from impact.progress import Tell, untold
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.runs.life_curves import MARGIN, MarginCurve, traced, write_curve
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
-
-_QUANTITY: Final = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+from seatfem.units import UnitError, number_and_unit
 
 
 def margin_curve(
@@ -66,11 +63,12 @@ def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: s
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
     """Sorted, each once."""
-    found = [_QUANTITY.fullmatch(str(value)) for value in values]
-    if wrong := [value for value, match in zip(values, found, strict=True) if match is None]:
-        raise RunError(f"{key}: {wrong[0]!r} is no number with a unit")
-    units = list(dict.fromkeys(match[2] for match in found if match))
-    numbers = sorted({float(match[1]) for match in found if match})
+    try:
+        found = [number_and_unit(value) for value in values]
+    except UnitError as error:
+        raise RunError(f"{key}: {error}") from error
+    units = list(dict.fromkeys(unit for _, unit in found))
+    numbers = sorted({number for number, _ in found})
     if len(units) > 1:
         raise RunError(f"{key}: values in {' and '.join(units)}; give all of them in one unit")
     if len(numbers) < 2:

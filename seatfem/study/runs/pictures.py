@@ -10,7 +10,7 @@ from typing import Final
 
 from impact.after.result import ImpactResult
 from impact.files.atomic import whole_file
-from impact.pictures.drawing import gap_of
+from impact.pictures.drawing import gap_of, text
 from impact.pictures.gas_plot import plot_gas
 from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_motion
@@ -19,8 +19,10 @@ from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures.apart import Picture, drawn_apart
 from seatfem.pictures.cell_grid import CellGrid, revolve
 from seatfem.pictures.fit_plot import plot_fit
+from seatfem.pictures.moving import moving_modes, save_moving
 from seatfem.pictures.plots import animate_mode, plot_mesh, plot_modes, write_vtu
 from seatfem.pictures.section_plot import plot_section
+from seatfem.pictures.skin import skin_of
 from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
@@ -35,6 +37,7 @@ from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
 
 SHOWN_MODES = 6
+MODES_FILE: Final = "modes.h5"
 BODIES: Final = (
     "mesh.png",
     "modes.png",
@@ -126,7 +129,29 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
     pictures.append(("modes.png", partial(plot_modes, grid, shapes, frequencies, title=title, cut=cut)))
     pictures.append(("mode_1.gif", partial(animate_mode, grid, shapes[0], frequencies[0], cut=cut)))
+    pictures.append((MODES_FILE, partial(_save_modes, _kept_modes(seat), title)))
     return pictures
+
+
+def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
+    """The first modes behind a Green's function, numbered."""
+    assert seat.modes is not None
+    diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None
+    found = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
+    return [
+        (number, Mode(float(frequency), float(residual), None, diameters, "", seat.model, shape))
+        for number, (frequency, residual, shape) in enumerate(found, start=1)
+    ]
+
+
+def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> None:
+    """Modes of one mesh, as `seatfem.pictures.moving` keeps them: those of a body of revolution go around."""
+    first = numbered[0][1].model
+    assert first is not None
+    skin = skin_of(first)
+    shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
+    labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
+    save_moving(moving_modes(skin, shapes, labels, title), path)
 
 
 def mesh_picture(mesh: SeatMesh | MeridianMesh | None) -> Callable[..., None]:
@@ -165,7 +190,7 @@ def draw_all(pictures: list[Picture], folder: Path, progress: Progress) -> tuple
     return tuple(files), tuple(dict.fromkeys(gaps))
 
 
-def _by_name(draw: Callable[..., None]) -> Callable[[Path], None]:
+def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
     return lambda path: draw(path=path)
 
 
@@ -186,8 +211,9 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     def shown() -> tuple[CellGrid, list[Array]]:
         return in_space([mode for _, mode in elastic])
 
+    title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
+
     def draw(path: Path) -> None:
-        title = "Modes of the seat" if found.complete else "Modes of the seat, not counted"
         frequencies = [mode.frequency_hz for _, mode in elastic]
         plot_modes(*shown(), frequencies, path, title=title, cut=cut, names=[_name(k, mode) for k, mode in elastic])
 
@@ -201,6 +227,7 @@ def draw_modes(found: NaturalModes, folder: Path, progress: Progress) -> tuple[t
     pictures: list[Picture] = [("mesh.png", mesh_picture(found.mesh))]
     if elastic:
         pictures += [("modes.png", draw), ("mode_1.gif", animate), ("modes.vtu", paraview)]
+        pictures.append((MODES_FILE, partial(_save_modes, elastic, title)))
     files, gaps = draw_all(pictures, folder, progress)
     return (table, *files), gaps
 

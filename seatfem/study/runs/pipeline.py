@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -15,7 +14,7 @@ from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
-from seatfem.structures.natural_modes import Mode, Wanted
+from seatfem.structures.natural_modes import Wanted
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys
@@ -28,6 +27,7 @@ from seatfem.study.runs.afterwards import afterwards
 from seatfem.study.runs.baseline import Baseline, baseline_of, static_stiffness
 from seatfem.study.runs.ended import ended_plan, remember
 from seatfem.study.runs.lip_pictures import lip_pictures
+from seatfem.study.runs.outcome import RunOutcome
 from seatfem.study.runs.pictures import draw_modes, draw_run, gas_pictures
 from seatfem.study.runs.round import remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
@@ -53,20 +53,6 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "run_scene", "write_modes
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
 GAS_FILE: Final = "gas.csv"
-
-
-@dataclass(frozen=True)
-class RunOutcome:
-    """What a run left: numbers, warnings, files, the seconds each stage took, whether its target was met, modes, the
-    plan of the last round."""
-
-    summary: Mapping[str, object]
-    messages: tuple[str, ...]
-    files: tuple[Path, ...]
-    stages: Mapping[str, float] = field(default_factory=dict)
-    met: bool = True
-    modes: tuple[Mode, ...] = ()
-    plan: Plan | None = None
 
 
 def run_scene(
@@ -130,7 +116,7 @@ def run_scene(
     def keep(keys: Mapping[str, object]) -> None:
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
-    later = afterwards(done, baseline, folder, watch, progress, tell=tell, keep=keep)
+    later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     summary |= later.keys
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()

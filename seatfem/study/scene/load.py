@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -38,7 +39,7 @@ class _Unreadable(ValueError):
 def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) -> Scene:
     """Read a scene file (TOML, up to 1 MB). Files that it names are looked for from its own folder.
 
-    ``changed``: values as the file would have them, by dotted keys, in place of those that it has.
+    ``changed``: values as the file would have them, by dotted keys, in place of those that it has; None takes one out.
 
     Raises `SceneError` with everything that is wrong: unreadable file, TOML syntax, unknown or missing keys, wrong
     units, values out of range, and keys that contradict each other.
@@ -125,15 +126,20 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
-    """Write one value into what was read; tables that are not there yet are made."""
+    """Write one value into what was read, or take it out; tables that are not there yet are made."""
     *tables, last = key.split(".")
     place: Any = data
     for name in tables:
+        if value is None and isinstance(place, dict) and name not in place:
+            return
         known = isinstance(place, list) and name.isdecimal() and int(name) < len(place)
         place = place[int(name)] if known else place.setdefault(name, {}) if isinstance(place, dict) else None
     if not isinstance(place, dict):
         raise SceneError((Problem(path, 0, key, "there is no table with such a key; a list counts its tables from 0"),))
-    place[last] = value
+    if value is None:
+        place.pop(last, None)
+    else:
+        place[last] = deepcopy(value)
 
 
 def _lines(text: str) -> dict[KeyPath, int]:

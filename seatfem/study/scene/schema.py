@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
@@ -56,18 +57,24 @@ def scene_schema() -> dict[str, Any]:
     Editors check the names of keys, options and kinds of values by it; what is missing, units, ranges and what depends
     on several keys are checked by the program alone. A [stopper] is checked for nothing: its keys are those of a body.
     """
-    made: dict[str, Any] = _as_in_a_file(Scene.model_json_schema(schema_generator=_AsWritten))
+    made = schema_of(Scene, "seatfem scene")
     for name, table in made["$defs"].items():
         made["$defs"][name] = {**table, "additionalProperties": True} if name == Stopper.__name__ else table
     for table in kinds_of():
         if table.also and table.__name__ in made["$defs"]:
             made["$defs"][table.__name__]["properties"]["kind"] = {"enum": [kind_of(table), *table.also]}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "seatfem scene", **made}
+    return made
 
 
-def schema_text() -> str:
-    """`scene_schema` as JSON."""
-    return json.dumps(scene_schema(), separators=(",", ":")) + "\n"
+def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
+    """The schema of a file that holds ``table``, as its values are written there."""
+    made = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **made}
+
+
+def schema_text(schema: Mapping[str, Any]) -> str:
+    """A schema as JSON."""
+    return json.dumps(schema, separators=(",", ":")) + "\n"
 
 
 def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:

@@ -59,7 +59,7 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
         if key in ("seat", "reed"):
             lines += _body(key, seat if key == "seat" else reed)
         elif key in given:
-            lines += [f"[{key}]", *_table(tables_in(field.annotation)[0], given[key], of=key), ""]
+            lines += [f"[{key}]", *table_lines(tables_in(field.annotation)[0], given[key], of=key), ""]
         elif tables_in(field.annotation):
             lines += [*_commented(_header(key, field), field.description or ""), ""]
     return "\n".join(lines).rstrip() + "\n"
@@ -70,11 +70,13 @@ def _body(role: str, kind: type[Structure]) -> list[str]:
     given = tomllib.loads(kind.sample + kind.sample_motion)
     moving = kind.model_construct().moved_by if role == "seat" else ()
     head = [f"[{role}]", *(f"# {line}" for line in words), f'kind = "{kind_of(kind)}"']
-    return [*head, *_table(kind, given, leave=("kind", *moving), of=role), ""]
+    return [*head, *table_lines(kind, given, leave=("kind", *moving), of=role), ""]
 
 
-def _table(table: type[BaseModel], given: Mapping[str, Any], *, leave: tuple[str, ...] = (), of: str = "") -> list[str]:
-    """Its keys: those that are given, then the others as comments, then its own tables, whose keys come last."""
+def table_lines(
+    table: type[BaseModel], given: Mapping[str, Any], *, leave: tuple[str, ...] = (), of: str = ""
+) -> list[str]:
+    """The keys of a table: those that are given, then the others as comments, then its own tables."""
     keys = {key: field for key, field in own_keys(table).items() if key not in leave}
     lines = [line for key in given for line in _key(key, given[key], keys[key])]
     plain = {key: field for key, field in keys.items() if key not in given and not _is_table(field)}

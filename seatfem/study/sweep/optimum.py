@@ -41,6 +41,8 @@ def run_optimum(
     workers: int | None = None,
     rounds: int = MOST_ROUNDS,
     limit: float = LIMIT,
+    retry: bool = False,
+    cluster: str | None = None,
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> Optimum:
@@ -49,20 +51,22 @@ def run_optimum(
     A third of the evaluations is a Latin hypercube, in all workers; from its best point COBYQA goes on. What it finds
     is carried out at the scene's own target; by what the measures differ there those of the search are shifted, and it
     goes on from there, so that a limit is met at the target, not at the loose accuracy. Stopped and continued as
-    `run_study`: the search asks for the same scenes again, and finds them in the journal.
+    `run_study`: the search asks for the same scenes again, and finds them in the journal; with ``retry`` it computes
+    those again that have failed.
 
     Raises:
-        SceneError, StudyError, OutputError: as `run_study`; StudyError, too, where no scene has numbers.
+        SceneError, StudyError, OutputError, ClusterError: as `run_study`; StudyError, too, where no scene has numbers.
     """
-    check_effort(workers, rounds, limit)
+    workers = check_effort(workers, rounds, limit, cluster)
     goal = goal_of(study)
     predicted = ahead_of(study, rounds, file)
     scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
     if any(body.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     workers = workers or predicted.workers()
-    with folder_of_ours(folder) as journal, crew_of(workers) as ask:
-        known, about = read_journal(journal), study.model_dump(mode="json", by_alias=True)
+    with folder_of_ours(folder) as journal, crew_of(workers, cluster) as ask:
+        known = {key: each for key, each in read_journal(journal).items() if each.has_numbers or not retry}
+        about = study.model_dump(mode="json", by_alias=True)
         tell(predicted.in_words(workers))
 
         def heard(outcome: Outcome) -> None:
@@ -123,18 +127,24 @@ def _apart(one: Found, other: Found) -> bool:
 
 
 def optimise(
-    study: Path | str, folder: Path | str | None = None, *, workers: int = 1, rounds: int = MOST_ROUNDS
+    study: Path | str,
+    folder: Path | str | None = None,
+    *,
+    workers: int = 1,
+    rounds: int = MOST_ROUNDS,
+    cluster: str | None = None,
 ) -> Optimum:
     """The best scene of a study file with a table [optimise] (docs/studies.md).
 
         found = seatfem.optimise("study.toml"); found.in_words(); found.as_json()["keys"]
 
     ``folder``: of the journal, by which a stopped search goes on, and of the tables; none is kept where absent.
-    Raises as `run_optimum`.
+    ``cluster``: address of a scheduler of dask (docs/cluster.md), in place of ``workers``. Raises as `run_optimum`.
     """
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
-        return run_optimum(load_study(study), place, file=Path(study), workers=workers, rounds=rounds)
+        asked, here = load_study(study), None if cluster else workers
+        return run_optimum(asked, place, file=Path(study), workers=here, rounds=rounds, cluster=cluster)
 
 
 @dataclass(frozen=True)

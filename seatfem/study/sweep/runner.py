@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
@@ -14,9 +13,12 @@ from typing import Final
 from impact.files.atomic import check_writable
 from impact.progress import Progress, silent
 from seatfem.jobs import journal as lines
-from seatfem.jobs.batch import Ask, Lost, crew
+from seatfem.jobs.batch import crew
 from seatfem.jobs.claims import claimed
+from seatfem.jobs.cluster import Parcel, cluster_crew, threads_of
+from seatfem.jobs.desk import ONE_THREAD, Ask, Lost, Program
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case
 from seatfem.study.sweep.outcome import Outcome
 
@@ -25,23 +27,29 @@ STAGE: Final = "scenes"
 TRIES: Final = 2  # of a scene whose process dies, as one that the system has killed for its memory
 RENEW: Final = 500  # scenes after which a worker is replaced: whatever libraries leak goes with it
 WORKER: Final = "seatfem.study.sweep.outcome"
-ONE_THREAD: Final = dict.fromkeys(
-    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""In each worker, so that numbers do not depend on how many there are."""
 
 
 class StudyError(ValueError):
     """A study that cannot be carried out; the message says why and what to do."""
 
 
-def check_effort(workers: int | None, rounds: int, limit: float) -> None:
-    """Raises `StudyError` of options out of range."""
+def check_effort(workers: int | None, rounds: int, limit: float, cluster: str | None = None) -> int | None:
+    """How many scenes are to run at once; None where that is open.
+
+    Raises:
+        StudyError: options out of range.
+        ClusterError: nobody answers at the address of a cluster, or workers of another version.
+    """
     Limits(rounds)
     if workers is not None and workers < 1:
         raise StudyError(f"--workers = {workers} must be at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {limit:g} s must be positive and finite")
+    if cluster is None:
+        return workers
+    if workers is not None:
+        raise StudyError(f"--workers = {workers} are processes of this computer; leave it out beside --cluster")
+    return threads_of(cluster)
 
 
 @contextmanager
@@ -113,9 +121,17 @@ def run_cases(
     return found
 
 
-def crew_of(workers: int) -> AbstractContextManager[Ask]:
-    """So many workers for `run_cases`, one call or several."""
-    return crew(WORKER, workers=workers, renew=RENEW, own_session=True, environment=ONE_THREAD)
+def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
+    """So many workers for `run_cases`, one call or several; or those of the cluster at an address."""
+    program = Program(WORKER, renew=RENEW, own_session=True, environment=ONE_THREAD)
+    return crew(program, workers=workers) if cluster is None else cluster_crew(cluster, program, _packed)
+
+
+def _packed(line: str) -> Parcel:
+    """A job with all files of its scene."""
+    job = json.loads(line)
+    place, changed, files = packed(Path(job["path"]), job["changed"])
+    return Parcel(json.dumps(job | {"path": place, "changed": changed}), files)
 
 
 def _job(scene: Path, case: Case, rounds: int, found: Mapping[str, Outcome]) -> str:
@@ -142,7 +158,4 @@ def _again(outcome: Outcome, limit: float, retry: bool) -> bool:
 def _lost(answer: Lost, limit: float) -> Outcome:
     if answer.hung:
         return Outcome("stopped", f"no end within {limit:g} s (--limit)", limit)
-    told = answer.log.strip().splitlines() or ["no message"]
-    code = answer.code or 0
-    by = f"signal {signal.Signals(-code).name}" if -code in set(signal.Signals) else f"exit code {code}"
-    return Outcome("failed", f"the process died ({by}): {told[-1]}", answer.seconds)
+    return Outcome("failed", answer.in_words(), answer.seconds)

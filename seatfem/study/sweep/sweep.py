@@ -45,6 +45,7 @@ def run_study(
     rounds: int = MOST_ROUNDS,
     limit: float = LIMIT,
     retry: bool = False,
+    cluster: str | None = None,
     progress: Progress = silent,
     tell: Tell = untold,
 ) -> StudyTable:
@@ -59,14 +60,16 @@ def run_study(
         rounds: of refinement of each scene, at most.
         limit: seconds of the clock for one scene.
         retry: whether scenes that have no numbers in the journal are tried again.
+        cluster: address of a scheduler of dask, whose workers take the place of processes here.
         tell: hears how many scenes there are to compute, and what is predicted of them.
 
     Raises:
         SceneError: all that is wrong with the scenes, before anything runs.
         StudyError: measures that no summary has, another sweep in the folder, numbers without meaning.
         OutputError: ``folder`` cannot be written to. Also what plans raise.
+        ClusterError: of the cluster.
     """
-    check_effort(workers, rounds, limit)
+    workers = check_effort(workers, rounds, limit, cluster)
     if study.optimise is not None:
         raise StudyError(
             "optimise: this study asks for one best scene; run it by seatfem optimise, or remove the table"
@@ -93,7 +96,7 @@ def run_study(
         if known:
             tell(f"{len(cases) - len(left)} of {len(cases)} scenes are in {journal} already")
         about = study.model_dump(mode="json", by_alias=True)
-        with crew_of(workers or 1) as ask:
+        with crew_of(workers or 1, cluster) as ask:
             outcomes = run_cases(
                 study.scene, cases, journal, known, about=about, rounds=rounds, ask=ask, limit=limit,
                 retry=retry, progress=progress, heard=heard,
@@ -116,6 +119,7 @@ def sweep(
     folder: Path | str | None = None,
     workers: int = 1,
     rounds: int = MOST_ROUNDS,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> Any:
     """A study as a table: a pandas DataFrame where pandas is there, else lists by the names of the columns.
@@ -132,6 +136,7 @@ def sweep(
         folder: of the journal, by which a stopped study goes on, and of study.csv; none is kept where absent.
         workers: processes.
         rounds: of refinement of each scene, at most.
+        cluster: address of a scheduler of dask (docs/cluster.md), in place of ``workers``.
 
     Returns:
         One row a scene: "scene" (its number), what varies, the measures [SI] and their error bars, "status" (done,
@@ -149,4 +154,7 @@ def sweep(
         raise SceneError(explain(error, Study, given, Path(scene), {})) from None
     with ExitStack() as ours:
         place = ours.enter_context(private_folder("study")) if folder is None else Path(folder)
-        return as_frame(run_study(study, place, workers=workers, rounds=rounds, progress=progress).columns)
+        table = run_study(
+            study, place, workers=None if cluster else workers, rounds=rounds, cluster=cluster, progress=progress
+        )
+        return as_frame(table.columns)

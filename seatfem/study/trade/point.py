@@ -5,17 +5,13 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import math
 import time
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
-
-from pydantic import ValidationError
 
 from impact.march.engines import Engine
 from seatfem.jobs.limits import limit_process
@@ -34,11 +30,11 @@ from seatfem.study.impacts.contact import (
     striker_of,
     time_step,
 )
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import measured
 from seatfem.study.impacts.simpler import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
-from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.problems import explain
+from seatfem.study.scene import Scene, load_scene
 
 Settings = Mapping[str, object]
 """Values by dotted key, written as in a scene file ("1 mm"); ``None`` takes the key out of the file."""
@@ -59,13 +55,7 @@ def scene_with(path: Path, settings: Settings) -> Scene:
     Raises:
         SceneError: a value that does not belong in a scene.
     """
-    data = tomllib.loads(path.read_text(encoding="utf-8"))
-    for key, value in settings.items():
-        _state(data, key.split("."), value)
-    try:
-        return Scene.model_validate(data, context={"folder": path.parent})
-    except ValidationError as error:
-        raise SceneError(explain(error, Scene, data, path, {})) from None
+    return load_scene(path, settings)
 
 
 def written(key: str, value: object) -> object:
@@ -77,19 +67,6 @@ def stated_choices(scene: Scene, method: RunMethod) -> Settings:
     """Everything that decides the fidelity of a planned scene, as settings."""
     values = {key: method.value(key) for key in FIELDS if has_key(scene, key)}
     return {key: written(key, value) for key, value in values.items() if value is not None}
-
-
-def _state(table: dict[str, Any], path: list[str], value: object) -> None:
-    """Set, or with ``None`` remove, one key of nested tables."""
-    *tables, name = path
-    for part in tables:
-        if part not in table and value is None:
-            return
-        table = table.setdefault(part, {})
-    if value is None:
-        table.pop(name, None)
-    else:
-        table[name] = copy.deepcopy(value)
 
 
 REPEATED_BELOW: Final = 4.0  # processor s; less is measured twice and the second counts: the first loads and compiles
@@ -180,7 +157,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
-    stress = stress_of(scene, striker, result.force, result.dt, stopper=touches.stopper_force)
+    stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=touches.stopper_force)
     values = measured(touches, scene.run.filter_width, stress)
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),

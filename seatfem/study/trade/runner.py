@@ -6,6 +6,7 @@ Outcomes are on file at once, one JSON line each: a ladder that was stopped goes
 from __future__ import annotations
 
 import json
+import math
 import signal
 import time
 from collections.abc import Mapping, Sequence
@@ -16,15 +17,20 @@ from typing import Final
 
 from impact.progress import Progress, silent
 from seatfem.jobs import journal as lines
-from seatfem.jobs.batch import answers
-from seatfem.jobs.folders import private_folder
+from seatfem.jobs.batch import crew
+from seatfem.jobs.cluster import Parcel, cluster_crew
+from seatfem.jobs.desk import ONE_THREAD, Lost, Program
 from seatfem.machine.code import VARIABLE, code_version
+from seatfem.study.scene.parcel import packed
 from seatfem.study.trade.point import Outcome, Point
 
 TIME_LIMIT: Final = 20.0  # processor s for one point, the start of its process included
 PATIENCE: Final = 10.0  # s of the clock for each of them: for what hangs, and for machines that are busy otherwise
 TOO_LONG: Final = 2.0  # predicted time over the limit from which a point is not tried: predictions are that good
-_THREADS: Final = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+PROGRAM: Final = Program(
+    "seatfem.study.trade.point", renew=1, own_session=True, environment=ONE_THREAD, folder_in=(VARIABLE, "TMPDIR")
+)
+"""One thread, so that processor time is work; nothing computed before is at hand; what a point leaves goes with it."""
 
 
 def run_points(
@@ -34,12 +40,16 @@ def run_points(
     *,
     time_limit: float = TIME_LIMIT,
     known: Mapping[str, Outcome] | None = None,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
     """Outcomes by point name. Those in the ``journal`` are not computed again; each new one goes there at once.
 
     A point that hangs, crashes or fails ends as an outcome. ``known``: outcomes of other points, for `Point.after`.
+    ``cluster``: the address of a scheduler of dask, whose workers carry out side by side what waits for no other point.
     """
+    if cluster is not None:
+        _carry_out_there(scene, points, journal, time_limit, dict(known or {}), cluster)
     version, on_file = code_version(), read_journal(journal)
     found = dict(known or {})
     for number, point in enumerate(points, start=1):
@@ -51,6 +61,29 @@ def run_points(
         found[point.name] = outcome
         progress("fidelity ladder", number / len(points))
     return found
+
+
+def _carry_out_there(
+    scene: Path, points: Sequence[Point], journal: Path, limit: float, found: dict[str, Outcome], cluster: str
+) -> None:
+    """What can be tried of the points, to the journal."""
+    version, on_file, left = code_version(), read_journal(journal), list(points)
+    with cluster_crew(cluster, PROGRAM, _packed) as ask:
+        while ready := [p for p in left if p.after not in {other.name for other in left} - {p.name}]:
+            left = [point for point in left if point not in ready]
+            pending = []
+            for point in ready:
+                outcome = on_file.get(_key(scene, point, version))
+                if outcome is None or _may_end_now(outcome, limit):
+                    outcome = _obstacle(point, found, limit)
+                if outcome is not None:
+                    found[point.name] = outcome
+                else:
+                    pending.append(point)
+            for number, answer in ask([_job(scene, point, limit) for point in pending], PATIENCE * limit):
+                point = pending[number]
+                found[point.name] = _outcome(answer, limit)
+                append(journal, _key(scene, point, version), point, found[point.name])
 
 
 def _key(scene: Path, point: Point, version: str) -> str:
@@ -86,18 +119,28 @@ def _obstacle(point: Point, found: Mapping[str, Outcome], time_limit: float) -> 
 
 def run_point(scene: Path, point: Point, time_limit: float) -> Outcome:
     """One point, in a process of its own."""
-    patience = PATIENCE * time_limit
-    task = {"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": time_limit}
-    with private_folder("trade") as folder:
-        # one thread, so that processor time is work; nothing computed before is at hand; what it leaves goes with it
-        environment = dict.fromkeys(_THREADS, "1") | {VARIABLE: str(folder / "store"), "TMPDIR": str(folder)}
-        module, jobs = "seatfem.study.trade.point", [json.dumps(task)]
-        [answer] = answers(jobs, module, limit=patience, own_session=True, environment=environment)
+    with crew(PROGRAM, workers=1) as ask:
+        [(_, answer)] = ask([_job(scene, point, time_limit)], PATIENCE * time_limit)
+    return _outcome(answer, time_limit)
+
+
+def _job(scene: Path, point: Point, limit: float) -> str:
+    return json.dumps({"scene": str(scene.resolve()), "point": asdict(point), "begun": time.time(), "limit": limit})
+
+
+def _packed(line: str) -> Parcel:
+    """A job with all files of its scene; clocks of other computers tell nothing of its start."""
+    job = json.loads(line)
+    place, changed, files = packed(Path(job["scene"]), {})
+    point = job["point"] | {"settings": {**changed, **job["point"]["settings"]}}
+    return Parcel(json.dumps(job | {"scene": place, "point": point, "begun": math.nan}), files)
+
+
+def _outcome(answer: str | Lost, limit: float) -> Outcome:
     if isinstance(answer, str):
         return Outcome(**json.loads(answer))
     if answer.hung:
-        return Outcome("stopped", f"no end within {patience:g} s", processor=time_limit)
-    if answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
-        return Outcome("stopped", f"no end within {time_limit:g} processor seconds", processor=time_limit)
-    told = answer.log.strip().splitlines() or ["no message"]
-    return Outcome("failed", f"the process died (exit code {answer.code}): {told[-1]}")
+        return Outcome("stopped", f"no end within {PATIENCE * limit:g} s", processor=limit)
+    if answer.code is not None and answer.code == -getattr(signal, "SIGXCPU", 0) < 0:
+        return Outcome("stopped", f"no end within {limit:g} processor seconds", processor=limit)
+    return Outcome("failed", answer.in_words())

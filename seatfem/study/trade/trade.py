@@ -45,7 +45,7 @@ class Trade:
         outcomes: by name of the point; also those of the reference.
         reference: name of the point that errors are taken against.
         floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
-        planning: seconds that the planner took.
+        planning: time that the planner took [s].
     """
 
     title: str
@@ -120,12 +120,18 @@ def measure_trade(
     *,
     quick: bool = False,
     time_limit: float = TIME_LIMIT,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> Trade:
     """Run the scene at ``path`` at every fidelity; outcomes go to ``journal`` and are taken from there.
 
+    ``cluster``: the address of a scheduler of dask (docs/cluster.md); times are then those of its computers, which
+    should be alike.
+    ``time_limit`` [s] for each point.
+
     Raises:
         SceneError: the scene.
+        ClusterError: of the cluster.
         TradeError: no reference ended within the time allowed.
     """
     scene = load_scene(path)
@@ -134,8 +140,9 @@ def measure_trade(
     planned = _planned(path, scene, Store(journal.parent / "no-store"))  # never written: no seat is at hand
     planning = time.perf_counter() - begun
     rings = max(int(str(point.settings.get("contact.rings") or 1)) for point in planned)
-    rungs, runs = ladder(scene, quick=quick, rings=rings), _Runs(path, scene, journal, time_limit)
-    if not journal.exists():  # compiled code is on the disk before anything is measured: each family once, for nothing
+    rungs, runs = ladder(scene, quick=quick, rings=rings), _Runs(path, scene, journal, time_limit, cluster)
+    if cluster is None and not journal.exists():
+        # compiled code is on the disk before anything is measured: each family once, for nothing
         for point in {p.family: p for p in reversed(rungs) if p.varied == "diagonal"}.values():
             run_point(path, point, LONGER * time_limit)
     runs.carry_out(rungs, progress=progress)
@@ -157,12 +164,15 @@ class _Runs:
     scene: Scene
     journal: Path
     limit: float
+    cluster: str | None = None
     found: dict[str, Outcome] = field(default_factory=dict)
 
     def carry_out(self, points: Sequence[Point], longer: float = 1.0, progress: Progress = silent) -> None:
         """These too, each within ``longer`` times the limit."""
         limit = longer * self.limit
-        self.found = run_points(self.path, points, self.journal, time_limit=limit, known=self.found, progress=progress)
+        self.found = run_points(
+            self.path, points, self.journal, time_limit=limit, known=self.found, cluster=self.cluster, progress=progress
+        )
 
     def seconds(self, top: int, notches: int) -> float:
         """Predicted for a mesh that many notches finer than the rung ``top`` of the diagonal; infinite if unknown."""

@@ -1,0 +1,88 @@
+"""Pictures of the report and of the viewer for docs/report_and_viewer.md, by a headless Chromium.
+
+    .venv/bin/python docs/page_pictures.py [FOLDER]
+
+Runs examples/impact_stress.toml (or takes FOLDER, where it has run), and writes docs/images/report.png and viewer.png.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+from selenium import webdriver
+
+from impact.files.atomic import whole_file
+from seatfem.faces.report.page import write_report
+from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.scene import load_scene
+
+ROOT = Path(__file__).resolve().parent.parent
+IMAGES = ROOT / "docs" / "images"
+FLAGS = ("headless=new", "no-sandbox", "use-angle=swiftshader", "enable-unsafe-swiftshader", "window-size=1120,860")
+SETTLED = 4.0  # s, until a page is drawn
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(tempfile.mkdtemp())
+    if not (folder / "summary.json").is_file():
+        run_scene(load_scene(ROOT / "examples" / "impact_stress.toml"), folder)
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or ""
+    for flag in FLAGS:
+        options.add_argument(f"--{flag}")
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    try:
+        page = Path(tempfile.mkdtemp()) / "report.html"
+        write_report(folder, page)
+        browser.get(page.as_uri())
+        time.sleep(SETTLED)
+        figure = browser.find_element("css selector", "figure.body[data-file='stress_wave.h5']")
+        set_to(browser, figure.find_element("css selector", "[data-of=frame]"), "9")
+        keep(figure.screenshot_as_png, "report.png")
+        served = subprocess.Popen(
+            [sys.executable, "-m", "seatfem", "view", str(folder)], stdout=subprocess.PIPE, text=True
+        )
+        try:
+            assert served.stdout is not None
+            browser.get(served.stdout.readline().strip())
+            time.sleep(SETTLED)
+            set_to(browser, browser.find_element("id", "mode"), "3")
+            set_to(browser, browser.find_element("id", "plane"), "x")
+            time.sleep(SETTLED)
+            browser.find_element("id", "stage").click()
+            time.sleep(SETTLED)
+            keep(browser.get_screenshot_as_png(), "viewer.png")
+        finally:
+            served.send_signal(signal.SIGINT)
+            served.wait()
+    finally:
+        browser.quit()
+
+
+def set_to(browser: Any, element: Any, value: str) -> None:
+    """A control of a page."""
+    browser.execute_script(
+        "arguments[0].value = arguments[1];"
+        "for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind, {bubbles: true}))",
+        element,
+        value,
+    )
+
+
+def keep(png: bytes, name: str) -> None:
+    """Packed as small as PNG can; all colours, since scales are told by them."""
+    with whole_file(IMAGES / name) as temporary:
+        Image.open(io.BytesIO(png)).convert("RGB").save(temporary, "PNG", optimize=True)
+
+
+if __name__ == "__main__":
+    main()

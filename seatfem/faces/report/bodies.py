@@ -1,0 +1,119 @@
+"""Bodies in motion in a page: modes and waves to turn, drawn by a script of ours from numbers in the page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impact.files.input_files import MB
+from impact.pictures.drawing import scaled
+from seatfem.pictures.moving import FINEST, UNTOLD, Moving, steps_of_displacement, steps_of_values
+
+MOST_OF_BODIES: Final = 3 * MB  # of numbers, before base64 makes them a third longer
+HINT: Final = (
+    "Drag or use the arrow keys to turn, Shift and drag to move, + and - (or the wheel, once clicked) to zoom, 0 to "
+    "reset, the space bar to play; a click on the body tells the values there."
+)
+
+
+def body_figure(name: str, made: Moving, most: int = MOST_OF_BODIES) -> str:
+    """Canvas, controls and numbers of one body, ``most`` bytes before they are coded; all its text is escaped."""
+    shown = _thinned(made, most)
+    telling = " ".join(_notes(made, shown))
+    data = json.dumps(_numbers(shown)).replace("<", "\\u003c")
+    times = shown.time is not None
+    options = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, label in enumerate(shown.labels))
+    picked = (
+        '<label>time <input type="range" data-of="frame" min="0" value="0" step="1" '
+        f'max="{len(shown.labels) - 1}"></label><output data-of="label"></output>'
+        if times
+        else f'<label>mode <select data-of="frame">{options}</select></label>'
+    )
+    coloured = ""
+    if shown.values is not None:
+        choices = f'<option value="1">{html.escape(shown.quantity)}</option><option value="0">displacement</option>'
+        coloured = f'<label>colour <select data-of="colour">{choices}</select></label>'
+    title = html.escape(made.title)
+    return (
+        f'<figure class="body" data-file="{html.escape(name)}"><div class="controls" role="group" aria-label="{title}">'
+        f'<button type="button" data-of="play" aria-pressed="false">play</button>{picked}{coloured}'
+        '<label>exaggeration <input type="range" data-of="scale" min="0" max="100" value="50"></label>'
+        '<output data-of="factor"></output>'
+        '<span><button type="button" data-of="nearer" aria-label="zoom in">+</button> '
+        '<button type="button" data-of="farther" aria-label="zoom out">−</button> '
+        '<button type="button" data-of="reset">reset view</button></span></div>'
+        f'<div class="stage"><canvas tabindex="0" role="img" aria-label="{title}: {html.escape(HINT)}"></canvas>'
+        '<div class="scale"><span data-of="high"></span><i></i><span data-of="low"></span><b data-of="unit"></b></div>'
+        '</div><p class="probe" data-of="probe" aria-live="polite">Click on the body for the values there.</p>'
+        f"<figcaption>{title}. {html.escape(telling)} {html.escape(HINT)}</figcaption>"
+        f'<script type="application/json">{data}</script></figure>'
+    )
+
+
+def _thinned(made: Moving, most: int) -> Moving:
+    """Every second frame, every third ..., until they fit."""
+    each = len(made.points) * (6 + 2 * (made.values is not None))
+    left = max(each, most - 12 * (len(made.points) + len(made.triangles)))
+    stride = math.ceil(each * len(made.labels) / left)
+    if stride == 1:
+        return made
+    kept = slice(None, None, stride)
+    return replace(
+        made,
+        displacement=made.displacement[kept],
+        labels=made.labels[kept],
+        time=None if made.time is None else made.time[kept],
+        values=None if made.values is None else made.values[kept],
+    )
+
+
+def _notes(made: Moving, shown: Moving) -> Iterator[str]:
+    if made.time is None:
+        yield "Displacements are relative, the largest is 1."
+    if made.note:
+        yield made.note
+    count = len(made.triangles)
+    if made.before > count:
+        yield f"Of {made.before:,} triangles of the surface {count:,} are drawn, on corners of the mesh."
+    if len(shown.labels) < len(made.labels):
+        yield f"Of {len(made.labels)} frames {len(shown.labels)} are in this page; seatfem view shows all."
+    if made.values is not None and np.isnan(made.values).any():
+        yield "Grey: no value is told."
+
+
+def _numbers(made: Moving) -> dict[str, Any]:
+    """What the script draws: arrays in base64, little-endian."""
+    factor, unit = scaled(max(abs(made.low), abs(made.high)), made.unit) if made.values is not None else (1.0, "")
+    rate, moved = (1.0, "") if made.time is None else scaled(made.largest, "m")
+    return {
+        "points": _coded(made.points - (made.points.min(axis=0) + made.points.max(axis=0)) / 2, "<f4"),
+        "centre": ((made.points.min(axis=0) + made.points.max(axis=0)) / 2).tolist(),
+        "triangles": _coded(made.triangles, "<u4"),
+        "displacement": _coded(steps_of_displacement(made), "<i2"),
+        "values": None if made.values is None else _coded(steps_of_values(made), "<u2"),
+        "finest": FINEST,
+        "untold": UNTOLD,
+        "labels": list(made.labels),
+        "modes": made.time is None,
+        "first": 0 if made.time is None else int(np.linalg.norm(made.displacement, axis=2).max(axis=1).argmax()),
+        "largest": made.largest,
+        "size": made.size,
+        "quantity": made.quantity,
+        "low": factor * made.low,
+        "high": factor * made.high,
+        "unit": unit,
+        "moved": rate * made.largest if made.time is not None else 1.0,
+        "moved_unit": moved,
+    }
+
+
+def _coded(values: NDArray[Any], kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")

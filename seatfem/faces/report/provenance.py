@@ -1,0 +1,56 @@
+"""How a run was computed, by what, and how it is computed again."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from seatfem.faces.report.asked import SCENE_COPY
+from seatfem.faces.report.html_tables import html_rows
+from seatfem.faces.tables import time_line
+from seatfem.faces.verdict import as_number
+
+
+def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
+    """Bodies, time, the command that does it again, and the files with their checksums."""
+    stages = summary.get("stages_s")
+    spent = {str(k): float(v) for k, v in stages.items()} if isinstance(stages, dict) else {}
+    facts = [
+        ("seat", f"{summary.get('seat_kind')}: {summary.get('seat_model')}"),
+        ("reed", str(summary.get("reed_kind"))),
+        ("time", f"{_time(summary.get('wall_time_s'))}: {time_line(spent)}"),
+        ("to reproduce", f"seatfem run {SCENE_COPY}" if (folder / SCENE_COPY).is_file() else "seatfem run SCENE"),
+    ]
+    files = [
+        (file.name, f"{file.stat().st_size:,} bytes, SHA-256 {_digest(file)}")
+        for file in sorted(folder.iterdir())
+        if file.is_file() and not file.is_symlink() and file.suffix in (".json", ".h5", ".toml", ".csv")
+    ]
+    return html_rows(("", ""), facts) + "<h3>Files</h3>" + html_rows(("file", ""), files)
+
+
+def _time(seconds: object) -> str:
+    return "" if (value := as_number(seconds)) is None or not math.isfinite(value) else f"{value:.3g} s"
+
+
+def _digest(file: Path) -> str:
+    with file.open("rb") as opened:
+        return hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def versions() -> str:
+    """Of this program and of what it computes by."""
+    names = ("seatfem", "numpy", "scipy", "scikit-fem", "gmsh", "numba")
+    return "Made by " + ", ".join(f"{name} {metadata.version(name)}" for name in names if _is_there(name))
+
+
+def _is_there(name: str) -> bool:
+    try:
+        metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return False
+    return True

@@ -1,0 +1,84 @@
+"""Verbs that take the folder of a run: report, view, export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter, validators
+
+from seatfem.faces.output import COMMON, DONE, Common, Output, lines
+
+# Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
+
+
+def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -> int:
+    """Write a run as one web page, to be opened without a network: numbers, reasons, curves to zoom into, pictures.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    output:
+        The file [default: report.html in that folder].
+    """
+    from seatfem.faces.report.page import write_report
+
+    path = output or folder / "report.html"
+    write_report(folder, path)
+    lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE
+
+
+def view(
+    folder: Path,
+    /,
+    *,
+    port: Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))] = 0,
+    timeout: Annotated[int, Parameter(validator=validators.Number(gte=0))] = 0,
+    common: Common = COMMON,
+) -> int:
+    """Look at a run in a browser: modes, stress waves and landings to turn, scrub, cut and point at. Prints an address
+    that opens on this machine alone; Ctrl-C ends it.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o), or of modes (seatfem modes -o).
+    port:
+        To listen at [default: any that is free].
+    timeout:
+        Seconds after which it ends when nobody looks [default: never].
+    """
+    from seatfem.faces.viewer.serve import view as serve
+    from seatfem.jobs.signals import Terminated
+
+    told = lines()
+    try:
+        serve(folder, lambda address: told.print(f"{address}\nCtrl-C ends it"), port=port, timeout=timeout)
+    except KeyboardInterrupt as stopped:
+        if isinstance(stopped, Terminated):
+            raise
+        lines(stderr=True, quiet=common.quiet).print("ended")
+    return DONE
+
+
+def export(
+    folder: Path, /, *, to: Annotated[str, Parameter(name="--to")], output: Output = None, common: Common = COMMON
+) -> int:
+    """Write a run in the formats of other programs.
+
+    Parameters
+    ----------
+    folder:
+        Of a run (seatfem run -o).
+    to:
+        csv: force.csv and summary.csv for spreadsheets; uff: the seat's receptance, universal file dataset 58.
+    output:
+        Folder for the files [default: that of the run].
+    """
+    from seatfem.faces.exchange import export as write
+
+    for path in write(folder, to, output or folder):
+        lines(quiet=common.quiet).print(f"wrote {path}")
+    return DONE

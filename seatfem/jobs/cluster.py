@@ -1,0 +1,231 @@
+"""Jobs carried out by a cluster of dask (distributed): the side of who asks. No file system is shared with it."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
+from uuid import uuid4
+
+from impact.files.input_files import MB, read_bytes
+from seatfem.jobs.desk import FILES, Ask, Lost, Program
+from seatfem.machine.code import code_version
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+PATIENCE: Final = 10.0  # s for the scheduler to answer
+MOST: Final = 256 * MB  # of the files of one job
+
+
+class ClusterError(ValueError):
+    """A cluster that cannot be used, or that is gone; the message names its address and what to do."""
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """A job for a computer that has no files of this one.
+
+    Attributes:
+        line: the job; a file of it is called ``f"{FILES}/{name}"``.
+        files: by safe names, "NUMBER/NAME" of letters, digits and ``_.-``, where they are here.
+    """
+
+    line: str
+    files: Mapping[str, Path] = field(default_factory=dict)
+
+
+Pack = Callable[[str], Parcel]
+"""A job of this computer as one for any."""
+
+
+def check_address(address: str) -> None:
+    """Raises `ClusterError` of what is no address of a scheduler."""
+    try:
+        parts = urlsplit(address)
+        good = parts.scheme in ("tcp", "tls") and parts.hostname and parts.port and "@" not in parts.netloc
+        good = good and not (parts.path or parts.query or parts.fragment)
+    except ValueError:
+        good = False
+    if not good:
+        raise ClusterError(
+            f"--cluster {address}: write the scheduler's address, as tcp://HOST:8786, or tls://HOST:8786 where traffic "
+            "is encrypted"
+        )
+
+
+@contextmanager
+def _client(address: str) -> Iterator[Client]:
+    """Connected; raises `ClusterError`."""
+    check_address(address)
+    if find_spec("distributed") is None:
+        raise ClusterError(f"--cluster {address}: needs dask; install with: pip install 'seatfem[cluster]'")
+    import dask
+    from distributed import Client
+
+    parts = urlsplit(address)
+    if parts.scheme == "tls" and not dask.config.get("distributed.comm.tls.client.cert", None):
+        raise ClusterError(
+            f"--cluster {address}: no certificate of this client is known; set DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+            "...__TLS__CLIENT__CERT and ...__TLS__CLIENT__KEY (docs/cluster.md)"
+        )
+    client = Client.__new__(Client)  # in two steps: what cannot connect is closed before it complains of that itself
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": MOST}):
+        try:
+            socket.create_connection((parts.hostname or "", parts.port or 0), PATIENCE).close()
+            client.__init__(address, timeout=PATIENCE, set_as_default=False, name="seatfem")  # type: ignore[misc]
+        except (OSError, ValueError, TypeError, RuntimeError) as error:
+            client.status = "closed"
+            raise ClusterError(
+                f"--cluster {address}: no scheduler of dask answers there within {PATIENCE:g} s: {_first(error)}; "
+                "start one by `dask scheduler` (docs/cluster.md)"
+            ) from None
+        try:
+            yield client
+        finally:
+            with suppress(OSError, RuntimeError):
+                client.close(timeout=PATIENCE)
+
+
+def threads_of(address: str) -> int:
+    """How many jobs the cluster does at once. Raises `ClusterError`, also without workers, or of another version."""
+    with _client(address) as client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise ClusterError(
+                f"--cluster {address}: the scheduler has no workers; start one by `dask worker {address}`"
+            ) from None
+        _settle(client, address)
+        return sum(client.nthreads().values())
+
+
+def _settle(client: Client, address: str) -> None:
+    """Desks at all workers, those that are still to come too."""
+    from seatfem.jobs.remote import Desks, OtherVersionError, name_of
+
+    version = code_version()
+    try:
+        client.register_plugin(Desks(version), name=name_of(version))
+    except Exception as error:  # of a worker that has no, or another, seatfem, whatever that raises
+        with suppress(Exception):
+            client.unregister_worker_plugin(name=name_of(version))
+        told = str(error) if isinstance(error, OtherVersionError) else f"a worker there has no seatfem: {_first(error)}"
+        raise ClusterError(f"--cluster {address}: {told}") from None
+
+
+@contextmanager
+def cluster_crew(address: str, program: Program, pack: Pack) -> Iterator[Ask]:
+    """As `seatfem.jobs.batch.crew`, by the threads of the workers of the cluster whose scheduler is at ``address``.
+
+    A worker that is lost costs nothing: dask gives its jobs to others, each up to three times
+    (``distributed.scheduler.allowed-failures``); then the job is `Lost`. Each job runs in a process of its own beside
+    the worker, which a job that dies or hangs does not take along.
+
+    Raises:
+        ClusterError: an address that is none, no answer, workers of another version; while jobs are done, a scheduler
+            that goes away, or files of a job that are too large.
+    """
+    with _client(address) as client:
+        _settle(client, address)
+        files: dict[Path, Future[bytes]] = {}
+        yield lambda jobs, limit: _asked(client, address, program, map(pack, jobs), limit, files)
+
+
+def _asked(
+    client: Client,
+    address: str,
+    program: Program,
+    parcels: Iterator[Parcel],
+    limit: float,
+    files: dict[Path, Future[bytes]],
+) -> Iterator[tuple[int, str | Lost]]:
+    from distributed import KilledWorker, as_completed
+
+    from seatfem.jobs.remote import Task, carried_out
+
+    gone = ClusterError(f"--cluster {address}: the scheduler is gone; the same command goes on where it was")
+    version, study, begun = code_version(), uuid4().hex, time.monotonic()
+    asked: dict[Future[Any], tuple[int, Parcel]] = {}
+    coming = as_completed(loop=client.loop)
+
+    def arrived(futures: Sequence[Future[Any]]) -> Iterator[tuple[int, str | Lost]]:
+        well = [future for future in futures if future.status == "finished"]
+        try:
+            answers = dict(zip(well, client.gather(well), strict=True))
+        except (OSError, RuntimeError, CancelledError):  # of a client that is closed, too
+            raise gone from None
+        for future in futures:
+            number, parcel = asked.pop(future)
+            if future in answers:
+                yield number, _at_home(answers[future], parcel)
+            elif future.status == "error" and isinstance(problem := future.exception(), KilledWorker):
+                told = f"{problem.allowed_failures + 1} workers were lost that had this job, last {problem.last_worker}"
+                yield number, Lost(False, None, told, time.monotonic() - begun)
+            elif future.status == "error":
+                raise ClusterError(f"--cluster {address}: {_first(future.exception())}")
+            else:
+                raise gone
+
+    try:
+        for number, parcel in enumerate(parcels):
+            _check_size(parcel)
+            data = {name: _sent(client, path, files) for name, path in parcel.files.items()}
+            task = Task(program, parcel.line, limit, version)
+            future = client.submit(carried_out, task, data, key=f"seatfem-{study}-{number}", pure=False)
+            asked[future] = number, parcel
+            coming.add(future)
+            if coming.has_ready():
+                yield from arrived(coming.next_batch(block=False))
+        for batch in coming.batches():
+            yield from arrived(batch)
+    finally:
+        with suppress(Exception):  # the scheduler may be gone
+            client.cancel(list(asked), force=True)
+
+
+def _check_size(parcel: Parcel) -> None:
+    sizes = {path: path.stat().st_size for path in parcel.files.values()}
+    if (size := sum(sizes.values())) > MOST:
+        raise ClusterError(
+            f"{max(sizes, key=lambda path: sizes[path])}: the files of the scene have {size / MB:.4g} MB together; at "
+            f"most {MOST / MB:g} MB travel to other computers: run it here, or make the file smaller"
+        )
+
+
+def _sent(client: Client, path: Path, files: dict[Path, Future[bytes]]) -> Future[bytes]:
+    """A file on its way, once."""
+    from seatfem.jobs.remote import kept
+
+    if path not in files:
+        data = read_bytes(path, MOST, ClusterError)
+        sent: Future[bytes] = client.submit(kept, data, key=f"seatfem-file-{sha256(data).hexdigest()}")
+        files[path] = sent
+    return files[path]
+
+
+def _at_home(answer: str | Lost, parcel: Parcel) -> str | Lost:
+    """With the names that the files have here."""
+    if isinstance(answer, Lost):
+        return replace(answer, log=_renamed(answer.log, parcel))
+    return _renamed(answer, parcel)
+
+
+def _renamed(text: str, parcel: Parcel) -> str:
+    for name in sorted(parcel.files, key=len, reverse=True):
+        text = text.replace(f"{FILES}/{name}", json.dumps(str(parcel.files[name]))[1:-1])
+    return text
+
+
+def _first(error: BaseException | None) -> str:
+    """The first line that an error has to say."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,120 @@
+"""Jobs and those who do them, wherever they are: a desk has one worker at a time, in a process of its own."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from seatfem.jobs.processes import LineWorker
+
+NEVER: Final = 1_000_000_000
+ONE_THREAD: Final = dict.fromkeys(
+    ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Variables of a process whose numbers, and times, are not to depend on how many run beside it."""
+FILES: Final = "@seatfem-files@"
+"""In a job that goes to another computer, and in its answer: the folder that its files are unpacked into."""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A job without an answer.
+
+    Attributes:
+        hung: whether its time was over; else its worker has ended.
+        code: exit code of the worker, negative for a signal; None while it hung, or where its computer is gone with it.
+        log: what the worker wrote to its standard error.
+        seconds: of the clock.
+    """
+
+    hung: bool
+    code: int | None
+    log: str
+    seconds: float
+
+    def in_words(self) -> str:
+        """How a worker ended, and the last that it said."""
+        told = self.log.strip().splitlines() or ["no message"]
+        by = "with its computer" if self.code is None else f"exit code {self.code}"
+        if self.code is not None and -self.code in set(signal.Signals):
+            by = f"signal {signal.Signals(-self.code).name}"
+        return f"the process died ({by}): {told[-1]}"
+
+
+Ask = Callable[[Sequence[str], float], Iterator[tuple[int, str | Lost]]]
+"""Of jobs, a line each, and the limit of time for one [s]: the number and the answer of each, as they come.
+
+`seatfem.jobs.batch.crew` and `seatfem.jobs.cluster.cluster_crew` give one; where they end, all jobs do.
+"""
+
+
+@dataclass(frozen=True)
+class Program:
+    """What workers run: `python -m module arguments`, which calls `answer_lines`.
+
+    Attributes:
+        renew: answers after which another worker takes over.
+        own_session, environment: as of `start_worker`; with a session, what a lost job has started ends with it.
+        folder_in: variables that hold a folder of the desk's own, which is emptied with each worker.
+    """
+
+    module: str
+    arguments: tuple[str, ...] = ()
+    renew: int = NEVER
+    own_session: bool = False
+    environment: Mapping[str, str] = field(default_factory=dict)
+    folder_in: tuple[str, ...] = ()
+
+
+@dataclass(eq=False)
+class Desk:
+    """A worker, one at a time, with its log and its files in a folder that is the desk's."""
+
+    program: Program
+    folder: Path
+    worker: LineWorker | None = None
+    done: int = 0
+
+    def start(self) -> None:
+        """A worker, where there is none."""
+        if self.worker is None:
+            program, own = self.program, self.folder / "own"
+            shutil.rmtree(own, ignore_errors=True)
+            own.mkdir(parents=True)
+            environment = {**program.environment, **dict.fromkeys(program.folder_in, str(own))}
+            self.worker = LineWorker(
+                program.module, *program.arguments, log=self.folder / "log.txt", own_session=program.own_session,
+                environment=environment,
+            )  # fmt: skip
+            self.done = 0
+
+    def answer(self, job: str, limit: float) -> str | Lost:
+        """Of the worker, which is there."""
+        assert self.worker is not None
+        worker, begun, hung = self.worker, time.monotonic(), False
+        try:
+            answer = worker.ask(job, limit)
+        except TimeoutError:
+            answer, hung = "", True
+        self.done += 1
+        if answer:
+            return answer
+        code = None if hung else worker.code()
+        log = (self.folder / "log.txt").read_text(encoding="utf-8", errors="replace")
+        return Lost(hung, code, log, time.monotonic() - begun)
+
+    def renewed(self, answer: str | Lost) -> None:
+        """Another worker takes over where this one has lost its job, or has answered often enough."""
+        if isinstance(answer, Lost) or self.done >= self.program.renew:
+            self.end()
+
+    def end(self) -> None:
+        """The worker, whatever it does."""
+        worker, self.worker = self.worker, None
+        if worker is not None:
+            worker.end()

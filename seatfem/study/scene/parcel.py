@@ -1,0 +1,62 @@
+"""A scene that leaves this computer: with all files that it names, under names that are safe anywhere."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from seatfem.jobs.desk import FILES
+from seatfem.study.scene.load import load_scene, load_table
+from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.strength import StrengthTable
+
+_SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
+_PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
+
+
+def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any], dict[str, Path]]:
+    """A scene with some keys changed, for another computer: its place and changes there, and its files, by their names.
+
+    Files that a file is read with (decks that it includes, the HDF5 of an .xdmf, the curve of a strength) travel under
+    their own names, which stand in it. Raises `SceneError` of what is wrong with the scene, and of such names that are
+    not plain.
+    """
+    files = {"0/input.toml": path}
+    there = dict(changed)
+    for number, (key, file) in enumerate(_files(load_scene(path, changed).model_dump(by_alias=True)), start=1):
+        suffix = _SUFFIX.search(file.name)
+        name = f"{number}/input{suffix[0] if suffix else ''}"
+        files[name] = file
+        there[key] = f"{FILES}/{name}"
+        for other in _with(file, strength=key.startswith("life.")):
+            half = other.stem == file.stem and file.suffix.lower() in (".ele", ".node")
+            inner = f"input{other.suffix}" if half else other.name
+            if other.parent != file.parent or not _PLAIN.fullmatch(inner):
+                text = (
+                    f"{file} is read with {other}, which cannot travel to another computer: put it into the same "
+                    "folder under a name of letters, digits and _.-"
+                )
+                raise SceneError((Problem(path, 0, key, text),))
+            files[f"{number}/{inner}"] = other
+    return f"{FILES}/0/input.toml", there, files
+
+
+def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
+    """By dotted key."""
+    if isinstance(table, Path):
+        yield key, table
+    parts = table.items() if isinstance(table, Mapping) else enumerate(table) if isinstance(table, list | tuple) else ()
+    for name, part in parts:
+        yield from _files(part, f"{key}.{name}" if key else str(name))
+
+
+def _with(file: Path, *, strength: bool) -> list[Path]:
+    """What is read with it."""
+    from seatfem.structures.formats.abaqus_deck import with_included  # for load time
+    from seatfem.structures.formats.meshio_files import beside
+
+    if strength:
+        return [other for _, other in _files(load_table(file, StrengthTable).model_dump())]
+    return [other for other in (*with_included(file)[1:], *beside(file)) if other.is_file()]

@@ -1,0 +1,45 @@
+"""What the program offers is tested: no verb and no option that a test does not use."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import app
+
+TESTS = Path(__file__).parents[1]
+VERBS = sorted(name for name in app if not name.startswith("-"))
+
+
+def options(verb: str) -> Iterator[set[str]]:
+    """The names of each of its options, long and short."""
+    for argument in app[verb].assemble_argument_collection():
+        names = {name for name in argument.names if name.startswith("-")}
+        if names:
+            yield names
+
+
+def strings_of_functions() -> list[set[str]]:
+    """What each function of the tests writes between quotes."""
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in TESTS.rglob("*.py")]
+    return [
+        {word for part in ast.walk(node) if isinstance(part, ast.Constant) and isinstance(part.value, str)
+         for word in part.value.split()}
+        for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+    ]  # fmt: skip
+
+
+SAID = strings_of_functions()
+SHARED = {"--debug", "--quiet", "--verbose"}  # read in one place: a test of one verb is a test of all
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_option_of_every_verb_is_tested(verb: str) -> None:
+    assert any(verb in said for said in SAID)
+    missing = [
+        names for names in options(verb) if not any(names & said and (verb in said or names & SHARED) for said in SAID)
+    ]
+    assert not missing, f"seatfem {verb}: no test uses {missing}"

@@ -1,0 +1,178 @@
+"""Work on other computers, by workers of dask that see no file of the client's."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import impact
+from seatfem.jobs import cluster
+from seatfem.jobs.cluster import ClusterError, Parcel, cluster_crew, threads_of
+from seatfem.jobs.desk import Lost, Program
+from seatfem.study.sweep.runner import JOURNAL, StudyError
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study
+from seatfem.study.trade.point import Point, carry_out
+from seatfem.study.trade.runner import run_points
+from tests.jobs.crowd import Crowd
+from tests.study.test_studies import rows
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+pytest.importorskip("distributed")
+
+SCENE = """[seat]
+kind = "spring"
+stiffness = "1 N/um"
+[reed]
+kind = "greens"
+file = "../parts/mass.h5"
+velocity = "-1 m/s"
+[[base]]
+of = "seat"
+displacement = "shaken, twice.csv"
+[run]
+duration = "0.3 ms"
+"""
+STUDY = 'scene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {}\n[vary]\nreed.velocity = {}\n'
+SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
+
+
+def study_of(folder: Path, number: int) -> Path:
+    """Of a scene that names a table and a Green's function, in two folders."""
+    for name in ("scenes", "parts"):
+        (folder / name).mkdir(parents=True)
+    impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, folder / "parts" / "mass.h5")
+    course = "".join(f"{k / 10:g},{k * k / 20:g}\n" for k in range(11))
+    (folder / "scenes" / "shaken, twice.csv").write_text(f"time [ms],displacement [um]\n{course}", encoding="utf-8")
+    (folder / "scenes" / "scene.toml").write_text(SCENE, encoding="utf-8")
+    path = folder / "scenes" / "study.toml"
+    path.write_text(STUDY.format(number, SPEEDS), encoding="utf-8")
+    return path
+
+
+def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two workers that cannot open its files, one of which is killed in its midst: every row once, bit for bit those of
+    a study here. The other one goes on: a job that kills its process, hangs, or is given up costs itself alone."""
+    path = study_of(tmp_path / "mine", 10)
+    out, heard = tmp_path / "out", list[float]()
+    with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine") as crowd:
+        crowd.hire()
+        crowd.hire()
+        run_study(load_study(path), tmp_path / "here", workers=1)
+
+        def kill_one(stage: str, done: float) -> None:
+            if 0 < done < 1 and not heard:
+                crowd.workers[0].kill()
+            heard.extend([done] if done > 0 else [])
+
+        both = wait_for_both(crowd.address)
+        run_study(load_study(path), out, cluster=crowd.address, progress=kill_one)
+        assert both == 2
+        assert heard[0] < 0.5
+        assert crowd.workers[0].wait() < 0
+        assert rows(out) == rows(tmp_path / "here")
+        entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
+        assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
+        trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
+        ends_as_here(crowd.address, path, tmp_path, monkeypatch)
+        given_up(crowd.address)
+        monkeypatch.setattr(cluster, "code_version", lambda: "0123")
+        with pytest.raises(ClusterError, match=r"worker tcp://.* has version \w+ of seatfem, this computer 0123"):
+            run_study(load_study(path), out, cluster=crowd.address)
+
+
+def wait_for_both(address: str) -> int:
+    """How many workers there are, at most a minute after they were started."""
+    end = time.monotonic() + 60
+    while (found := threads_of(address)) < 2 and time.monotonic() < end:
+        time.sleep(0.1)
+    return found
+
+
+def trade_as_here(address: str, scene: Path, journal: Path) -> None:
+    """A point of the trade has the values that it has here; one that waits for it follows."""
+    points = [Point("coarse", "as given", "band"), Point("fine", "as given", "band", after="coarse", predicted=1e9)]
+    found = run_points(scene, points, journal, cluster=address)
+    assert found["coarse"].values == carry_out(scene, points[0]).values
+    assert found["fine"].reason == "not tried: 1e+09 s predicted"
+    assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
+
+
+def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By SIGKILL, twice, and by the limit of time."""
+    monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", "tests.study.dying_worker")
+    (path.parent / "scene.toml").write_text(
+        SCENE.replace('kind = "greens"\nfile = "../parts/mass.h5"', 'kind = "rigid_mass"\nmass = "1 g"'),
+        encoding="utf-8",
+    )
+    path.write_text('scene = "scene.toml"\n[vary]\nreed.mass = ["1 g", "2 g", "3 g"]\n', encoding="utf-8")
+    table = run_study(load_study(path), folder / "dying", limit=1.5, cluster=address)
+    assert list(table.columns["status"]) == ["done", "failed", "stopped"]
+    assert table.columns["message"][1] == "the process died (signal SIGKILL): no message"
+    assert table.columns["message"][2] == "no end within 1.5 s (--limit)"
+
+
+def given_up(address: str) -> None:
+    """Whoever stops asking ends the jobs that have begun: the only thread is free again, long before their limit."""
+    program, begun = Program("tests.study.dying_worker"), time.monotonic()
+    jobs = [json.dumps({"changed": {"reed.mass": mass}}) for mass in ("1 g", "3 g")]
+    with cluster_crew(address, program, Parcel) as ask:
+        asked = ask(jobs, 600.0)
+        next(asked)
+        time.sleep(0.5)  # the second has begun: it takes a minute
+        asked.close()
+        [(_, answer)] = ask(jobs[:1], 600.0)
+    assert isinstance(answer, str)
+    assert time.monotonic() - begun < 30
+
+
+def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
+    """After as many as the scheduler allows; and a scheduler that ends is told."""
+    with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine", losses=0) as crowd:
+        crowd.hire()
+        with cluster_crew(crowd.address, Program("tests.jobs.lethal_worker"), Parcel) as ask:
+            [(number, answer)] = ask(["die"], 60.0)
+            assert number == 0
+            assert isinstance(answer, Lost)
+            assert answer.in_words().startswith("the process died (with its computer): 1 workers were lost that had")
+            crowd.scheduler.kill()
+            crowd.scheduler.wait()
+            with pytest.raises(ClusterError, match="the scheduler is gone; the same command goes on where it was"):
+                list(ask(["well"], 60.0))
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["host:8786", "http://host:80", "tcp://host", "tcp://host:99999", "tcp://me@host:1", "tls://host:1/x", ""],
+)
+def test_what_is_no_address(address: str) -> None:
+    with pytest.raises(ClusterError, match="write the scheduler's address, as tcp://HOST:8786"):
+        threads_of(address)
+
+
+def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At a port that is known to be free."""
+    monkeypatch.setattr(cluster, "PATIENCE", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as held:
+        address = f"tcp://127.0.0.1:{held.getsockname()[1]}"
+    with pytest.raises(ClusterError, match=rf"--cluster {address}: no scheduler of dask answers there within 0.3 s"):
+        threads_of(address)
+    with pytest.raises(StudyError, match="leave it out beside --cluster"):
+        run_study(load_study(study_of(tmp_path, 1)), tmp_path / "out", workers=2, cluster=address)
+    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    with pytest.raises(ClusterError, match=r"needs dask; install with: pip install 'seatfem\[cluster\]'"):
+        threads_of(address)
+
+
+def test_files_are_bounded_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "MOST", 800)
+    for name in ("ball", "large"):
+        (tmp_path / name).write_bytes(bytes(len(name) ** 4))
+    with pytest.raises(ClusterError, match=r"large: the files of the scene have .* together; at most"):
+        cluster._check_size(Parcel("", {name: tmp_path / name for name in ("ball", "large")}))

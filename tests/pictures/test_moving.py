@@ -1,0 +1,108 @@
+"""Bodies kept for viewers: what is read is what was written, to the steps stated; damage is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from impact.pictures.drawing import PictureError
+from impact.storage.hdf5 import StorageError
+from seatfem.pictures import moving
+from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, moving_modes, save_moving
+from seatfem.pictures.skin import Skin
+from tests.moving_block import END, SIDES, block_modes, block_wave
+
+
+def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
+    """Displacements to half a step of the largest, stress to half a step of its scale."""
+    made = block_wave()
+    save_moving(made, tmp_path / "stress_wave.h5")
+    found = moving_bodies(tmp_path)["stress_wave.h5"]
+    assert found.values is not None
+    assert made.values is not None
+    np.testing.assert_allclose(found.points, made.points, atol=1e-9)
+    np.testing.assert_array_equal(found.triangles, made.triangles)
+    np.testing.assert_allclose(found.displacement, made.displacement, atol=0.51e-6 / FINEST)
+    np.testing.assert_allclose(found.values, made.values, atol=0.51 * END / (UNTOLD - 1))
+    for name in ("title", "labels", "quantity", "unit", "low", "high", "note"):
+        assert getattr(found, name) == getattr(made, name)
+    assert found.before == len(made.triangles)
+
+
+def test_what_is_left_out_of_a_body_keeps_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the same corners, with their own displacements; the block is still closed and as large."""
+    monkeypatch.setattr(moving, "MOST_TRIANGLES", 300)
+    made = block_modes()
+    save_moving(made, tmp_path / "modes.h5")
+    found = load_moving(tmp_path / "modes.h5")
+    assert len(found.triangles) <= 310 < len(made.triangles) == found.before
+    numbers = [int(np.linalg.norm(made.points - point, axis=1).argmin()) for point in found.points]
+    np.testing.assert_allclose(found.points, made.points[numbers], atol=1e-9)
+    np.testing.assert_allclose(found.displacement, made.displacement[:, numbers], atol=1 / FINEST)
+    a, b, c = SIDES
+    corners = found.points[found.triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    assert area == pytest.approx(2 * (a * b + b * c + c * a), rel=0.01)
+
+
+def test_modes_are_scaled_and_go_around() -> None:
+    """n = 2 of a section: u_r cos 2 th, u_th sin 2 th."""
+    angles = np.array([0.0, np.pi / 4, np.pi / 2])
+    points = np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=1)
+    skin = Skin(points, np.array([[0, 1, 2]]), np.array([0]), np.zeros(3, dtype=np.int64), angles)
+    around = skin.moved(np.array([[3.0, 4.0, 5.0]]), 2)
+    s = np.sqrt(0.5)
+    np.testing.assert_allclose(around, [[3, 0, 5], [-4 * s, 4 * s, 0], [0, -3, -5]], atol=1e-12)
+    made = moving_modes(skin, [around], ["1"], "")
+    assert made.largest == pytest.approx(1.0)
+    assert made.time is None
+
+
+def _another(name: str, values: Any) -> Callable[[h5py.File], None]:
+    def change(file: h5py.File) -> None:
+        del file[name]
+        file[name] = values
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (_another("triangles", np.array([[0, 1, 10**6]])), "damaged"),
+        (_another("triangles", np.array([[0, -1, 2]])), "damaged"),
+        (_another("points", np.full((386, 3), np.nan)), "not finite"),
+        (_another("displacement", np.zeros((5, 4, 3), dtype=np.int16)), "damaged"),
+        (_another("span", [0.0, 1.0, 0.0]), "no size"),
+        (_another("displacement", np.zeros(3)), "damaged"),
+        (lambda file: file.attrs.__setitem__("about", "[]"), "damaged"),
+    ],
+)
+def test_damage_is_told(tmp_path: Path, change: Callable[[h5py.File], None], message: str) -> None:
+    path = tmp_path / "stress_wave.h5"
+    save_moving(block_wave(), path)
+    path.write_bytes(path.read_bytes()[512:])  # without its seal
+    with h5py.File(path, "r+") as file:
+        change(file)
+    with pytest.raises(StorageError, match=message):
+        load_moving(path)
+
+
+def test_too_many_points_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_moving(block_wave(), tmp_path / "stress_wave.h5")
+    monkeypatch.setattr(moving, "MOST_POINTS", 100)
+    with pytest.raises(StorageError, match="386 points in 5 frames; at most 100"):
+        load_moving(tmp_path / "stress_wave.h5")
+
+
+def test_what_does_not_fit_is_not_written(tmp_path: Path) -> None:
+    made = block_wave()
+    with pytest.raises(PictureError, match="5 frames"):
+        save_moving(replace(made, displacement=made.displacement[:2]), tmp_path / "stress_wave.h5")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,87 @@
+"""Scenes that travel: with every file they name, under safe names, and the same scene where they are unpacked."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from seatfem.jobs.desk import FILES
+from seatfem.study.scene import Scene, SceneError, load_scene
+from seatfem.study.scene.parcel import packed
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MESH = '[seat]\nkind = "mesh"\nfile = "{}"\ncontact = "lip"\nmaterial = "steel"\ndamping_ratio = 0.01\n'
+REED = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
+
+
+def unpacked(path: Path, changed: dict[str, object], folder: Path) -> tuple[Scene, dict[str, Path]]:
+    """As another computer reads it, from a folder of its own; and which file is which."""
+    place, there, files = packed(path, changed)
+    for name, file in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(file.read_bytes())
+    here = json.loads(json.dumps(there).replace(FILES, str(folder)))
+    return load_scene(place.replace(FILES, str(folder)), here), {
+        str(folder / name): file for name, file in files.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("flapper_on_valve_body", 1), ("suction_flapper", 1), ("life_of_a_flapper", 2), ("flapper_on_spring", 0)],
+)
+def test_a_scene_is_the_same_elsewhere(name: str, count: int, tmp_path: Path) -> None:
+    """But for where its files lie; one table, and a table that another names."""
+    path = EXAMPLES / f"{name}.toml"
+    there, files = unpacked(path, {"run.duration": "1.5 ms"}, tmp_path)
+    text = there.model_dump_json()
+    for place, file in files.items():
+        text = text.replace(place, str(file))
+    assert json.loads(text) == json.loads(load_scene(path, {"run.duration": "1.5 ms"}).model_dump_json())
+    assert len(files) == count + 1
+
+
+def test_files_that_vary_travel_too(tmp_path: Path) -> None:
+    """In place of the scene's own; each with what it is read with, under the names that stand in it."""
+    for name in ("a b.inp", "nodes.inp", "c.inp"):
+        text = "*INCLUDE, INPUT=nodes.inp\n" if name[0] != "n" else "*NODE\n1, 0, 0, 0\n"
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(MESH.format("c.inp") + REED, encoding="utf-8")
+    _, there, files = packed(tmp_path / "scene.toml", {"seat.file": "a b.inp"})
+    assert there == {"seat.file": f"{FILES}/1/input.inp"}
+    assert {name: file.name for name, file in files.items()} == {
+        "0/input.toml": "scene.toml", "1/input.inp": "a b.inp", "1/nodes.inp": "nodes.inp",
+    }  # fmt: skip
+
+
+def test_halves_and_hdf5_of_a_mesh(tmp_path: Path) -> None:
+    for name in ("disk.ele", "disk.node", "arrays.h5"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
+    for name, inner in (("disk.ele", "1/input.node"), ("disk.xdmf", "1/arrays.h5")):
+        (tmp_path / "scene.toml").write_text(MESH.format(name) + REED, encoding="utf-8")
+        assert list(packed(tmp_path / "scene.toml", {})[2]) == ["0/input.toml", f"1/input{name[4:]}", inner]
+
+
+@pytest.mark.parametrize("other", ["../nodes.inp", "my nodes.inp"])
+def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
+    """A name that means something else elsewhere."""
+    folder = tmp_path / "deck"
+    folder.mkdir()
+    (folder / other).write_text("*NODE\n", encoding="utf-8")
+    (folder / "deck.inp").write_text(f"*INCLUDE, INPUT={other}\n", encoding="utf-8")
+    (folder / "scene.toml").write_text(MESH.format("deck.inp") + REED, encoding="utf-8")
+    with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp is read with .*nodes\.inp, which cannot travel"):
+        packed(folder / "scene.toml", {})
+
+
+@pytest.mark.parametrize("name", ["../x", "/etc/x", "1/../../x", "1/.x", "1/a b", "x", "1/x/y", "12345/x"])
+def test_what_is_not_unpacked(name: str, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    from seatfem.jobs.remote import unpacked as unpack
+
+    with pytest.raises(ValueError, match="is no name of a file that may be unpacked"):
+        unpack({name: b""}, tmp_path / "files")
+    assert not list(tmp_path.iterdir())
