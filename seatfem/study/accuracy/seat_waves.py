@@ -10,6 +10,7 @@ from impact.greens.base import GreensFunction
 from impact.runs.variations import NARROWER
 from seatfem.structures.estimates.patch import Patch
 from seatfem.structures.kinds.drawn import Drawn
+from seatfem.structures.method import Method
 from seatfem.study.impacts.contact import seat_beside
 from seatfem.study.method import RunMethod
 from seatfem.study.safety import FIRST_WAVE
@@ -30,18 +31,23 @@ def tells_waves(scene: Scene, method: RunMethod) -> bool:
     return seat.static and seat.in_arcs and scene.seat.is_drawn and scene.seat.elements_of(seat) == CHEAP
 
 
-def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
-    """The seat with its waves, on the mesh of its statics and in no wider a band than its first resonances need;
-    ``None`` where it has them already, or they are dear.
-
-    Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
-    A surrogate knows neither the seat's section nor its harmonics.
-    """
+def method_beside(scene: Scene, method: RunMethod) -> Method | None:
+    """How the seat with its waves is computed: on the mesh of its statics, in no wider a band than its first resonances
+    need; ``None`` where it has them already, or they are dear."""
     body, seat = scene.seat, method.seat
     if not tells_waves(scene, method) or not isinstance(body, Drawn) or (patch := body.patch()) is None:
         return None
     assert seat.bandwidth is not None
     spec, band = body.mesh_spec(seat), min(seat.bandwidth, lowest_band(patch))
     level = body.level(0.0).level
-    waves = replace(seat, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
-    return seat_beside(scene, waves).greens
+    return replace(seat, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
+
+
+def waves_beside(scene: Scene, method: RunMethod) -> GreensFunction | None:
+    """The seat with its waves, as `method_beside` says.
+
+    Statics end after the first velocity and lose what waves bring back, in one scene of seed 403 4.3 % of the impulse.
+    A surrogate knows neither the seat's section nor its harmonics.
+    """
+    how = method_beside(scene, method)
+    return None if how is None else seat_beside(scene, how).greens

@@ -14,7 +14,7 @@ from impact.after.along import Pieces, lengths_of, line_force_peak, line_impulse
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
-from seatfem.study.safety import OPENING
+from seatfem.study.safety import OF_IMPULSE, OPENING
 
 
 @dataclass(frozen=True)
@@ -142,9 +142,9 @@ class ContactDuration(Measure):
             return 0.0
         done = np.concatenate([[0.0], np.cumsum(solid[1:])])
         borne = np.diff(done[steps])[:, 0]
-        raw, limit = blow.dt * steps, measures.MERGE
+        raw, off = blow.dt * steps, min(OPENING, OF_IMPULSE * share)
         kept = raw[borne > min(share * done[-1], float(borne.max()) / 2)]
-        others = (_first(kept), *(_first(raw, limit * (1 + off)) for off in (-OPENING, OPENING)))
+        others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
         return max(abs(other - _first(raw)) for other in others)
 
 
