@@ -13,13 +13,13 @@ from impact.greens.sums import ScaledGreens
 from impact.runs.budget import SAFETY, Budget, safety
 from impact.runs.variations import narrowed
 from seatfem.structures.solved import Solved
-from seatfem.study.accuracy.error_budget import error_budget
+from seatfem.study.accuracy.error_budget import error_budget, with_jumps
 from seatfem.study.impacts.contact import run_contacts, striker_of
 from seatfem.study.impacts.measures import SOURCES, bar_keys, measured
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.measures import Blow, ContactDuration, Impulse, all_measures
 
 ROD = impact.fixed_rod(young=200e9, density=7850.0, area=1e-6, length=5e-3)
 MODES = ModalGreens(
@@ -112,6 +112,45 @@ def test_a_budget_adds_up_and_names_what_dominates() -> None:
         Budget(dict.fromkeys(all_measures(), 0.0), {"mesh": dict.fromkeys(all_measures(), 0.1)}).relative("impulse")
         == math.inf
     )
+
+
+def touches(*pieces: tuple[int, float]) -> Blow:
+    """Of forces [N] that each last so many microseconds."""
+    force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces), [0.0]])
+    return Blow(force, 1e-6, 1e-6, np.zeros_like(force))
+
+
+JUMPS = [  # openings end a group from 30 us on
+    ("an opening just short of the limit", ((50, 1.0), (28, 0.0), (20, 1.0)), 0.02, 48),
+    ("an opening just beyond it", ((50, 1.0), (32, 0.0), (20, 1.0)), 0.02, 52),
+    ("nearer than ten times what the impulse is off", ((50, 1.0), (28, 0.0), (20, 1.0)), 0.007, 48),
+    ("not so near", ((50, 1.0), (28, 0.0), (20, 1.0)), 0.006, 0),
+    ("never more than a tenth", ((50, 1.0), (26, 0.0), (20, 1.0)), 0.2, 0),
+    ("a light touch that may be none", ((50, 1.0), (10, 0.0), (2, 0.1)), 0.0041, 12),
+    ("one that is there", ((50, 1.0), (10, 0.0), (2, 0.1)), 0.0039, 0),
+    ("the heaviest is there", ((50, 1.0),), 2.0, 0),
+    ("none", ((50, 0.0),), 0.5, 0),
+]
+
+
+@pytest.mark.parametrize(("pieces", "share", "jump"), [row[1:] for row in JUMPS], ids=[row[0] for row in JUMPS])
+def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float, jump: float) -> None:
+    blow = touches(*pieces)
+    assert ContactDuration().jump(blow, share) == pytest.approx(jump * 1e-6, abs=1e-15)
+    assert Impulse().jump(blow, share) == 0.0
+
+
+def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:
+    """It is in the part of what blurs the impulse most."""
+    blow = touches(*JUMPS[0][1])
+    values = {"impulse": 70e-6, "contact_duration": 98e-6}
+    parts = {"mesh": {"impulse": 1e-6, "contact_duration": 1e-6}, "model": dict.fromkeys(values, 0.1e-6)}
+    before = Budget(values, parts, ("mesh", "model"))
+    after = with_jumps(before, blow)  # known to 1.5 * 1.1/70, 2.4 %
+    assert after.bar("contact_duration") - before.bar("contact_duration") == pytest.approx(SAFETY * 48e-6)
+    assert after.bar("impulse") == before.bar("impulse")
+    assert after.dominant("contact_duration") == "mesh"
+    assert with_jumps(Budget(values, {}, ("mesh",)), blow).parts == {}
 
 
 def test_measures_of_no_contact_are_zero(scene: Scene) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import impact
@@ -10,7 +12,7 @@ from impact.after.stresses import ReedStress
 from impact.greens.base import GreensFunction
 from impact.march.motion import Discrete
 from impact.march.problem import ContactProblem
-from impact.runs.budget import Budget, Values, changes, times
+from impact.runs.budget import Budget, Values, changes, times, total
 from impact.runs.variations import NARROWER, Terms, Variation, budget_of, narrowed
 from impact.runs.variations import of_g as of_body
 from seatfem.machine.memory import available_memory
@@ -29,6 +31,7 @@ from seatfem.structures.rings import (
 from seatfem.structures.statics import with_start
 from seatfem.study.accuracy.other_bodies import of_stopper, of_striker, other_modes
 from seatfem.study.accuracy.prerun import Bench, window_of
+from seatfem.study.accuracy.seat_waves import waves_beside
 from seatfem.study.impacts.contact import (
     STEP_BYTES,
     in_flight,
@@ -38,12 +41,13 @@ from seatfem.study.impacts.contact import (
     stopper_of,
     striker_of,
 )
-from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, measured
+from seatfem.study.impacts.measures import LIP, SOURCES, STOPPER, STRIKER, blow_of, values_of
 from seatfem.study.impacts.touches import Touches, stopper_in
 from seatfem.study.method import RunMethod, chooses_one_port
 from seatfem.study.safety import ONE_PORT_BAR, SHEAR_SHARE, SHORT
 from seatfem.study.scene import Scene
 from seatfem.study.scene.lips import lip_of
+from seatfem.study.scene.measures import Blow, all_measures
 
 if TYPE_CHECKING:
     from seatfem.structures.solved import Solved
@@ -93,11 +97,22 @@ def error_budget(
     def run(varied: ContactProblem, dt: float) -> Values:
         return measures_of(scene, varied, dt, flight)
 
-    values, finer = measured(touches, width, stress), _finer_step(scene, method, problem, result, stopper)
+    blow = blow_of(touches, width, stress)
+    values, finer = values_of(blow), _finer_step(scene, method, problem, result, stopper)
     at_once = _at_once(len(result.force) * len(problem.contacts))
     left = budget_of(run, problem, values, result.dt, found, filter_width=width, finer=finer, threads=at_once)
     names = (*SOURCES, *(name for name in (STRIKER, STOPPER, LIP) if name in found))
-    return Budget(values, {s: left.parts[s] for s in names if s in left.parts}, (*names, *unknown))
+    known_parts = {str(s): left.parts[s] for s in names if s in left.parts}
+    return with_jumps(Budget(values, known_parts, (*names, *unknown)), blow)
+
+
+def with_jumps(left: Budget, blow: Blow) -> Budget:
+    """With what measures may jump by while the impulse is within its bar, in the part of what blurs it most."""
+    if not left.parts or not (0 < (share := left.relative("impulse")) < math.inf):
+        return left
+    source, of = left.dominant("impulse"), all_measures()
+    jumps = {name: of[name].jump(blow, share) if name in of else 0.0 for name in left.values}
+    return replace(left, parts={**left.parts, source: total(left.parts[source], jumps)})
 
 
 def _at_once(steps: int) -> int:
@@ -170,7 +185,7 @@ def _of_model(scene: Scene, method: RunMethod, seat: Solved, problem: ContactPro
         level = (*level, *(of_body(problem, problem.striker, shear) or ()))
     if (shear := scene.seat.shear_error(None)) > SHEAR_SHARE * scene.accuracy.target:
         level = (*level, *(of_body(problem, problem.target, shear) or ()))
-    better = with_start(seat.greens) or scene.seat.beyond(method.seat.level)
+    better = with_start(seat.greens) or waves_beside(scene, method) or scene.seat.beyond(method.seat.level)
     if better is not None:
         level = (*level, (_with_seat(scene, problem, better),))
     if method.seat.n_modes is not None:

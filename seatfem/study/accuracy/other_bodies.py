@@ -54,8 +54,12 @@ def _of_solved(
         coarser = with_body(problem, body, with_greens(solved.coarser))
         mesh = ((Variation(coarser, 1 / (solved.refinement - 1)),),)
     reduction = of_g(problem, body, stated.reduction)
-    if reduction is not None and modes and (fewer := narrower(body)) is not None:
-        reduction = (*reduction, (Variation(with_body(problem, body, fewer), OF_MODES),))
+    if reduction is not None and modes:
+        fewer = ((narrower(body, ratio), share) for ratio, share in OF_MODES)
+        reduction = (
+            *reduction,
+            tuple(Variation(with_body(problem, body, each), w) for each, w in fewer if each is not None),
+        )
     return {"mesh": mesh, "reduction": reduction, "level": of_g(problem, body, solved.level_error)}
 
 

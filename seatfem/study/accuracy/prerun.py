@@ -125,7 +125,7 @@ class Bench:
         window: the part of the run that they march.
         striker: of a body that has to be computed, its Green's function or what stands for it; ``None`` of others.
         stopper: of a scene that has one.
-        narrow: whether the striker is without its highest modes, as `impact.runs.variations.narrower` has it.
+        narrower: the striker without its highest modes, down to this ratio below the last; ``None``: with all.
         other: in place of the scene's striker.
     """
 
@@ -134,7 +134,7 @@ class Bench:
     window: Window
     striker: GreensFunction | None = None
     stopper: Body | None = None
-    narrow: bool = False
+    narrower: float | None = None
     other: Body | None = None
     _strikers: dict[tuple[float, int | None], Discrete] = field(
         default_factory=dict, init=False, repr=False, compare=False
@@ -171,7 +171,7 @@ class Bench:
         if (dt, n_modes) not in self._strikers:
             start = dt * math.floor(self.window.start / dt)  # on the run's own grid: contact falls into the same step
             body = advanced(self.other or striker_of(self.scene, n_modes, self.striker), start)
-            body = (narrower(body) if self.narrow else None) or body
+            body = (narrower(body, self.narrower) if self.narrower else None) or body
             discrete = Discrete.of(body, dt, step_count(dt, self.window.duration))
             self._strikers[dt, n_modes] = replace(discrete, free=discrete.free_motion())
         return self._strikers[dt, n_modes]

@@ -103,6 +103,13 @@ def solved_striker(
         return _computed(scene.reed, scene.run.duration, progress, how, mesh_error=mesh_error)
 
 
+def seat_beside(scene: Scene, method: Method) -> Solved:
+    """The seat by another method than that of the run, which it is compared with."""
+    solved = _computed(scene.seat, scene.run.duration, method=method, mesh_error=False)
+    assert solved is not None
+    return solved
+
+
 def stopper_of(scene: Scene) -> impact.Body | None:
     """The scene's stopper, at rest, as its own keys state it; ``None`` where there is none."""
     if scene.stopper is None:
@@ -159,7 +166,7 @@ class _Asked:
     progress: Progress = field(default=silent, compare=False)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=6)
 def _solved(asked: _Asked) -> Solved:
     cache = Cache(None) if asked.structure.is_kept else None
     told = asked.progress

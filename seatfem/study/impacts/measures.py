@@ -22,9 +22,13 @@ LIP: Final = "lip"
 
 def measured(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Values:
     """The measures of a run, SI, by name; ``stress``: the reed's, where it is wanted."""
+    return values_of(blow_of(touches, filter_width, stress))
+
+
+def blow_of(touches: Touches, filter_width: float, stress: ReedStress | None = None) -> Blow:
+    """What the measures of a run are taken from."""
     result = touches.seat
-    blow = Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line, result.film)
-    return values_of(blow)
+    return Blow(result.force, result.dt, filter_width, result.target_displacement, stress, touches.line, result.film)
 
 
 def values_of(blow: Blow) -> dict[str, float]:

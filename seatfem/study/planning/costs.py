@@ -18,6 +18,7 @@ from seatfem.structures.estimates.costs import (
     seat_seconds,
 )
 from seatfem.study.accuracy.prerun import stand_in_of
+from seatfem.study.accuracy.seat_waves import method_beside
 from seatfem.study.impacts.contact import striker_of, time_step
 from seatfem.study.impacts.measures import STRIKER
 from seatfem.study.method import RunMethod
@@ -71,6 +72,7 @@ def predict_cost(scene: Scene, method: RunMethod, machine: Machine | None = None
     parts |= {} if reed is None else {STRIKER: sum(sum(seat_seconds(model, rates).values()) for model in reed)}
     contact = _contact(scene, method, None if static else seat)
     parts |= contact_seconds(contact, rates)
+    parts["error budget"] += _waves_beside(scene, method, rates)
     views = 0.0 if seat is None or seat.runs != 1.0 else _views(seat, rates, modes=not static)
     parts["pictures"] = SHEETS * rates.sheet + views
     memory = max(_memory(seat, contact.memory), _memory(reed[0] if reed else None, contact.memory))
@@ -89,6 +91,13 @@ def coarser_elements(scene: Scene, method: RunMethod) -> SeatModel | None:
     if method.seat.exact:
         return None
     return coarse_of(scene.seat, method.seat, scene.run.duration)
+
+
+def _waves_beside(scene: Scene, method: RunMethod, rates: Machine) -> float:
+    """Of the seat's waves where its statics alone is run [s]."""
+    how = method_beside(scene, method)
+    model = None if how is None else seat_model(scene.seat, how, scene.run.duration)
+    return 0.0 if model is None else sum(seat_seconds(model, rates).values())
 
 
 def striker_elements(scene: Scene, method: RunMethod) -> tuple[SeatModel, ...] | None:

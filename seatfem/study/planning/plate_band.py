@@ -8,7 +8,7 @@ from typing import Final
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunction
 from impact.progress import Progress
-from impact.runs.budget import SAFETY, times
+from impact.runs.budget import SAFETY, larger, times
 from seatfem.study.accuracy.prerun import Bench, first_look, relative_changes, stand_in_of
 from seatfem.study.accuracy.sensitivity import COARSE, Changes
 from seatfem.study.method import REED_BAND, as_stated, is_given, stated_method
@@ -61,5 +61,9 @@ def _left(scene: Scene, seat: GreensFunction, stopper: Body | None, progress: Pr
     striker = stand_in_of(scene, progress)
     bench = Bench(scene, seat, first_look(scene, seat, striker, stopper), striker, stopper)
     dt = bench.affordable(scene.run.filter_width / COARSE)
-    fewer = replace(bench, narrow=True)
-    return times(OF_MODES, relative_changes(bench.measures(dt=dt), fewer.measures(dt=dt)))
+    here = bench.measures(dt=dt)
+    found: Changes = {}
+    for ratio, share in OF_MODES:
+        change = times(share, relative_changes(here, replace(bench, narrower=ratio).measures(dt=dt)))
+        found = larger(change, found or change)
+    return found

@@ -10,7 +10,6 @@ from typing import Final
 from impact.bodies.body import Body
 from impact.progress import Progress, silent
 from impact.runs.budget import SAFETY
-from impact.runs.variations import NARROWER
 from seatfem.machine.rates import Machine
 from seatfem.structures.estimates.mesh_size import Sizes, sizes_for
 from seatfem.structures.estimates.patch import Patch
@@ -18,6 +17,7 @@ from seatfem.structures.estimates.surrogate import Surrogate
 from seatfem.structures.method import Method
 from seatfem.structures.rings import share_left
 from seatfem.study.accuracy.prerun import Bench, first_look, stand_in_of
+from seatfem.study.accuracy.seat_waves import lowest_band
 from seatfem.study.accuracy.sensitivity import Changes, Sensitivity
 from seatfem.study.impacts.measures import Source
 from seatfem.study.impacts.simpler import ONE_PORT
@@ -38,7 +38,7 @@ from seatfem.study.method import (
 )
 from seatfem.study.planning.lips import Arcs, in_more_arcs, in_some_arcs, of_simpler, one_port_in_place, with_ports
 from seatfem.study.planning.plate_band import PlateBand, in_a_band
-from seatfem.study.safety import FINEST, FIRST_WAVE, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
+from seatfem.study.safety import FINEST, PATCH_BAR, STEP_UP, UNKNOWN_BODY, UNKNOWN_PATCH
 from seatfem.study.scene import Scene
 
 BEHIND: Final[Mapping[str, Source]] = {
@@ -136,8 +136,7 @@ class Seen:
         """
         if self.patch is None:
             return UNKNOWN_BODY / self.scene.run.filter_width
-        bends = self.patch.bending_frequency / (2 * math.pi)
-        return min(BANDS[-1], NARROWER * (bends or self.patch.c_p / (FIRST_WAVE * self.patch.depth)))
+        return min(BANDS[-1], lowest_band(self.patch))
 
     @property
     def bands(self) -> tuple[float, ...]:

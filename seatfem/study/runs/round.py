@@ -12,6 +12,7 @@ from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.runs.budget import Budget
 from seatfem.structures.solved import Solved
+from seatfem.study.accuracy.seat_waves import tells_waves
 from seatfem.study.impacts.measures import LIP, STOPPER, STRIKER
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.validity import film_notes, stopper_notes, validity_advice
@@ -76,8 +77,8 @@ class Round:
     @property
     def without_bar(self) -> tuple[str, ...]:
         """Measures nobody asked for, of a seat that the plan took for a spring: its pre-runs, which know waves, did not
-        look at them, and the budget's own first-order look may miss most of what they do."""
-        if self.plan.level != "spring":
+        look at them, and the budget's own look, where it is of first order, may miss most of what they do."""
+        if self.plan.level != "spring" or tells_waves(self.plan.scene, self.plan.method):
             return ()
         looked_at = {*self.plan.scene.accuracy.measures, *self.plan.shares.get("model", {})}
         return tuple(name for name in self.left.values if name not in looked_at)

@@ -14,6 +14,7 @@ from impact.after.along import Pieces, lengths_of, line_force_peak, line_impulse
 from impact.after.spectrum import largest_average
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array
+from seatfem.study.safety import OF_IMPULSE, OPENING
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,11 @@ class Measure(ABC):
     def of(self, blow: Blow) -> float:
         """Its value [SI]. A contact that never was has the value 0."""
 
+    def jump(self, blow: Blow, share: float) -> float:
+        """By how much it may jump [SI] where the impulse is known to a ``share`` of it; 0 of what follows the force
+        smoothly."""
+        return 0.0
+
 
 class Impulse(Measure):
     """Integral of the force."""
@@ -126,9 +132,31 @@ class ContactDuration(Measure):
     name, key, words = "contact_duration", "contact_duration_s", "contact duration"
 
     def of(self, blow: Blow) -> float:
-        solid = blow.force if blow.film is None else blow.force - blow.film
-        groups = measures.merged(blow.dt * measures.closed_steps(solid[1:]))
-        return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
+        return _first(blow.dt * measures.closed_steps(_solid(blow)[1:]))
+
+    def jump(self, blow: Blow, share: float) -> float:
+        """Touches that bear less than the ``share`` may be none; openings near the limit may end a group or not."""
+        solid = _solid(blow)
+        steps = measures.closed_steps(solid[1:])
+        if not len(steps):
+            return 0.0
+        done = np.concatenate([[0.0], np.cumsum(solid[1:])])
+        borne = np.diff(done[steps])[:, 0]
+        raw, off = blow.dt * steps, min(OPENING, OF_IMPULSE * share)
+        kept = raw[borne > min(share * done[-1], float(borne.max()) / 2)]
+        others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
+        return max(abs(other - _first(raw)) for other in others)
+
+
+def _solid(blow: Blow) -> Array:
+    """(n + 1,) force of the bodies themselves [N]."""
+    return blow.force if blow.film is None else blow.force - blow.film
+
+
+def _first(raw: Array, merge: float = measures.MERGE) -> float:
+    """How long the first group lasts of contacts (n, 2) [s]; 0 without any."""
+    groups = measures.merged(raw, merge)
+    return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 
 class SeatDisplacement(Measure):
