@@ -85,6 +85,8 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
         return
     listed = {name: _listed(ROOT / "docs" / f"{name}.md") for name in sections}
     mine = listed[docname.removeprefix("docs/")]
+    if docname == root_doc:
+        mine.append(("docs/gallery/index", "Gallery"))  # no page before it is built
     if docname == "docs/guides":
         known = {name for found in listed.values() for name, _ in found} | {root_doc}
         others = sorted(name for name in app.env.found_docs - known if not name.startswith(MADE))
