@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from impact.advice import Advice
 from impact.life.curves import LifeError
@@ -84,6 +83,8 @@ def margin(
     Raises:
         LifeError: as `damage`; a number of blocks that is not positive and finite.
     """
+    from scipy.optimize import brentq  # takes long to load, and runs without a life need none
+
     if not (math.isfinite(blocks) and blocks > 0):
         raise LifeError(f"blocks = {blocks:g}, the design number of repetitions, must be positive and finite")
 

@@ -23,7 +23,7 @@ from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
 
-MOST_TRIANGLES: Final = 12_000  # that are kept of a body
+MOST_TRIANGLES: Final = 24_000  # that are kept of a body: of 12,000 flat sections had too few for a wave
 FINEST: Final = 32_767  # steps from 0 to the largest displacement
 UNTOLD: Final = 65_535  # in place of a value that is not known
 """Values take the steps below it, from the lowest to the highest."""

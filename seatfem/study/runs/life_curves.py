@@ -11,8 +11,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from scipy.optimize import brentq
-
 from impact.files.atomic import whole_file
 from impact.life.places import left_of
 from impact.progress import Tell
@@ -76,6 +74,8 @@ def traced(
     Args:
         run: margin and error bar at a value.
     """
+    from scipy.optimize import brentq  # takes long to load, and few runs trace a curve
+
     found: dict[float, tuple[float, float | None]] = {}
 
     def excess(value: float) -> float:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from impact.after.frame import frame_of
 from impact.brief import as_html, brief
-from seatfem.structures.natural_modes import Mode
 from seatfem.study.planning.plan import Plan
 
 if TYPE_CHECKING:
     import pandas
+
+    from seatfem.structures.natural_modes import Mode
 
 
 class Measured(NamedTuple):

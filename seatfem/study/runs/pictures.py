@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from seatfem.structures.cache import key_of
 from seatfem.structures.mesh.meridian import MeridianMesh
 from seatfem.structures.mesh.seat_mesh import SeatMesh
 from seatfem.structures.model import Array
-from seatfem.structures.natural_modes import Mode, NaturalModes
 from seatfem.structures.rings import as_a_whole
 from seatfem.structures.solved import Solved
 from seatfem.structures.store import Store, StoreError
@@ -37,6 +36,9 @@ from seatfem.study.impacts.gas import GasRun
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Scene
+
+if TYPE_CHECKING:
+    from seatfem.structures.natural_modes import Mode, NaturalModes
 
 SHOWN_MODES = 6
 MODES_FILE: Final = "modes.h5"
@@ -137,6 +139,8 @@ def _seat_pictures(scene: Scene, seat: Solved) -> list[Picture]:
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
     """The first modes behind a Green's function, numbered."""
+    from seatfem.structures.natural_modes import Mode  # a run whose seat is known loads no elements
+
     assert seat.modes is not None
     diameters = 0 if isinstance(seat.mesh, MeridianMesh) else None
     found = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)

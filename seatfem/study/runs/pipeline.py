@@ -14,7 +14,6 @@ from impact.progress import Progress, Tell, silent, untold
 from impact.storage.hdf5 import save_results
 from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.build import Cache
-from seatfem.structures.natural_modes import Wanted
 from seatfem.structures.rings import as_a_whole
 from seatfem.study.impacts.contact import RunError, check_step, seat_of
 from seatfem.study.impacts.gas import GasRun, gas_csv, gas_keys
@@ -201,6 +200,8 @@ def write_modes(
     up_to_hz: float | None = None,
 ) -> RunOutcome:
     """All natural modes of the seat [the 20 lowest]: modes.csv, pictures, one animation, and modes.vtu for ParaView."""
+    from seatfem.structures.natural_modes import Wanted  # of no run
+
     check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
