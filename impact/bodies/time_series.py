@@ -57,6 +57,8 @@ class TimeSeries:
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "time", np.asarray(self.time, dtype=float))
+        object.__setattr__(self, "value", np.asarray(self.value, dtype=float))
         if self.outside not in get_args(Outside):
             raise TimeSeriesError(
                 f"{self.name}: outside = {self.outside!r} is unknown; choose forbid, hold, zero or repeat"
