@@ -150,7 +150,9 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
     try:
         check_file(path, FILE_LIMIT, ValueError)
     except FileNotFoundError:
-        raise ValueError(f"no such file: {path}") from None
+        raise ValueError(
+            f"no such file: {path}; name one that is there, as seen from the folder of this file"
+        ) from None
     return path.resolve()
 
 

@@ -172,6 +172,20 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
     return np.column_stack([raw[new, 0], raw[last, 1]])
 
 
+def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
+    """Number, from 0 on, and start and end [s] of the group of contacts that holds the largest mean force over
+    ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without contact.
+    """
+    force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
+    groups = merged(result.dt * closed_steps(solid))
+    if len(groups) == 0:
+        return 0, np.full(2, math.nan)
+    mean = averaged(force, result.dt, max(width, result.dt), MOVING_AVERAGE)
+    peaks = [mean[first : last + 1].max() for first, last in np.rint(groups / result.dt).astype(int)]
+    number = int(np.argmax(peaks))
+    return number, groups[number]
+
+
 def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
     """Closing speed -d(gap)/dt over the last step before the first contact [m/s].
 

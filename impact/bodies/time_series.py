@@ -57,6 +57,8 @@ class TimeSeries:
     __repr__ = brief
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "time", np.asarray(self.time, dtype=float))
+        object.__setattr__(self, "value", np.asarray(self.value, dtype=float))
         if self.outside not in get_args(Outside):
             raise TimeSeriesError(
                 f"{self.name}: outside = {self.outside!r} is unknown; choose forbid, hold, zero or repeat"
@@ -170,7 +172,10 @@ def _factors(name: Path, quantity: str, rpm: float | None, line: int, cells: lis
     first = ("time", SECONDS) if rpm is None else ("angle", {"deg": 60 / (TURN * rpm)})
     wanted = (first, (quantity, _UNITS[quantity]))
     if len(cells) != 2:
-        raise TimeSeriesError(f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed")
+        raise TimeSeriesError(
+            f"{name}, line {line}: the header has {len(cells)} columns, 2 are needed: "
+            f"{wanted[0][0]} and {quantity}{separated(cells)}"
+        )
     found = []
     for column, (cell, (word, units)) in enumerate(zip(cells, wanted, strict=True), 1):
         match = _HEADER.fullmatch(cell)
@@ -183,11 +188,17 @@ def _factors(name: Path, quantity: str, rpm: float | None, line: int, cells: lis
     return found[0], found[1]
 
 
+def separated(cells: list[str]) -> str:
+    """What to do about a line of one cell that another separator divides."""
+    found = [name for mark, name in ((";", "semicolons"), ("\t", "tabs")) if mark in "".join(cells[:1])]
+    return f"; its columns are divided by {found[0]}: write commas, and decimal points in the numbers" if found else ""
+
+
 def _in_the_other(match: re.Match[str] | None, rpm: float | None) -> str:
     """What to do about times where angles are expected, and the other way round."""
     found = "" if match is None else match[1].lower()
-    if rpm is None and found == "angle":
-        return "; of a record in crank angle state rpm, too"
+    if rpm is None and found not in ("time", *_UNITS):
+        return "; of a record in crank angle, 'angle [deg]', state rpm, too"
     return "; rpm is for records in crank angle: remove it" if rpm is not None and found == "time" else ""
 
 

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import csv_number, csv_rows
+from impact.bodies.time_series import csv_number, csv_rows, separated
 from impact.brief import brief
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
@@ -22,7 +22,7 @@ HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
 _LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
 _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 _SUFFIX = {"receptance": ("{}/N",), "mobility": ("{}/(N s)", "{}/s/N"), "accelerance": ("{}/(N s^2)", "{}/s^2/N")}
-_MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is one over a mass
+_MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is one over a mass; g/N: of gravity per force
 _COLUMN = re.compile(r"\s*(\w+)\s+(real|imag|magnitude|phase)\s*\[\s*([^\]]*?)\s*\]\s*")
 _FREQUENCY = re.compile(r"\s*frequency\s*\[\s*(\w+)\s*\]\s*")
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
@@ -116,7 +116,8 @@ def read_frf(path: str | os.PathLike[str], *, port_name: str = "contact", delimi
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
     Frequency in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2), accelerance
-    also in 1/kg; real and imag, or magnitude and phase [deg, rad]. Empty lines and lines that begin with # are skipped.
+    also in 1/kg or g/N (g = 9.80665 m/s^2); real and imag, or magnitude and phase [deg, rad]. Empty lines and lines
+    that begin with # are skipped.
 
     Raises:
         FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
@@ -154,7 +155,8 @@ def _header(name: Path, line: int, cells: list[str]) -> tuple[Kind, tuple[str, s
     raise FrequencyResponseError(
         f"{name}, line {line}: header {','.join(cells)!r} must be like 'frequency [Hz],mobility real [mm/(N s)],"
         "mobility imag [mm/(N s)]' or 'frequency [kHz],accelerance magnitude [1/kg],accelerance phase [deg]'; "
-        f"quantities: {', '.join(_ORDER)}; lengths: {', '.join(_LENGTHS)}"
+        f"quantities: {', '.join(_ORDER)}; lengths: {', '.join(_LENGTHS)}; "
+        f"of accelerance also {', '.join(_MASSES)}{separated(cells)}"
     )
 
 

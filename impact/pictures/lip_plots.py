@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impact.after import measures
 from impact.after.along import ClosedLine, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.after.spectrum import MOVING_AVERAGE, averaged
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, scaled, sheet, zero_line
+from impact.pictures.plots import shown_contact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,30 +59,18 @@ def plot_lip(
         PictureError: matplotlib is missing.
     """
     runs = [result] if baseline is None else [result, baseline]
-    window = _window(runs)
+    window, contact = shown_contact(runs, filter_width, 0.1)
     line = radius if isinstance(radius, ClosedLine) else ClosedLine.circle(radius, result.force.shape[1])
     with sheet(path, 7.2, 8.4) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
-        _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width)
+        _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width, contact)
         kind = "rectilinear" if line.edges is None else "polar"
         _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share, names)
         _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
         _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
     return figure
-
-
-def _window(runs: list[ImpactResult]) -> tuple[float, float]:
-    """First group of contacts of every run, as of all arcs together, and a tenth of it on either side [s]."""
-    closed = [measures.merged(run.dt * measures.closed_steps(run.solid[1:].sum(axis=1))) for run in runs]
-    groups = [each[0] for each in closed if len(each)]
-    end = float(runs[0].time[-1])
-    if not groups:
-        return 0.0, end
-    first, last = min(float(g[0]) for g in groups), max(float(g[1]) for g in groups)
-    extra = 0.1 * (last - first) + 2 * runs[0].dt
-    return max(first - extra, 0.0), min(last + extra, end)
 
 
 def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
@@ -92,7 +80,13 @@ def _within(run: ImpactResult, window: tuple[float, float], most: int) -> slice:
 
 
 def _map(
-    figure: Figure, axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine, width: float
+    figure: Figure,
+    axes: Axes,
+    result: ImpactResult,
+    window: tuple[float, float],
+    line: ClosedLine,
+    width: float,
+    contact: str,
 ) -> None:
     seen, arcs = _within(result, window, COLUMNS), result.force.shape[1]
     values = per_length(result.force, result.dt, width, line.lengths)[seen]
@@ -111,7 +105,8 @@ def _map(
         axes.axhline(border, color=GREY, linewidth=0.8)
     axes.grid(visible=False)
     axes.set_title("Force per length on the elastic seat")
-    axes.set_title(f"mean over {1e6 * width:g} µs and each of {arcs} arcs", loc="right", color=GREY, fontsize=8)
+    note = f"{contact}: mean over {1e6 * width:g} µs and each of {arcs} arcs"
+    axes.set_title(note, loc="right", color=GREY, fontsize=8)
 
 
 def _borders(line: ClosedLine) -> tuple[Array, str]:
@@ -122,6 +117,8 @@ def _borders(line: ClosedLine) -> tuple[Array, str]:
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     length = float(line.borders[-1])
     found = [line_impulse(run.force[1:], run.dt, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in found]), "N s/m")
@@ -136,6 +133,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     if line.edges is None:
         axes.set(xlabel=_borders(line)[1], xlim=(0.0, 1e3 * length))
     else:
+        axes.set_yticks(MaxNLocator(4).tick_values(0.0, axes.get_ylim()[1])[1:-1])
         axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
         axes.tick_params(axis="x", pad=1)
     axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")

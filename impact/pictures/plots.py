@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -35,7 +36,7 @@ def plot_force(
     title: str = "Contact force",
     names: tuple[str, str] = NAMES,
 ) -> Figure:
-    """Contact force against time: the whole run, the first contact group, its highest pulse, a table of the numbers.
+    """Contact force against time: the whole run, the hardest contact, its highest pulse, a table of the numbers.
 
     Thin: force of each step; thick: centred moving average over ``filter_width`` [s]. ``baseline``: the same impact on
     a spring, or ``None``.
@@ -49,14 +50,14 @@ def plot_force(
     runs = _runs(result, baseline)
     filtered = [measures.filtered_force(run, filter_width) for run in runs]
     factor, unit = scaled([measures.peak_force(run) for run in runs], "N")
-    group = _first_window(runs)
+    group, contact = shown_contact(runs, filter_width, 0.05)
     with sheet(path, 7.2, 6.6) as figure:
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.4, 0.18 + 0.12 * len(runs)], width_ratios=[1.7, 1.0])
         whole, zoom, pulse = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
         for axes, window, heading in (
             (whole, (0.0, float(result.time[-1])), "Whole run"),
-            (zoom, group, "First contact"),
+            (zoom, group, contact.capitalize()),
             (pulse, _pulse_window(result, filtered[0], group, filter_width), "Its highest pulse"),
         ):
             _forces(axes, runs, filtered, window, names)
@@ -77,10 +78,13 @@ def plot_motion(
     baseline: ImpactResult | None = None,
     path: str | os.PathLike[str] | None = None,
     *,
+    filter_width: float = 1e-6,
     title: str = "Motion of the contact points",
     names: tuple[str, str] = NAMES,
 ) -> Figure:
-    """Displacements of striker and target against time, and both with the gap during the first contact.
+    """Displacements of striker and target against time, and both with the gap during the hardest contact.
+
+    That is the one with the largest mean force over ``filter_width`` [s].
 
     Returns the figure; with a ``path`` it is written there, by its suffix (.png, .pdf, .svg).
 
@@ -102,15 +106,15 @@ def plot_motion(
         reed.set_title("Striker, contact point")
         seat.set_title("Seat, contact point")
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
-        window = _first_window(runs, 0.01)  # little of the approach: it would dwarf the openings
+        window, contact = shown_contact(runs, filter_width, 0.01)  # little of the approach: it would dwarf the openings
         for axes in (reed, seat):
             _mark(axes, window, end)
         _curves(gap, of_runs("gap"), window, "gap")
-        gap.set_title("Gap, first contact")
+        gap.set_title(f"Gap, {contact}")
         both = [(result, result.striker_displacement, "striker", GREEN, "solid")]  # they coincide while they touch
         _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
         close.legend(loc="best")
-        close.set_title(f"Both bodies, first contact ({names[0]})")
+        close.set_title(f"Both bodies, {contact} ({names[0]})")
     return figure
 
 
@@ -176,14 +180,21 @@ def _within(run: ImpactResult, first: float, last: float) -> slice:
     return slice(max(int(a) - 1, 0), int(b) + 2)
 
 
-def _first_window(runs: list[ImpactResult], margin: float = 0.05) -> tuple[float, float]:
-    """Time window [s]: first contact group of every run and ``margin`` of it on either side; whole run if none."""
-    groups = [groups[0] for run in runs if len(groups := measures.contact_groups(run))]
-    if not groups:
-        return 0.0, float(runs[0].time[-1])
-    begin, end = min(g[0] for g in groups), max(g[1] for g in groups)
+def shown_contact(runs: Sequence[ImpactResult], width: float, margin: float) -> tuple[tuple[float, float], str]:
+    """Time window [s] and name of the contact that is enlarged: the group of the first run in which the mean force
+    over ``width`` [s] is largest, groups of the others at that time, ``margin`` of it on either side; or the whole run.
+    """
+    number, (begin, end) = measures.hardest_group(runs[0], width)
+    if math.isnan(begin):
+        return (0.0, float(runs[0].time[-1])), "no contact"
+    for run in runs[1:]:
+        solid = run.solid[1:].reshape(len(run.solid) - 1, -1).sum(axis=1)
+        groups = measures.merged(run.dt * measures.closed_steps(solid))
+        beside = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
+        begin, end = min([begin, *beside[:, 0]]), max([end, *beside[:, 1]])
     extra = margin * (end - begin) + 2 * runs[0].dt
-    return max(float(begin - extra), 0.0), min(float(end + extra), float(runs[0].time[-1]))
+    window = max(float(begin - extra), 0.0), min(float(end + extra), float(runs[0].time[-1]))
+    return window, "first contact" if number == 0 else f"contact {number + 1}, the hardest"
 
 
 def _pulse_window(

@@ -85,7 +85,7 @@ def init(
     schema:
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
-    from impact.files.atomic import write_whole
+    from impact.files.atomic import check_writable, write_whole
     from seatfem.study.scene.schema import SCHEMA_FILE, scene_schema, schema_text
     from seatfem.study.scene.template import NoTemplate, scene_template
     from seatfem.study.sweep.study_template import STUDY, STUDY_SCHEMA_FILE, study_schema, study_template
@@ -98,6 +98,7 @@ def init(
     written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:
         written[path.with_name(name)] = schema_text(study_schema() if of_study else scene_schema())
+    check_writable(*written)
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:

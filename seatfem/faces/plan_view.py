@@ -29,7 +29,9 @@ def costs_table(plan: Plan) -> Table:
         ("this plan", plan.cost, plan.error),
         *((other.what, other.cost, other.error) for other in plan.alternatives),
     ):
-        table.add_row(what, _seconds(cost), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values()))
+        table.add_row(
+            what, in_time(cost.seconds), f"{cost.memory / 1e9:.2g} GB", *(_percent(e) for e in error.values())
+        )
     return table
 
 
@@ -39,9 +41,9 @@ def rounds_line(plan: Plan) -> str:
     more = (
         ""
         if ahead.further is None
-        else (f"; one more, should the measured error ask for it, about {ahead.further:.2g} s")
+        else (f"; one more, should the measured error ask for it, about {in_time(ahead.further)}")
     )
-    return f"{ahead.number} expected, {ahead.seconds:.2g} s in all{more}"
+    return f"{ahead.number} expected, {in_time(ahead.seconds)} in all{more}"
 
 
 def shares_line(plan: Plan) -> str:
@@ -57,11 +59,15 @@ def shares_line(plan: Plan) -> str:
 def stages_line(parts: Mapping[str, float]) -> str:
     """Predicted seconds by stage, the longest first."""
     longest = sorted(parts.items(), key=lambda item: -item[1])
-    return ", ".join(f"{stage} {seconds:.2g} s" for stage, seconds in longest if seconds >= 0.05)
+    return ", ".join(f"{stage} {in_time(seconds)}" for stage, seconds in longest if seconds >= 0.05)
 
 
-def _seconds(cost: Cost) -> str:
-    return f"{cost.seconds:.2g} s"
+def in_time(seconds: float) -> str:
+    """Predicted time in two figures: seconds, minutes from 100 s on, hours from 100 minutes on."""
+    for unit, size in (("s", 1.0), ("min", 60.0)):
+        if seconds < 99.5 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds / 3600:.3g} h"
 
 
 def _percent(value: float) -> str:

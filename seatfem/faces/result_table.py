@@ -178,7 +178,7 @@ def _cells(summary: Mapping[str, object], key: str, unit: str) -> tuple[str, ...
 
 
 def _bar(summary: Mapping[str, object], key: str) -> float | None:
-    if summary.get("plan_seat_level") == "spring" and key not in asked(summary):
+    if summary.get("plan_seat_level") == "spring" and key not in (*asked(summary), LIFE[0][1]):
         return None
     return as_number(summary.get(f"error_bar_{key}"))
 

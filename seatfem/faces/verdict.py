@@ -94,7 +94,7 @@ def lasting(summary: Mapping[str, object]) -> str:
         if margin is None:
             told.append(f"no stress, however large, uses up {asked_for}")
         elif margin >= 1:
-            told.append(f"the {body} endures {asked_for}, and would under {margin:.3g}{more} times the stress")
+            told.append(f"the {body} endures {asked_for}, also under {margin:.3g}{more} times the stress")
         else:
             lived = "at once" if cycles is None else f"after {cycles:.3g} of {asked_for}"
             told.append(f"the {body} fails {lived}; it would endure {margin:.3g}{more} of the stress")
@@ -160,15 +160,17 @@ def asked(summary: Mapping[str, object]) -> tuple[str, ...]:
 def _by_plan(summary: Mapping[str, object]) -> str:
     names = " and ".join(name_of(key, summary) for key in asked(summary)) or "the measures"
     counted = f"what the seat's waves would change in {names} is counted in the error bars."
+    serves = "Here a spring of the right stiffness serves. " if summary.get("accuracy_met") is True else ""
+    took = "The plan took the seat for its static stiffness"
     apart = "which its arcs share, and those of the baseline do not"
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         alone = apart if "ports" in summary else "the spring baseline itself"
         return f"seat.model = 'spring': the seat is its static stiffness alone, {alone}."
     if "ports" in summary:
-        return f"The plan took the seat for its static stiffness, {apart}: {counted} seat.model states another model."
+        return f"{serves}{took}, {apart}: {counted} seat.model states another model."
     return (
-        f"The plan took the seat for its static stiffness, a spring: {counted} Seat and spring are alike for that "
-        "reason; seat.model states another model."
+        f"{serves}{took}, a spring: {counted} Seat and spring are alike for that reason; "
+        "seat.model states another model."
     )
 
 

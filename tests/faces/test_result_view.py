@@ -100,10 +100,14 @@ def test_below_the_bars_a_spring_serves() -> None:
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"plan_seat_level": "spring"}, "The plan took the seat for its static stiffness, a spring"),
+        (
+            {"plan_seat_level": "spring", "accuracy_met": False},
+            "The plan took the seat for its static stiffness, a spring",
+        ),
+        ({"plan_seat_level": "spring", "accuracy_met": True}, "Here a spring of the right stiffness serves. The plan"),
         (
             {"plan_seat_level": "spring", "ports": 32},
-            "The plan took the seat for its static stiffness, which its arcs share, and those of the",
+            "Here a spring of the right stiffness serves. The plan took the seat for its static stiffness, which its",
         ),
         (
             {"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
@@ -122,6 +126,7 @@ def test_a_plan_that_took_the_spring_vouches_for_what_was_asked_alone() -> None:
     """Its seat has no waves, which other measures may need."""
     assert row("seat displacement", plan_seat_level="spring") == "seat displacement 1 um 2 um, raw"
     assert "±" in row("impulse", plan_seat_level="spring")
+    assert "margin on stress 1.350 ± 0.050" in " ".join(printed(**LIFE, plan_seat_level="spring"))
 
 
 def test_measures_asked_for_decide_and_others_do_not() -> None:
@@ -267,7 +272,7 @@ def test_the_life_of_the_reed() -> None:
     assert not any(line.startswith("margin on speed") for line in lines)
     assert not any("fatigue" in line for line in printed())
     assert lasting(LIFE) == (
-        "fatigue: the reed endures 4.5e+09 cycles with 99.9 % survival, and would under 1.35 +- 0.05 times the stress "
+        "fatigue: the reed endures 4.5e+09 cycles with 99.9 % survival, also under 1.35 +- 0.05 times the stress "
         "(reed, root, face away from the seat; goodman; invented)"
     )
     short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})

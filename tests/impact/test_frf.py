@@ -30,6 +30,7 @@ def write(path: Path, header: str, f: np.ndarray, a: np.ndarray, b: np.ndarray) 
         ("mobility", "m/s/N", 1, 1.0),
         ("accelerance", "m/s^2/N", 2, 1.0),
         ("accelerance", "1/kg", 2, 1.0),
+        ("accelerance", "g/N", 2, 1 / 9.80665),
         ("accelerance", "1/g", 2, 1e-3),
         ("accelerance", "mm/(N s^2)", 2, 1e3),
     ],

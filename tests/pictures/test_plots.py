@@ -10,6 +10,7 @@ import pytest
 import skfem
 
 import impact
+from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.receptance import receptance
 from impact.pictures import plots
@@ -382,3 +383,22 @@ def test_the_lowest_pole_that_is_told_carries_compliance(modal):
         lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)), residual=weak.residual))
         is None
     )
+
+
+def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
+    """A reed that lies on its seat is blown open and comes back: its landing is harder than the chatter before."""
+    pulse = impact.TimeSeries([0.0, 1e-4, 2e-4, 1e-3, 1.1e-3, 5e-3], [-10.0, -10.0, 2e3, 2e3, -100.0, -100.0])
+    reed = impact.cantilever_reed(
+        young=2e11, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3, damping_ratio=0.03, n_modes=8,
+        loads=[impact.Pressure(pulse)],
+    )  # fmt: skip
+    result = impact.solve(impact.ContactProblem(reed, impact.spring(stiffness=1e6), gap=0.0), dt=5e-7, duration=5e-3)
+    number, (begin, end) = measures.hardest_group(result)
+    groups = measures.contact_groups(result)
+    assert number > 0
+    np.testing.assert_array_equal([begin, end], groups[number])
+    hardest = float(result.time[int(np.argmax(result.force))])
+    assert begin <= hardest <= end
+    assert plots.shown_contact([result, result], 1e-6, 0.05)[0] == pytest.approx((begin, end), abs=0.06 * (end - begin))
+    plots.plot_force(result, result, tmp_path / "force.svg")
+    assert f"Contact {number + 1}, the hardest" in (tmp_path / "force.svg").read_text(encoding="utf-8")

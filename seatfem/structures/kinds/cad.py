@@ -24,14 +24,12 @@ OTHER_NAMES: Final = {"path": "file"}
 
 
 class Cad(Drawn):
-    """A solid drawn in a CAD program, read from a STEP or BREP file."""
+    """A solid drawn in a CAD program, read from a STEP or BREP file. `seatfem faces FILE` numbers its faces."""
 
     has_faces: ClassVar[bool] = True
 
     sample: ClassVar[str] = """
 file = "seat.step"
-contact = { number = 1 }
-fixed = { number = 2 }
 material = "steel"
 damping_ratio = 0.02
 """
@@ -39,8 +37,12 @@ damping_ratio = 0.02
     kind: Literal["cad"]
     file: ExistingFile = Field(description="the file, relative to the scene's folder")
     unit: LengthUnit | None = Field(None, description="length unit of the file; a STEP file states its own")
-    contact: FaceSelector = Field(RED_FACES, description="faces that are struck; by default those painted pure red")
-    fixed: ClampSelector = Field(BLUE_FACES, description="faces that are clamped; by default those painted pure blue")
+    contact: FaceSelector = Field(
+        RED_FACES, description="faces that are struck, as in { number = 11 }; by default those painted pure red"
+    )
+    fixed: ClampSelector = Field(
+        BLUE_FACES, description="faces that are clamped, as in { number = 8 }; by default those painted pure blue"
+    )
     groups: dict[str, FaceSelector] = default({}, "further faces by name, for supports")
     regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
 

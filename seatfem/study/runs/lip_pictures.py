@@ -30,7 +30,7 @@ from seatfem.study.scene.lips import closed_line
 LANDING: Final = "landing.gif"
 FEWEST: Final = 3  # arcs that tell a tilt
 FRAMES: Final = 40
-BEFORE: Final = 0.15  # of the first contact's duration, shown before it
+BEFORE: Final = 0.15  # of the contact's duration, shown before it
 AFTER: Final = 0.35  # and after it
 AROUND: Final = 120  # quadrilaterals of a lip, at least
 
@@ -84,19 +84,22 @@ def by_arc(parts: ImpactResult, division: Division) -> ImpactResult:
 
 
 def landing_of(done: Round, lip: ImpactResult) -> Landing | None:
-    """The plate over the lip during its first contact; ``None`` of what is no plate with its modes, of loads that
+    """The plate over the lip during its hardest contact; ``None`` of what is no plate with its modes, of loads that
     the march alone knows, under a preload, and without contact."""
     scene, reed, touches = done.plan.scene, done.reed, done.touches
-    groups, shape = measures.contact_groups(touches.seat), scene.seat.lip(lip.force.shape[1])
+    (_, (start, end)), shape = (
+        measures.hardest_group(touches.seat, scene.run.filter_width),
+        scene.seat.lip(lip.force.shape[1]),
+    )
     if not isinstance(scene.reed, ThinPlate) or reed is None:
         return None
-    if shape is None or not len(groups) or scene.is_blown_by_lift or scene.contact.preload:
+    if shape is None or math.isnan(start) or scene.is_blown_by_lift or scene.contact.preload:
         return None
     plate, modal, dt = scene.reed.plate(reed.greens), done.striker.greens.modal, touches.seat.dt
     dofs, shapes = plate.model.dofs, plate.modes.shapes
     if dofs is None or not isinstance(dofs.mesh, PlateMesh) or modal is None or len(modal.omega) != shapes.shape[1]:
         return None
-    (start, end), last = groups[0], len(touches.seat.time) - 1
+    last = len(touches.seat.time) - 1
     first = max(0.0, start - BEFORE * (end - start))
     stride = max(1, math.ceil((min(end + AFTER * (end - start), last * dt) - first) / dt / (FRAMES - 1)))
     begin = min(int(first / dt / stride), last // stride)

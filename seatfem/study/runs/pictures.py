@@ -75,7 +75,7 @@ def draw_run(
     memory, whole = min(scene.run.duration, periods / band), as_a_whole(seat.greens)  # p parts have p^2 responses
     pictures: list[Picture] = [
         ("force.png", lambda path: plot_force(result, baseline, path, filter_width=width, title=title)),
-        ("motion.png", lambda path: plot_motion(result, baseline, path, title=title)),
+        ("motion.png", lambda path: plot_motion(result, baseline, path, filter_width=width, title=title)),
         ("energy.png", lambda path: plot_energy(result, path, title=title)),
         ("greens.png", lambda path: plot_greens(whole, path, duration=memory, width=1 / band)),
         *more,

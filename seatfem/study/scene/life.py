@@ -108,7 +108,7 @@ class LifeTable(Table):
         try:
             return load_strength(path)
         except SceneError as problem:
-            raise KeyProblem(key, str(problem)) from None
+            raise KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
     def demand(self, of: Of = "reed") -> Demand | None:
         """What a body or the contact has to endure; ``None`` where no strength is given, or nobody asks.

@@ -20,7 +20,9 @@ class Run(Table):
     """What is simulated."""
 
     duration: Time = Field(description="simulated time")
-    time_step: Time | None = Field(None, description="time step; chosen from both bodies where absent")
+    time_step: Time | None = Field(
+        None, description="time step; chosen from both bodies where absent", examples=["50 ns"]
+    )
     filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
 
     @model_validator(mode="after")
