@@ -58,7 +58,7 @@ def version() -> str:
 
 def frequencies(model: SecondOrderModel, material: Material, count: int) -> Answer:
     """The lowest natural frequencies [Hz], by ARPACK (*FREQUENCY)."""
-    text, seconds = _run(_body(model, material), ["*FREQUENCY", f"{count}"])
+    text, seconds = run(body_lines(model, material), ["*FREQUENCY", f"{count}"])
     rows = (line.split() for line in text.split("P A R T I C I P A T I O N")[0].splitlines())
     found = [float(row[3]) for row in rows if len(row) == 5 and row[0].isdigit()]
     if len(found) < count:
@@ -84,17 +84,17 @@ def response(
     count = int(np.ceil(duration / dt))
     times = dt * np.arange(count + 2)
     [port] = model.ports.values()
-    loads = _of(model).expand(port.vector)
+    loads = unknowns(model).expand(port.vector)
     pushed = np.argwhere(loads.T)
     pairs = np.stack([times, hann(times, width)], axis=1).ravel()
     pulse = [",".join(f"{x:.12e}" for x in pairs[k : k + 8]) for k in range(0, len(pairs), 8)]
-    body = [*_body(model, material), "*AMPLITUDE, NAME=HANN", *pulse, *_set("PATCH", np.unique(pushed[:, 0]))]
+    body = [*body_lines(model, material), "*AMPLITUDE, NAME=HANN", *pulse, *node_set("PATCH", np.unique(pushed[:, 0]))]
     before = [] if modes is None else ["*STEP", "*FREQUENCY, STORAGE=YES", f"{modes}", "*END STEP"]
     step = ["*DYNAMIC, DIRECT, ALPHA=0." if modes is None else "*MODAL DYNAMIC", f"{dt:.12e},{dt * count:.12e}"]
     step += ["*CLOAD, AMPLITUDE=HANN"]
     step += [f"{node + 1},{axis + 1},{loads[axis, node]:.12e}" for node, axis in pushed]
     step += ["*NODE PRINT, NSET=PATCH, FREQUENCY=1", "U"]
-    text, seconds = _run([*body, *before], step, f", INC={count + 1}")
+    text, seconds = run([*body, *before], step, f", INC={count + 1}")
     at, moved = [], []
     for block in re.split(r"^ *displacements.*time *", text, flags=re.MULTILINE)[1:]:
         first, *rows = block.strip().splitlines()
@@ -113,12 +113,12 @@ def same_mass(model: SecondOrderModel, material: Material) -> Any:
     def inertia(u: Any, v: Any, _: Any) -> Any:
         return material.density * u * v
 
-    whole = inertia.assemble(Basis(_of(model).mesh, ElementTetP2(), intorder=2))
-    free = _of(model).free
+    whole = inertia.assemble(Basis(unknowns(model).mesh, ElementTetP2(), intorder=2))
+    free = unknowns(model).free
     return sparse.csr_array(sparse.kron(whole, np.eye(3), format="csr")[free][:, free])
 
 
-def _of(model: SecondOrderModel) -> Any:
+def unknowns(model: SecondOrderModel) -> Any:
     """Where its unknowns live, which must be Cartesian components at the nodes of second-order tetrahedra."""
     dofs = model.dofs
     if dofs is None or dofs.turned is not None or getattr(dofs.mesh, "elem", None) is None:
@@ -128,9 +128,9 @@ def _of(model: SecondOrderModel) -> Any:
     return dofs
 
 
-def _body(model: SecondOrderModel, material: Material) -> list[str]:
+def body_lines(model: SecondOrderModel, material: Material) -> list[str]:
     """Nodes, elements, material, and what is held: the components that are no unknowns."""
-    dofs = _of(model)
+    dofs = unknowns(model)
     cells, points = Dofs(dofs.mesh, ElementTetP2()).element_dofs.copy(), dofs.points
     a, b, c, d = (points[:, cells[k]].T for k in range(4))
     mirrored = np.einsum("ei,ei->e", np.cross(b - a, c - a), d - a) < 0
@@ -145,16 +145,16 @@ def _body(model: SecondOrderModel, material: Material) -> list[str]:
     lines += ["*DENSITY", f"{material.density:.12g}", "*SOLID SECTION, ELSET=BODY, MATERIAL=SOLID"]
     for axis, of_axis in enumerate(held.reshape(-1, 3).T, start=1):
         if of_axis.any():
-            lines += [*_set(f"HELD{axis}", np.flatnonzero(of_axis)), "*BOUNDARY", f"HELD{axis},{axis}"]
+            lines += [*node_set(f"HELD{axis}", np.flatnonzero(of_axis)), "*BOUNDARY", f"HELD{axis},{axis}"]
     return lines
 
 
-def _set(name: str, nodes: NDArray[np.int64]) -> Iterator[str]:
+def node_set(name: str, nodes: NDArray[np.int64]) -> Iterator[str]:
     yield f"*NSET, NSET={name}"
     yield from (f"{node + 1}," for node in nodes)
 
 
-def _run(body: Sequence[str], step: Sequence[str], of_step: str = "") -> tuple[str, float]:
+def run(body: Sequence[str], step: Sequence[str], of_step: str = "") -> tuple[str, float]:
     """The .dat file and the processor seconds of the whole program, on one thread."""
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "deck.inp"
