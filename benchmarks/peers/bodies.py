@@ -66,7 +66,7 @@ def modes_table() -> Table:
         ("straight", replace(LARGE, curved=False)),
     ):
         mesh = make_mesh(AnnularSeat(), spec).mesh
-        (model, mine), seconds = timed(lambda mesh=mesh: _modes(mesh))  # type: ignore[misc]
+        (model, mine), seconds = timed(lambda mesh=mesh: _modes(mesh))
         theirs = calculix.frequencies(model, STEEL, MODES)
         same = solve_modes(with_their_mass(model), MODES).frequencies_hz
         differences = (f"{np.abs(theirs.values / f - 1).max():.0e}" for f in (mine, same))
@@ -93,7 +93,7 @@ def sfepy_table() -> Table:
     rows = []
     for spec in (replace(SMALL, curved=False), replace(MEDIUM, curved=False)):
         mesh = make_mesh(AnnularSeat(), spec).mesh
-        (model, mine), seconds = timed(lambda mesh=mesh: _modes(mesh))  # type: ignore[misc]
+        (model, mine), seconds = timed(lambda mesh=mesh: _modes(mesh))
         theirs = sfepy_modes.frequencies(model, STEEL, MODES)
         times = f"{theirs.seconds:.2f}", f"{seconds:.2f}", f"{theirs.seconds / seconds:.2g}"
         rows.append((f"{model.size}", *times, f"{np.abs(theirs.values / mine - 1).max():.0e}"))

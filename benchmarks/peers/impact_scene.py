@@ -91,7 +91,7 @@ def apart(one: Course, truth: Course) -> tuple[float, float, float, float]:
     a, b = filtered(one, times), filtered(truth, times)
     whole = np.abs(a - b).max() / b.max()
     pairs = ((a.max(), b.max()), *((f(one), f(truth)) for f in (impulse, contact_duration)))
-    return (100 * float(whole), *(100 * (float(x) / float(y) - 1) for x, y in pairs))  # type: ignore[return-value]
+    return (100 * float(whole), *(100 * (float(x) / float(y) - 1) for x, y in pairs))
 
 
 def with_mass(model: SecondOrderModel, mass: Any) -> SecondOrderModel:

@@ -36,7 +36,7 @@ def impact_table() -> Table:
     truth = _marched(ModalGreens(np.sqrt(square), 0 * square, shares[:, None], Residual.none()), FINE)
     rows, first, again = [], 0.0, 0.0
     for tolerance in (1e-2, 3e-3):
-        greens, whole = timed(lambda aim=tolerance: _ours(mesh, aim))  # type: ignore[misc]
+        greens, whole = timed(lambda aim=tolerance: _ours(mesh, aim))
         mine = _marched(greens, STEP)
         row = _row(f"ours, tolerance {100 * tolerance:g} %", STEP, whole, mine.seconds, scene.apart(mine, truth))
         first, again = (first, again) if rows else (whole, mine.seconds)
@@ -98,12 +98,12 @@ def _plain(mesh: Any) -> Iterator[tuple[str, float, float, float, scene.Course, 
     """Newmark's rule on the mesh, and on the lowest modes."""
     (K, M, b), assembly = timed(lambda: plain_scikit.assembled(mesh, scene.STEEL))
     for dt in PLAIN_STEPS:
-        (factor, pushed), once = timed(lambda dt=dt: plain_impact.stepping(K, M, b, dt))  # type: ignore[misc]
-        force, further = timed(lambda dt=dt, f=factor, p=pushed: plain_impact.newmark(K, b, dt, f, p))  # type: ignore[misc]
+        (factor, pushed), once = timed(lambda dt=dt: plain_impact.stepping(K, M, b, dt))
+        force, further = timed(lambda dt=dt, f=factor, p=pushed: plain_impact.newmark(K, b, dt, f, p))
         yield plain_impact.NAME, dt, assembly + once + further, further, scene.of_points(force, dt, further), ""
     for count in MODES:
-        (squares, shares, _), once = timed(lambda n=count: plain_scikit.sparse_modes(K, M, b, n))  # type: ignore[misc]
-        force, further = timed(lambda s=squares, p=shares: plain_impact.by_modes(s, p, STEP))  # type: ignore[misc]
+        (squares, shares, _), once = timed(lambda n=count: plain_scikit.sparse_modes(K, M, b, n))
+        force, further = timed(lambda s=squares, p=shares: plain_impact.by_modes(s, p, STEP))
         name = f"{plain_impact.NAME}, {count} modes"
         yield name, STEP, assembly + once + further, further, scene.of_points(force, STEP, further), ""
 

@@ -37,7 +37,7 @@ def march(omega: Array, shares: Array, steps: tuple[float, ...]) -> dict[str, li
     with tempfile.TemporaryDirectory() as folder:
         asked, answer = Path(folder) / "asked.npz", Path(folder) / "answer.npz"
         scene = {"mass": MASS, "speed": SPEED, "stiffness": STIFFNESS, "duration": DURATION, "foot": FOOT}
-        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), **scene)  # type: ignore[arg-type]
+        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), **scene)
         done = subprocess.run(
             [PYTHON, str(PROGRAM), str(asked), str(answer)], capture_output=True, text=True, check=False
         )
