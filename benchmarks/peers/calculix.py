@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +116,11 @@ def same_mass(model: SecondOrderModel, material: Material) -> Any:
     whole = inertia.assemble(Basis(unknowns(model).mesh, ElementTetP2(), intorder=2))
     free = unknowns(model).free
     return sparse.csr_array(sparse.kron(whole, np.eye(3), format="csr")[free][:, free])
+
+
+def with_its_mass(model: SecondOrderModel, material: Material) -> SecondOrderModel:
+    """The model with `same_mass`."""
+    return replace(model, M=same_mass(model, material), known=model.damping)
 
 
 def unknowns(model: SecondOrderModel) -> Any:

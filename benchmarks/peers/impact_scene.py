@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -92,8 +92,3 @@ def apart(one: Course, truth: Course) -> tuple[float, float, float, float]:
     whole = np.abs(a - b).max() / b.max()
     pairs = ((a.max(), b.max()), *((f(one), f(truth)) for f in (impulse, contact_duration)))
     return (100 * float(whole), *(100 * (float(x) / float(y) - 1) for x, y in pairs))
-
-
-def with_mass(model: SecondOrderModel, mass: Any) -> SecondOrderModel:
-    """The same body with another mass matrix."""
-    return replace(model, M=mass, known=model.damping)

@@ -112,7 +112,7 @@ def _calculix(model: SecondOrderModel) -> Iterator[tuple[str, float, float, floa
     """Its runs, if it is here."""
     if calculix.absent():
         return
-    same = scene.with_mass(model, calculix.same_mass(model, scene.STEEL))
+    same = calculix.with_its_mass(model, scene.STEEL)
     truth = _marched(scene.reduced(same, 1e-3), FINE)
     for dt in CALCULIX_STEPS:
         theirs, _ = calculix_impact.march(model, dt)

@@ -60,7 +60,7 @@ def test_the_contact_of_calculix_finds_the_same():
     model, dt = block(cells=(2, 2, 1)), 0.1e-6
     theirs, lost = calculix_impact.march(model, dt)
     assert lost == pytest.approx(scene.impulse(theirs), rel=1e-5)
-    found = solve_modes(scene.with_mass(model, calculix.same_mass(model, STEEL)), model.size)
+    found = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
     [port] = model.ports.values()
     squares, shares = (2 * np.pi * found.frequencies_hz) ** 2, port.vector @ found.shapes
     right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
