@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,7 @@ def version() -> str:
 
 def frequencies(model: SecondOrderModel, material: Material, count: int) -> Answer:
     """The lowest natural frequencies [Hz], by ARPACK (*FREQUENCY)."""
-    deck = calculix_body(_tetrahedra(model), material)
+    deck = calculix_body(tetrahedra(model), material)
     text, seconds = run([*deck.lines, *deck.frequency(count)])
     return Answer(frequencies_in(text, count), seconds)
 
@@ -84,7 +84,7 @@ def response(
     Direct dynamics, implicit, without numerical damping (*DYNAMIC, DIRECT, ALPHA=0: Newmark's trapezoidal rule), or the
     sum of the lowest ``modes``, each exact under a force that is linear from step to step (*MODAL DYNAMIC).
     """
-    deck = calculix_body(_tetrahedra(model), material)
+    deck = calculix_body(tetrahedra(model), material)
     text, seconds = run([*deck.lines, *deck.transient(width, duration, width / steps_per_width, modes)])
     times, moved = course_in(text, "displacements", "PATCH")
     if len(times) < int(np.ceil(duration * steps_per_width / width)):
@@ -109,7 +109,7 @@ def same_mass(model: SecondOrderModel, material: Material) -> Any:
     def inertia(u: Any, v: Any, _: Any) -> Any:
         return material.density * u * v
 
-    dofs = _tetrahedra(model).dofs
+    dofs = tetrahedra(model).dofs
     assert dofs is not None
     mesh: Any = dofs.mesh
     whole = inertia.assemble(Basis(mesh, ElementTetP2(), intorder=2))
@@ -117,7 +117,12 @@ def same_mass(model: SecondOrderModel, material: Material) -> Any:
     return sparse.csr_array(sparse.kron(whole, np.eye(3), format="csr")[free][:, free])
 
 
-def _tetrahedra(model: SecondOrderModel) -> SecondOrderModel:
+def with_its_mass(model: SecondOrderModel, material: Material) -> SecondOrderModel:
+    """The model with `same_mass`."""
+    return replace(model, M=same_mass(model, material), known=model.damping)
+
+
+def tetrahedra(model: SecondOrderModel) -> SecondOrderModel:
     """Itself, if it is made of tetrahedra of second order."""
     mesh: Any = None if model.dofs is None else model.dofs.mesh
     if mesh is None or mesh.elem.refdom.__name__ != "RefTet":

@@ -38,7 +38,7 @@ def test_frequencies_are_the_same_and_a_wrong_modulus_is_seen():
 def test_the_mass_explains_what_the_frequencies_differ_by():
     """With four points for our mass, too: the seven digits that it prints."""
     model = block()
-    same = replace(model, M=calculix.same_mass(model, STEEL), known=model.damping)
+    same = calculix.with_its_mass(model, STEEL)
     theirs = calculix.frequencies(model, STEEL, 5).values
     assert np.abs(theirs / solve_modes(same, 5).frequencies_hz - 1).max() < 1e-6
 
@@ -47,7 +47,7 @@ def test_the_mass_explains_what_the_frequencies_differ_by():
 def test_the_response_is_that_of_the_trapezoidal_rule():
     """The same mass, rule and load: the seven digits that it prints."""
     model, width = block(cells=(2, 2, 1)), 10e-6
-    same = replace(model, M=calculix.same_mass(model, STEEL), known=model.damping)
+    same = calculix.with_its_mass(model, STEEL)
     theirs = calculix.response(model, STEEL, width=width, duration=2 * width, steps_per_width=10)
     ours = same_rule.trapezoidal(same, width / 10, len(theirs.values), width)
     assert np.abs(theirs.values - ours).max() < 1e-6 * np.abs(ours).max()

@@ -1,0 +1,52 @@
+"""Siconos (Debian's python3-siconos), a program for nonsmooth dynamics, on the modes of a reduced seat."""
+
+from __future__ import annotations
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.peers.calculix import PeerError
+from benchmarks.peers.impact_scene import DURATION, MASS, SPEED, STIFFNESS, Array, Course
+
+NAME, PYTHON = "Siconos", "/usr/bin/python3"
+PROGRAM = Path(__file__).with_name("siconos_program.py")
+FOOT = MASS / 2000
+RULES = {"theta_rule": "Siconos, theta rule", "moreau_jean": "Siconos, Moreau-Jean"}
+
+
+def absent() -> str:
+    """Why this peer cannot be asked; "" where it can."""
+    try:
+        asked = subprocess.run([PYTHON, "-c", "import siconos.kernel"], capture_output=True, check=False)
+    except OSError:
+        return f"there is no {PYTHON}"
+    return f"{PYTHON} has no module siconos (Debian: apt-get install python3-siconos)" if asked.returncode else ""
+
+
+def version() -> str:
+    """Of the Debian package, as the module does not tell."""
+    asked = ["dpkg-query", "-W", "-f", "${Version}", "python3-siconos"]
+    return f"{NAME} {subprocess.run(asked, capture_output=True, text=True, check=True).stdout}"
+
+
+def march(omega: Array, shares: Array, steps: tuple[float, ...]) -> dict[str, list[Course]]:
+    """By each rule and each of ``steps`` [s], on undamped modes with the patch's ``shares`` in their shapes."""
+    with tempfile.TemporaryDirectory() as folder:
+        asked, answer = Path(folder) / "asked.npz", Path(folder) / "answer.npz"
+        scene = {"mass": MASS, "speed": SPEED, "stiffness": STIFFNESS, "duration": DURATION, "foot": FOOT}
+        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), **scene)
+        done = subprocess.run(
+            [PYTHON, str(PROGRAM), str(asked), str(answer)], capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            raise PeerError(f"{NAME} fails with {done.returncode}: {done.stderr[-1000:]}")
+        with np.load(answer) as found:
+            return {
+                rule: [
+                    Course(found[f"{rule}_{k}"][1:], dt, float(found[f"{rule}_{k}"][0])) for k, dt in enumerate(steps)
+                ]
+                for rule in RULES
+            }

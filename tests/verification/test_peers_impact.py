@@ -1,0 +1,76 @@
+"""The impact by other programs, on small bodies: each must find what we find, and see a coefficient that is wrong."""
+
+import numpy as np
+import pytest
+
+from benchmarks.peers import calculix, calculix_impact, plain_impact, sfepy_modes, siconos_impact, switching
+from benchmarks.peers import impact_scene as scene
+from impact import ModalGreens, Residual
+from seatfem.structures.reduction.modes import solve_modes
+from tests.verification.test_peers import STEEL, block
+
+OMEGA, SHARES = 2 * np.pi * np.array([50e3, 120e3, 310e3]), np.array([6.0, 5.0, 4.0])
+
+
+def seat(factor=1.0):
+    """Of three undamped modes."""
+    return ModalGreens(factor * OMEGA, 0 * OMEGA, SHARES[:, None], Residual.none())
+
+
+def ours(greens, dt):
+    return scene.course(scene.impact_of(greens, dt), 0.0)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return switching.march(OMEGA, SHARES, 10e-9)
+
+
+def test_the_march_tends_to_the_exact_motion_at_second_order(exact):
+    errors = [scene.apart(ours(seat(), dt), exact)[0] for dt in (160e-9, 80e-9, 40e-9)]
+    assert errors[-1] < 0.05
+    assert np.log2(errors[0] / errors[-1]) / 2 > 1.7
+    assert scene.apart(ours(seat(1.03), 40e-9), exact)[0] > 5 * errors[-1]
+
+
+def test_newmark_of_scipy_finds_the_same(exact):
+    """0.1 % is a few times its error at this step; 3 % of the frequencies move the force by more."""
+    dt = 40e-9
+    right, wrong = (scene.of_points(plain_impact.by_modes((f * OMEGA) ** 2, SHARES, dt), dt, 0.0) for f in (1.0, 1.03))
+    assert scene.apart(right, exact)[0] < 0.1 < scene.apart(wrong, exact)[0]
+
+
+@pytest.mark.skipif(bool(siconos_impact.absent()), reason=siconos_impact.absent())
+def test_siconos_finds_the_same(exact):
+    """The theta rule at second order; Moreau-Jean at first, with a foot and its drift of half a step."""
+    found = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
+    theta, jean = ([scene.apart(course, exact)[0] for course in found[rule]] for rule in siconos_impact.RULES)
+    assert np.log2(theta[0] / theta[1]) > 1.7
+    assert theta[1] < 0.2
+    assert np.log2(jean[0] / jean[1]) > 0.7
+    assert jean[1] < 2.0
+
+
+@pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
+def test_the_contact_of_calculix_finds_the_same():
+    """As Newmark's rule with its mass and step; its damping moves 0.07 % here, 3 % of the modulus move 2 %.
+
+    The momentum that its mass loses is the integral of the force that is read off the penetration.
+    """
+    model, dt = block(cells=(2, 2, 1)), 0.1e-6
+    theirs, lost = calculix_impact.march(model, dt)
+    assert lost == pytest.approx(scene.impulse(theirs), rel=1e-5)
+    found = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
+    [port] = model.ports.values()
+    squares, shares = (2 * np.pi * found.frequencies_hz) ** 2, port.vector @ found.shapes
+    right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
+    assert scene.apart(theirs, right)[0] < 0.2
+    assert scene.apart(theirs, wrong)[0] > 1.0
+
+
+@pytest.mark.skipif(bool(sfepy_modes.absent()), reason=sfepy_modes.absent())
+def test_sfepy_finds_the_same_modes():
+    """Both integrate exactly: what is left is round-off."""
+    model = block()
+    theirs = sfepy_modes.frequencies(model, STEEL, 5).values
+    assert np.abs(theirs / solve_modes(model, 5).frequencies_hz - 1).max() < 1e-8
