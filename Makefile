@@ -1,5 +1,5 @@
 # make demo    the example, all the way, into seatfem-demo/
-# make test    lint, types, tests
+# make test    lint, types, tests, the pages of the documentation
 # make quick   lint and the tests that take less than a minute in all
 # All make .venv and install what they need first; a second run installs nothing.
 
@@ -12,16 +12,16 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz clean distclean
+.PHONY: help demo test quick lint types unit installed verify doctor docs extremes fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (docs/scene.md), extremes, fuzz, clean, distclean."
+	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
 
-test: lint types unit
+test: lint types unit docs
 
 QUICK := tests/contracts tests/impact tests/literature tests/study/test_scene.py tests/study/test_units.py
 quick: lint
@@ -46,12 +46,19 @@ verify doctor: $(VENV)/installed-pictures
 
 docs: $(VENV)/installed-dev
 	$(PY) docs/scene_page.py docs/scene.md
+	$(PY) docs/scenes_page.py docs/scenes.md
+	$(PY) docs/rooms.py docs/images/rooms.svg
+	$(SINGLE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 extremes: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.extremes
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
+
+# Speed of the main parts against earlier commits: a line of benchmarks/results/history.jsonl; it judges nothing.
+history: $(VENV)/installed-dev
+	$(SINGLE_THREAD) $(PY) benchmarks/history.py
 
 # The virtual environment. Some systems' venv lacks ensurepip: the outer pip then installs into it.
 $(PY):
@@ -83,7 +90,7 @@ $(VENV)/installed-dev: pyproject.toml | $(PY)
 	@touch $@ $(VENV)/installed-pictures
 
 clean:
-	rm -rf build dist seatfem-demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist docs/gallery docs/generated seatfem-demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
 
 distclean: clean

@@ -68,7 +68,7 @@ def _stages(scene: Scene) -> Mapping[str, float]:
         with watch("spring baseline"):
             baseline = run_contacts(done.plan.scene, done.striker, spring, done.result.dt).seat
         with watch("reed stress"):
-            stress_of(done.plan.scene, done.striker, baseline.force, baseline.dt)
+            stress_of(done.plan.scene, done.striker, baseline.force, baseline.dt, baseline.gap)
         with watch("files"):
             save_results(folder / "result.h5", {"wave": done.result, "spring": baseline}, {})
     return watch.stages

@@ -27,6 +27,7 @@ from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.method import REED_BAND, as_stated, stated_method
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.reed_stress import plate_reed_stress
@@ -158,7 +159,7 @@ def _finer_round(done: Round, method: str) -> Round:
     seat = seat_of(scene)
     striker = striker_of(scene)
     touches = run_contacts(scene, striker, seat.greens, finer_step(done))
-    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt)
+    stress = stress_of(scene, striker, touches.seat.force, touches.seat.dt, lift_of(touches))
     plan = replace(done.plan, scene=scene, method=stated_method(scene))
     return replace(done, plan=plan, seat=seat, striker=striker, touches=touches, stress=stress)
 

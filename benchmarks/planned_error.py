@@ -17,6 +17,7 @@ from seatfem.structures.build import Cache
 from seatfem.structures.store import Store
 from seatfem.study.accuracy.error_budget import error_budget
 from seatfem.study.impacts.contact import run_contacts, seat_of, stress_of, striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.method import as_stated
 from seatfem.study.planning.planner import plan_scene
@@ -46,7 +47,7 @@ def rows_of(name: str) -> list[tuple[str, ...]]:
     striker = striker_of(planned)
     assert planned.run.time_step is not None
     touches = run_contacts(planned, striker, seat.greens, planned.run.time_step)
-    stress = stress_of(planned, striker, touches.seat.force, touches.seat.dt)
+    stress = stress_of(planned, striker, touches.seat.force, touches.seat.dt, lift_of(touches))
     left = error_budget(planned, plan.method, seat, striker, touches, stress)
     found = []
     for measure in planned.accuracy.measures:

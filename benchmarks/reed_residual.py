@@ -45,7 +45,8 @@ def main() -> None:
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     for n in (10, 20, 40, 80, 160):
         lines += [row(n, bare=True), row(n, bare=False)]
-    note = f"Seat: Z = {1 / SEAT.initial_value()[0, 0]:.4g} N s/m; step {DT:g} s, {DURATION:g} s.\n\n"
+    impedance = 1 / SEAT.initial_value()[0, 0]
+    note = f"# The residual of a reed\n\nSeat: Z = {impedance:.4g} N s/m; step {DT:g} s, {DURATION:g} s.\n\n"
     with whole_file(RESULT) as temporary:
         temporary.write_text(note + "\n".join(lines) + "\n", encoding="utf-8")
 

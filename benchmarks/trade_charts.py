@@ -34,7 +34,9 @@ HEAD: Final = f"""# Speed for accuracy, measured
 Written by `python benchmarks/trade_charts.py`. Measured on {{machine}}. Other programs were running, which is why the
 charts show processor time.
 
-    seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
+```text
+seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
+```
 
 runs a scene at every fidelity that applies to it and draws time against error. Each point is a scene with its keys
 stated (the JSON table says which) and runs in a process of its own, on one thread, with no seat at hand from before.
@@ -78,12 +80,17 @@ class Charted:
     trade: Trade
 
 
+def anchor(charted: Charted) -> str:
+    """Of its section, as Markdown makes it from the heading."""
+    return re.sub(r"[^\w-]", "", charted.trade.title.lower().replace(" ", "-"))
+
+
 def line(charted: Charted) -> str:
     """One row of the overview."""
     trade = charted.trade
     found = summary_of(trade)
     cells = (
-        f"[{trade.title}](#{charted.name})",
+        f"[{trade.title}](#{anchor(charted)})",
         f"{len(trade.done())} of {len(trade.points)}",
         f"{100 * trade.target:g} %",
         f"{100 * trade.trusted_error(PLANNED):.2g} %",
@@ -98,7 +105,7 @@ def line(charted: Charted) -> str:
 def section(charted: Charted) -> str:
     """Chart, and the points of the front with the planner's."""
     trade = charted.trade
-    parts = [f'\n<a id="{charted.name}"></a>\n\n## {trade.title}\n\n', f"`examples/{charted.name}.toml`\n\n"]
+    parts = [f"\n## {trade.title}\n\n", f"`examples/{charted.name}.toml`\n\n"]
     parts.append(f"![Time against error](images/trade_{charted.name}.png)\n\n")
     heads = [measure.replace("_", " ") for measure in trade.measures]
     parts.append(f"| on the front of the worst error | processor time | peak memory | {' | '.join(heads)} |\n")
@@ -128,9 +135,10 @@ def write_document(found: list[Charted]) -> None:
 
 def put_in_place(charted: Charted) -> None:
     """One scene of the document anew."""
-    mark, name = f'\n<a id="{charted.name}"></a>', re.escape(charted.name)
-    text = re.sub(rf"(?m)^\| \[.*\]\(#{name}\).*\n", lambda _: line(charted), DOCUMENT.read_text(encoding="utf-8"))
-    text = re.sub(rf"(?s){mark}.*?(?=\n<a id=|\Z)", lambda _: section(charted), text)
+    mark = f"\n## {re.escape(charted.trade.title)}\n"
+    text = DOCUMENT.read_text(encoding="utf-8")
+    text = re.sub(rf"(?m)^\| \[.*\]\(#{anchor(charted)}\).*\n", lambda _: line(charted), text)
+    text = re.sub(rf"(?s){mark}.*?(?=\n## |\Z)", lambda _: section(charted), text)
     with whole_file(DOCUMENT) as temporary:
         temporary.write_text(text, encoding="utf-8")
 

@@ -2,8 +2,9 @@
 
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
-Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples and the
-verification cases, then rewrites docs/images/, docs/verification.md and what stands between the markers in README.md.
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples, the first command of the
+tutorial and the verification cases, then rewrites docs/images/, docs/verification.md and what is between the markers
+in README.md.
 With --demo: nothing of the verification, which takes minutes.
 """
 
@@ -21,7 +22,7 @@ from pathlib import Path
 import first_picture
 
 from impact.files.atomic import whole_file
-from seatfem.faces.cli import demo_scene
+from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.verdict import verdict
 from seatfem.structures.store import VARIABLE, Store
 from seatfem.study.planning.plan import Plan
@@ -33,7 +34,10 @@ from seatfem.verification.table import PROVIDERS, markdown_table, verification_t
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ("force.png", "greens.png", "modes.png", "mesh.png", "mode_1.gif")
-OF_EXAMPLES = {"tilted_landing": ("lip.png", "landing.gif"), "impact_stress": ("seat_stress.png", "stress_wave.gif")}
+OF_EXAMPLES = {
+    "tilted_landing": ("lip.png", "landing.gif"),
+    "impact_stress": ("seat_stress.png", "stress_histories.png", "stress_wave.gif"),
+}
 
 
 def main() -> None:
@@ -52,6 +56,8 @@ def main() -> None:
         copied(made, pictures)
     first_picture.main([])
     in_python()
+    part = Path(shutil.copyfile(ROOT / "meshes" / "valve_body.step", Path(tempfile.mkdtemp()) / "part.step"))
+    run_command(["faces", str(part), "-o", str(ROOT / "docs" / "images" / "tutorial_faces.png"), "--quiet"])
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     if "--demo" not in sys.argv[1:]:
         rows = verification_table()

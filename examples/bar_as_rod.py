@@ -1,4 +1,9 @@
-"""How much a clamped end stiffens a bar against the rod: the lateral contraction it forbids, times nu^2."""
+"""
+A bar as a rod
+==============
+
+How much a clamped end stiffens a bar against the rod: the lateral contraction it forbids, times nu^2.
+"""
 
 import numpy as np
 

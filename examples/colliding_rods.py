@@ -1,4 +1,8 @@
-"""Two equal free rods meet end to end: they part after one round trip 2 l/c and have swapped their velocities.
+"""
+Two rods meet end to end
+========================
+
+Two equal free rods meet end to end: they part after one round trip 2 l/c and have swapped their velocities.
 
 Saint-Venant's classical result; the contact force is Z V/2 throughout, Z = rho c A.
 """
@@ -7,6 +11,7 @@ import math
 
 import impact
 from impact import measures
+from impact.pictures.plots import plot_motion
 
 YOUNG, DENSITY, AREA, LENGTH, VELOCITY = 200e9, 7850.0, 1e-4, 0.1, 1.0
 rod = impact.free_rod(young=YOUNG, density=DENSITY, area=AREA, length=LENGTH)
@@ -25,3 +30,5 @@ assert not others
 assert abs(end - start - round_trip) < 1e-9 * round_trip
 assert abs(measures.peak_force(result) / (impedance * VELOCITY / 2) - 1) < 1e-9
 assert abs(measures.restitution(result) - 1) < 1e-9
+
+plot_motion(result, None, "colliding_rods.png", title="Two equal free rods", names=("rod", ""))

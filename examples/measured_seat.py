@@ -1,4 +1,8 @@
-"""A measured seat: the impulse response of a rod, noisy, in a CSV file, is read, checked, repaired and struck.
+"""
+A measured seat
+===============
+
+A measured seat: the impulse response of a rod, noisy, in a CSV file, is read, checked, repaired and struck.
 
 The rod, fixed at its far end, is as heavy as the mass that strikes it. Undamped, the contact lasts 3.068 l/c
 (Saint-Venant); here modal damping of 3 % is added, and `impact.fixed_rod` gives the exact answer to compare with.
@@ -13,6 +17,7 @@ import impact
 from impact.measured.nearest_passive import repair
 from impact.measured.passivity import passivity
 from impact.measured.reading import read_impulse_response
+from impact.pictures.drawing import sheet
 
 YOUNG, DENSITY, AREA, LENGTH = 2e11, 7850.0, 1e-4, 0.1
 TRANSIT = LENGTH / (YOUNG / DENSITY) ** 0.5  # l/c
@@ -56,3 +61,10 @@ assert isinstance(done, dict)
 print(f"largest change of g: {done['change_of_peak']:.1%} of its peak")
 print(f"share of the energy kept by the mass: exact {exact:.4f}, as measured {measured:.4f}, repaired {repaired:.4f}")
 assert abs(repaired / exact - 1) < 0.02
+
+with sheet("measured_seat.png", 6.4, 3.4) as figure:
+    axes = figure.add_subplot(xlabel="time [µs]", ylabel="g [µm/(N s)]", title="Green's function of a rod")
+    times = DT * np.arange(401)
+    for name, greens, style in (("measured", seat, "."), ("repaired", mended, "-"), ("exact", rod, "--")):
+        axes.plot(1e6 * times, 1e6 * greens.impulse_response(times).ravel(), style, markersize=2, label=name)
+    axes.legend()

@@ -1,4 +1,8 @@
-"""A reed valve whose gas force depends on its own opening: loads given step by step (co-simulation).
+"""
+A gas force that follows the lift
+=================================
+
+A reed valve whose gas force depends on its own opening: loads given step by step (co-simulation).
 
 The gas pushes the tip with F(g) = F0 (1 - g/g1): fully on the closed valve, not at all at the opening g1. The reed is
 thrown on its seat, bounces, and comes to rest where it balances the gas. With C its static compliance at the tip,
@@ -9,6 +13,7 @@ thrown on its seat, bounces, and comes to rest where it balances the gas. With C
 import numpy as np
 
 import impact
+from impact.pictures.drawing import sheet
 
 DT, DURATION = 2e-6, 0.12
 FULL_FORCE, OPEN = 0.4, 1e-3  # F0 [N], g1 [m]
@@ -42,3 +47,9 @@ print(f"after {len(contacts)} impacts, energy ledger closed to {result.energy.re
 assert len(contacts) == 3
 assert abs(result.gap[-1] / rest - 1) < 5e-4  # what is left of the swinging after 0.12 s: 1.3e-4
 assert result.energy.residual < 1e-10  # the gas' work is part of it
+
+with sheet("pressure_feedback.png", 6.4, 3.2) as figure:
+    axes = figure.add_subplot(xlabel="time [ms]", ylabel="opening [mm]", title="The gas lets go as the valve opens")
+    axes.plot(1e3 * result.time, 1e3 * result.gap)
+    axes.axhline(1e3 * rest, linestyle="--", color="grey", label="at rest, closed form")
+    axes.legend()

@@ -1,4 +1,8 @@
-"""A valve seat drawn in a CAD program: STEP file -> mesh -> matrices -> Green's function -> impact of a reed.
+"""
+A seat from a STEP file
+=======================
+
+A valve seat drawn in a CAD program: STEP file -> mesh -> matrices -> Green's function -> impact of a reed.
 
 The faces that matter are painted: pure red is struck, pure blue is clamped. A coarse mesh, so that it takes seconds.
 """
@@ -9,9 +13,12 @@ from pathlib import Path
 import impact
 import seatfem
 from impact import measures
+from impact.pictures.plots import plot_force
+from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.plots import plot_mesh, plot_modes
 from seatfem.structures.shapes import CadPart
 
-STEP_FILE = Path(__file__).parents[1] / "meshes" / "annular_seat.step"
+STEP_FILE = Path(seatfem.__file__).parents[1] / "meshes" / "annular_seat.step"
 BAND = 200e3  # Hz
 RUN = 1e-3  # s: g is computed for as long as it is used
 steel = seatfem.Material(young=200e9, poisson=0.3, density=7850.0)
@@ -37,3 +44,8 @@ print(f"strikes at {1e6 * start:.2f} us, closed for {1e6 * (end - start):.1f} us
 assert abs(seat.quality.areas["contact"] / (math.pi * (4.9e-3**2 - 4.1e-3**2)) - 1) < 1e-3
 assert abs(start - 653.3246e-6) < 5e-8  # the free reed arrives, known from its modal sum
 assert g.error_estimate.reduction < 0.01
+
+shapes = [model.expand(modes.shapes[:, k]) for k in range(3)]
+plot_mesh(seat, "seat_from_step_1_mesh.png")
+plot_modes(CellGrid.of_model(model), shapes, modes.frequencies_hz, "seat_from_step_2_modes.png", cut=True)
+plot_force(result, None, "seat_from_step_3_force.png")

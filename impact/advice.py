@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Advice:
-    """A warning that is a value: what was measured, against which limit, why it matters, what mends it."""
+    """A warning that is a value: what was measured, against which limit [both SI], why it matters, what mends it."""
 
     name: str
     value: float

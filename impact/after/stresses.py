@@ -19,6 +19,7 @@ from impact.march.replay import Replay, blocks
 POINTS_PER_WAVE = 8  # of the shortest wave retained: where a peak is looked for along the reed
 TIMES_PER_RADIAN = 2  # of the highest frequency retained: when it is looked for
 ROUND_OFF = 1e-12  # relative, of sums over modes
+SAME = 1e-9  # relative, of the shape of a load and that of forces on ports
 _BLOCK = 1024  # times held at once
 
 
@@ -68,7 +69,8 @@ def bending_stress(
     leaves out, known exactly: a force that varies slowly gives the exact stress with any number of modes. n(t) is the
     force as the reed's residual compliance follows it, n' = rate (N - n): the model of the contact itself. What the
     modes left out carry of the release is missing here as it is there, 2/(pi n)^2 of the stress at the clamp. A reed
-    with several contacts has a term r n for each.
+    with several contacts has a term r n for each. A load at a contact, as a pressure on an effective area is, counts in
+    n, too; one that is spread bends the modes alone, whose sum converges like 1/n^2 then.
 
     Args:
         force: (n + 1,) of `impact.solve` [N]; ``force[m]`` acts over the step that ends at m dt, ``force[0]`` before:
@@ -95,17 +97,17 @@ def bending_stress(
 def peak_bending_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> PeakStress:
-    """The largest |`bending_stress`| along the reed and over the record, the release included: `reed_stress` whole."""
+    """The largest |`bending_stress`| [Pa] along the reed and over the record, release included: as `reed_stress`."""
     return reed_stress(force, dt, reed, beam, contact_at=contact_at, coarsely=coarsely).largest
 
 
 def reed_stress(
     force: Array, dt: float, reed: Body, beam: Cantilever, *, contact_at: At = None, coarsely: bool = False
 ) -> ReedStress:
-    """The largest |`bending_stress`| along the reed, before the first touch and after it.
+    """The largest |`bending_stress`| [Pa] along the reed, before the first touch and after it.
 
     It is looked for at `POINTS_PER_WAVE` of the shortest wave retained and at `TIMES_PER_RADIAN` of the highest
-    frequency, ``coarsely`` at half as many of each. The other arguments and the errors are those of `bending_stress`.
+    frequency, ``coarsely`` at half as many of each. Other arguments and errors are as `bending_stress` has them.
 
     Times at which even the sum of every mode's largest stress is below the peak so far are passed over.
     """
@@ -176,11 +178,27 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         pull = pull + sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in reed.loads)
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
     replay = Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
-    yield np.append(start.displacement, pushes[:, 0])[None, :]
+    at_ports, first = _at_ports(reed), pushes[:, 0]
+    if np.any(first):
+        first = first + at_ports @ np.array([float(load.amplitude(np.zeros(1))[0]) for load in reed.loads])
+    yield np.append(start.displacement, first)[None, :]
     for part in blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = np.array([load.amplitude(middle) for load in reed.loads]).reshape(-1, len(middle))
-        yield replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
+        found = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)
+        found[:, -ports:] += (at_ports @ amplitudes[:, stride - 1 :: stride]).T
+        yield found
+
+
+def _at_ports(reed: Body) -> Array:
+    """(p, L) by how much each of the reed's loads is a force on each of its ports, whose static part is known; none of
+    one that is spread otherwise."""
+    shapes, found = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
+    for number, load in enumerate(reed.loads if len(shapes) > len(found) else ()):  # of so few modes all are alike
+        share = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
+        if np.linalg.norm(shapes @ share - load.shape) < SAME * np.linalg.norm(load.shape):
+            found[:, number] = share
+    return found
 
 
 def _following(greens: ModalGreens) -> float:

@@ -58,7 +58,7 @@ def semi_infinite_rod(
 def infinite_plate(*, young: float, poisson: float, density: float, thickness: float) -> ModalGreens:
     """Infinite Kirchhoff plate struck at a point: g = 1/(8 sqrt(D rho h)), D = E h^3/(12 (1 - nu^2)).
 
-    Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
+    E [Pa], rho [kg/m^3], h [m]. Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
     """
     check_positive(young=young, density=density, thickness=thickness)
     if not -1.0 < poisson < 0.5:
@@ -72,6 +72,7 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
     """Infinite Euler-Bernoulli beam struck at a point: g = C t^(1/2)/Gamma(3/2), C = (4EI/rho A)^(3/4)/(8EI).
 
     From EI u'''' + rho A s^2 u = F delta(x) in the Laplace domain, u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI.
+    E [Pa], rho [kg/m^3], A [m^2], I [m^4].
     """
     check_positive(young=young, density=density, area=area, second_moment=second_moment)
     ei = young * second_moment

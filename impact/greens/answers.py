@@ -70,8 +70,8 @@ class Rod:
 class StepKernel:
     """A Green's function at a fixed step h, for forces constant over each step.
 
-    ``modal`` is advanced by its exact recursion; ``weights[i, j, m] = S_ij((m+1) h) - S_ij(m h)`` (m/N per step, S the
-    step response) is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
+    ``modal`` is advanced by its exact recursion; ``weights[i, j, m] = S_ij((m+1) h) - S_ij(m h)``, (p, p, n) [m/N],
+    S the step response, is convolved. Either may be ``None``. ``engine`` says in words what remembers the past.
     """
 
     modal: ModalGreens | None

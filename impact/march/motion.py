@@ -92,7 +92,10 @@ class Discrete:
         """(P, n + 1) displacement [m] without contact: initial state, loads and preload."""
         if self.free is not None:
             return self.free
-        return self.motion(np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)).displacement
+        force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)
+        if self.kernel.modal is None or self.kernel.weights is not None:
+            return self.motion(force).displacement
+        return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
 
     def motion(self, force: Array) -> Motion:
         """Under port forces (P, n) along the normal, constant over each step."""
@@ -191,13 +194,17 @@ def _start(discrete: Discrete, modal: ModalGreens) -> ModalState:
     return ModalState(q + start.displacement, start.velocity)
 
 
-def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array) -> Motion:
+def _modal_motion(discrete: Discrete, modal: ModalGreens, force: Array, *, energies: bool = True) -> Motion:
+    """Without ``energies`` those of a motion are zero."""
     n, replay = force.shape[1], _replay(discrete, modal)
     u, stored, lost, work = np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1)
     u[:, 0], stored[0] = _first(discrete, modal)
     for part in blocks(n):
-        block, now = replay.advance(force[:, part], discrete.loads[:, part]), slice(part.start + 1, part.stop + 1)
-        u[:, now], stored[now], lost[now], work[now] = block.displacement, block.stored, block.lost, block.load_work
+        now = slice(part.start + 1, part.stop + 1)
+        block = replay.advance(force[:, part], discrete.loads[:, part], energies=energies)
+        u[:, now] = block.displacement
+        if energies:
+            stored[now], lost[now], work[now] = block.stored, block.lost, block.load_work
     return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -16,7 +17,7 @@ from impact.bodies.body import ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
-from impact.march.loop import FLOOR
+from impact.march.loop import FLOOR, oscillate, padded
 
 BLOCK = 4096  # steps
 NEAR, LEAST = 2**17, 64  # coordinates of some steps that stay near the processor; steps worth a product of matrices
@@ -28,8 +29,8 @@ class Block:
 
     Attributes:
         displacement: (P, m) of the ports at the end of each step [m].
-        stored: (m,) elastic and kinetic energy at the end of each step [J].
-        lost: (m,) what damping took during each step [J].
+        stored: (m,) elastic and kinetic energy at the end of each step [J]; (0,) where not asked for.
+        lost: (m,) what damping took during each step [J]; likewise.
         load_work: (m,) work of the prescribed loads during each step [J].
     """
 
@@ -53,12 +54,10 @@ class Replay:
         shapes = np.vstack([modal.shapes.T, *loads])
         omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
         a, b = oscillator.transition(dt, omega, zeta)
-        form = oscillator.dissipation_form(dt, omega, zeta)
-        self._dt, self._ports, self._compliance = dt, modal.shapes.shape[1], rest.compliance
-        self._shapes, self._rigid = np.ascontiguousarray(shapes[:, ~rigid]), shapes[:, rigid].T
-        self._steps = np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2])
-        self._form = np.array([form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]])
-        self._q, self._p = start.displacement[~rigid].copy(), start.velocity[~rigid].copy()
+        self._dt, self._rates, self._ports, self._compliance = dt, (omega, zeta), modal.shapes.shape[1], rest.compliance
+        self._shapes, self._rigid = padded(shapes[:, ~rigid]), shapes[:, rigid].T
+        self._steps = padded(np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2]))
+        self._q, self._p = padded(start.displacement[~rigid]), padded(start.velocity[~rigid])
         self._bodies = [resting(q, v) for q, v in zip(start.displacement[rigid], start.velocity[rigid], strict=True)]
         span = -rest.rates * dt
         gains = (dt * oscillator.expm1_over(span), dt * oscillator.expm1_over(2 * span))
@@ -69,20 +68,30 @@ class Replay:
         self._tile = max(LEAST, NEAR // (self._q.size + self._y.size + 1))
         self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
 
-    def advance(self, force: Array, loads: Array) -> Block:
-        """On through m steps under port forces (P, m) and load amplitudes (L, m)."""
+    @cached_property
+    def _form(self) -> Array:
+        """(6, K) what damping takes from each oscillator during a step."""
+        form = oscillator.dissipation_form(self._dt, *self._rates)
+        rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
+        return padded(np.array(rows))
+
+    def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
+        """On through m steps under port forces (P, m) and load amplitudes (L, m); without ``energies``, of which then
+        none is there, all is several times cheaper."""
         ports, m = force.shape
         channels = np.concatenate([force, loads])
-        u, stored, lost = np.zeros_like(channels), np.zeros(m), np.zeros(m)
+        u, told = np.zeros_like(channels), np.zeros((2, m if energies else 0))
+        stored, lost = told
         for body, seen in zip(self._bodies, self._rigid, strict=True):
             places, rates = np.empty(m), np.empty(m)
             translate(self._dt, body, seen @ channels, places, rates)
             u += seen[:, None] * places
-            stored += 0.5 * rates**2
+            if energies:
+                stored += 0.5 * rates**2
         if self._q.size:
             for part in blocks(m, self._tile):
                 q = _pushed(channels[:, part], self._shapes, self._rooms[0])
-                _oscillate(self._steps, self._form, self._q, self._p, q, stored[part], lost[part])
+                self._oscillate(q, told[:, part] if energies else None)
                 u[:, part] += self._shapes @ q.T
         work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._seen[:, None]), axis=0)
         self._seen = u[ports:, -1].copy()
@@ -92,27 +101,38 @@ class Replay:
                 _relax(self._relaxing, self._y, y, stored[part], lost[part])
                 u[:ports, part] += self._amplitudes @ y.T
         if np.any(self._compliance):
-            jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps half of F^2 c
-            u[:ports] += self._compliance @ force
-            stored += 0.5 * np.sum(force * (self._compliance @ force), axis=0)
-            lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
+            yields = self._compliance @ force
+            u[:ports] += yields
+            if energies:
+                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded at once keeps F^2 c/2
+                stored += 0.5 * np.sum(force * yields, axis=0)
+                lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
         self._last = force[:, -1].copy()
         return Block(u[:ports], stored, lost, work)
+
+    def _oscillate(self, pushed: Array, told: Array | None) -> None:
+        """Modal forces (m, K) become coordinates; ``told`` (2, m) gains energies stored and lost."""
+        if told is None:
+            oscillate(self._steps, None, self._q, self._p, pushed, None)
+            return
+        energies = np.zeros(told.shape)
+        oscillate(self._steps, self._form, self._q, self._p, pushed, energies)
+        told += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
         """(m // stride, K + R) oscillators and relaxations after every ``stride``-th of m steps, nothing else.
 
         Translations are left out: they bend nothing.
         """
-        channels, swinging, none = np.concatenate([force, loads]), self._q.size, np.zeros(0)
+        channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
         found = np.empty((force.shape[1] // stride, swinging + self._y.size))
         for part in blocks(force.shape[1], self._tile):
             q = _pushed(channels[:, part], self._shapes, self._rooms[0])
             y = _pushed(force[:, part], self._amplitudes, self._rooms[1])
-            _oscillate(self._steps, np.zeros((6, 0)), self._q, self._p, q, none, none)
+            self._oscillate(q, None)
             _relax(self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
-            found[rows, :swinging], found[rows, swinging:] = q[first::stride], y[first::stride]
+            found[rows, :swinging], found[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
         return found
 
 
@@ -127,35 +147,6 @@ def _pushed(force: Array, shapes: Array, room: Array) -> Array:
     if not np.all(there):
         force, shapes = force[there], shapes[there]
     return np.dot(force.T, shapes, out=room[: force.shape[1]])
-
-
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _oscillate(steps, form, q, p, pushed, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Oscillators under known modal forces ``pushed`` (m, M), which become their coordinates after each step.
-
-    All modes at once: the loops over them are vector code. Energies for a ``form`` of its size.
-    """
-    a11, a12, a21, a22, b1, b2, w2 = steps[0], steps[1], steps[2], steps[3], steps[4], steps[5], steps[6]
-    d11, d12, d13, d22, d23, d33 = form[0], form[1], form[2], form[3], form[4], form[5]
-    for m in range(pushed.shape[0]):
-        g = pushed[m]
-        if d11.size:
-            gone, kept = 0.0, 0.0
-            for k in range(q.size):
-                x, v, y = q[k], p[k], g[k]
-                gone += x * (d11[k] * x + d12[k] * v + d13[k] * y) + v * (d22[k] * v + d23[k] * y) + d33[k] * y * y
-                r = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
-                s = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
-                q[k] = g[k] = r
-                p[k] = s
-                kept += s * s + w2[k] * r * r
-            lost[m] += gone
-            stored[m] += 0.5 * kept
-        else:
-            for k in range(q.size):
-                x, v, y = q[k], p[k], g[k]
-                q[k] = g[k] = a11[k] * x + a12[k] * v + b1[k] * y + FLOOR
-                p[k] = a21[k] * x + a22[k] * v + b2[k] * y + FLOOR
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})

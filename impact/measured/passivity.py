@@ -105,7 +105,7 @@ def passivity(
 
 
 def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE) -> None:
-    """Refuse a body from which a contact of ``n`` steps of ``dt`` could draw energy.
+    """Refuse a body from which a contact of ``n`` steps of ``dt`` could draw energy; arguments as `passivity`.
 
     Raises:
         GreensFunctionError: not passive; the message says how much is gained, where, and what mends it.

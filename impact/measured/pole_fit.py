@@ -45,8 +45,8 @@ def fit_poles(
 ) -> ModalGreens | PoleGreens:
     """A passive sum of poles through a measured response.
 
-    The poles by vector fitting, more of them until the misfit (rms, weighted by |G|^(-1/2)) is below ``tolerance``, or
-    the noise, or stands still. Then either
+    The poles by vector fitting, more of them until the relative misfit (rms, weighted by |G|^(-1/2)) is below
+    ``tolerance``, or the noise, or stands still. Then either:
 
         "modal":   g_ij = sum of damped oscillators with positive matrices of amplitudes, relaxations and a bare
                    compliance, by least squares under these signs: passive by construction (uncoupled modes);

@@ -49,7 +49,8 @@ def pole_passivity(greens: PoleGreens, *, tolerance: float = TOLERANCE) -> PoleP
     The terms are summed in a form free of cancellation (`real_mobility`); the frequencies are refined around each
     pole, and the least value by two rounds of subdivision. A violation narrower than that grid is not seen.
 
-    Source: Anderson and Vongpanitlerd, Network Analysis and Synthesis (1973), ch. 2.
+    ``tolerance``: of the margin, which is relative. Source: Anderson and Vongpanitlerd, Network Analysis and
+    Synthesis (1973), ch. 2.
     """
     w = passivity_grid(greens)
     margins = passivity_margins(greens, w)

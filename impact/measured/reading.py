@@ -34,7 +34,7 @@ def read_impulse_response(
 
     Times in s, ms, us, equally spaced, t = 0 the blow; g in m/(N s), mm/(N s), um/(N s), nm/(N s). Empty lines and
     lines that begin with # are skipped. The rest as `SampledGreens.from_series`; several ports: read each, stack
-    the values and give them to it.
+    the values and give them to it. ``static``: (1, 1) static compliance [m/N].
 
     Raises:
         GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, a line

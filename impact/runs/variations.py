@@ -101,7 +101,8 @@ def _all_of(
     """Each on one thread, its matrix products too: libraries with threads of their own would take the others' cores,
     and the last digits would depend on their number."""
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
-        return dict(zip(asked, pool.map(lambda one: run(*one), asked.values()), strict=True))
+        each = pool.map if threads > 1 else map
+        return dict(zip(asked, each(lambda one: run(*one), asked.values()), strict=True))
 
 
 def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:

@@ -49,8 +49,9 @@ _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_vel
 _NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
 _NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # of a seat's provenance
 FILE_LIMIT = 8192 * MB
-MOST_PACKED = {"result": 100.0}  # bytes per byte of the file: histories are packed, Green's functions are not
 _DEFLATE = 1032  # the most that compression saves, bytes per byte
+# bytes per byte of the file: histories are packed, those of no stress to nothing; Green's functions are not
+MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
 
 
 class StorageError(ValueError):

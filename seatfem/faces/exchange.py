@@ -19,6 +19,7 @@ from seatfem.structures.rings import as_a_whole
 from seatfem.study.runs.outcome import measured
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
+from seatfem.study.runs.stress_spots import HISTORIES_FILE, load_histories
 
 BINS: Final = 2000  # frequencies of a receptance
 PER_BAND: Final = 1.25  # of it beyond the band of the filter
@@ -31,7 +32,8 @@ class ExportError(ValueError):
 def export(folder: Path, to: str, output: Path) -> tuple[Path, ...]:
     """Write the run in ``folder`` as ``to`` ("csv" or "uff") into the folder ``output``; the files written.
 
-    - csv: force.csv, time histories of seat and spring baseline; summary.csv, a measure a row with its error bar.
+    - csv: force.csv, time histories of seat and spring baseline; stress.csv, of stress at the hot spots, where it is
+      known; summary.csv, a measure a row with its error bar.
     - uff: receptance.uff, dataset 58, of the struck patch up to 1.25/filter_width.
 
     Raises:
@@ -59,6 +61,12 @@ def _as_csv(folder: Path, summary: Mapping[str, Any], output: Path) -> Iterator[
             f"{words}seat displacement [m]": run.target_displacement,
         }
     yield _table(output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True))
+    if (folder / HISTORIES_FILE).is_file():
+        time, places = load_histories(folder / HISTORIES_FILE)
+        heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
+        yield _table(
+            output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
+        )
     yield _table(output / "summary.csv", ["key", "value", "error bar", "spring baseline"], measured(summary))
 
 

@@ -66,7 +66,10 @@ def started_by() -> str:
 
 
 class LineWorker:
-    """A worker whose module calls `answer_lines`: it answers each line with one; ``with`` ends it."""
+    """A worker whose module calls `answer_lines`: it answers each line with one; ``with`` ends it.
+
+    One that is not ready within ``ready_within`` seconds raises `TimeoutError`.
+    """
 
     def __init__(
         self,
@@ -75,6 +78,7 @@ class LineWorker:
         log: Path,
         own_session: bool = False,
         environment: Mapping[str, str] | None = None,
+        ready_within: float | None = None,
     ) -> None:
         self._process = start_worker(
             module, *arguments, log=log, answers=True, environment=environment, own_session=own_session
@@ -82,7 +86,7 @@ class LineWorker:
         self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
         try:
-            if not self._answers.get():  # ended before it was ready: so it answers whatever it is asked
+            if not self._answer(ready_within):  # ended before it was ready: so it answers whatever it is asked
                 self._answers.put("")
         except BaseException:
             self.end()
@@ -100,10 +104,7 @@ class LineWorker:
         with suppress(BrokenPipeError):
             self._process.stdin.write(line + "\n")
             self._process.stdin.flush()
-        try:
-            return self._answers.get(timeout=most)
-        except queue.Empty:
-            raise TimeoutError(f"no answer within {most:g} s") from None
+        return self._answer(most)
 
     def code(self) -> int | None:
         """Its exit code, negative for a signal; None while it runs. One that closed its answers is waited for."""
@@ -111,9 +112,23 @@ class LineWorker:
             self._process.wait(1.0)
         return self._process.returncode
 
+    def finish(self, patience: float) -> None:
+        """It is told that nothing more is asked, and may end by itself within ``patience`` seconds."""
+        assert self._process.stdin is not None
+        with suppress(BrokenPipeError):
+            self._process.stdin.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(patience)
+
     def end(self) -> None:
         """At once, whatever it does."""
         end_worker(self._process)
+
+    def _answer(self, most: float | None) -> str:
+        try:
+            return self._answers.get(timeout=most)
+        except queue.Empty:
+            raise TimeoutError(f"no answer within {most:g} s") from None
 
     def _listen(self) -> None:
         assert self._process.stdout is not None

@@ -20,6 +20,7 @@ from seatfem.machine.libraries import (
     picture_library_gap,
     select_offscreen_window,
 )
+from seatfem.machine.petsc import petsc_setting
 
 LIBRARIES: Final = (
     "numpy",
@@ -71,11 +72,11 @@ class Check:
 
 
 def doctor_report() -> tuple[Check, ...]:
-    """Look at the interpreter, the libraries, the processors, gmsh, PARDISO and off-screen rendering.
+    """Look at the interpreter, the libraries, the processors, gmsh, PARDISO, off-screen rendering and PETSc.
 
     gmsh, PARDISO and VTK are tried in processes of their own, because a missing system library can crash them.
     """
-    probes: tuple[Callable[[], Check], ...] = (_gmsh, _pardiso, _pictures)
+    probes: tuple[Callable[[], Check], ...] = (_gmsh, _pardiso, _pictures, _petsc)
     with ThreadPoolExecutor(max_workers=2) as pool:
         tried = [pool.submit(probe) for probe in probes]
         quick = (
@@ -137,6 +138,16 @@ def _pictures() -> Check:
     select_offscreen_window()
     ok, detail = _try(_PICTURE_PROBE)
     return Check("off-screen rendering", ok, detail, "apt-get install libegl1 libgl1-mesa-dri", required=False)
+
+
+def _petsc() -> Check:
+    """Of seat.greens.backend = "slepc" alone."""
+    try:
+        setting = petsc_setting()
+    except ValueError as problem:
+        return Check("PETSc, SLEPc, MPI", False, str(problem), "unset it", required=False)
+    gap, remedy = setting.gap()
+    return Check("PETSc, SLEPc, MPI", not gap, gap or str(setting), remedy, required=False)
 
 
 def _try(code: str) -> tuple[bool, str]:

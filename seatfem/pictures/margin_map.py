@@ -40,7 +40,7 @@ class MarginMap:
         """Body, least margin and where."""
         k = int(np.nanargmin(self.margins))
         place = self.skin.points[int(np.flatnonzero(self.skin.which == k)[0])]
-        if self.skin.angles is not None:
+        if self.skin.angles is not None and len(self.skin.nodes) < len(self.skin.points):
             place = np.array([np.hypot(place[0], place[1]), place[2]])
         where = ", ".join(f"{1e3 * x:.3g}" for x in place)
         return f"{self.body}: least margin {self.least:.3g}, at ({where}) mm"

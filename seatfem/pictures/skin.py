@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -32,7 +32,7 @@ class Skin:
     Attributes:
         points: (n, 3) at rest [m].
         triangles: (m, 3) of them.
-        nodes: (S,) of the model that are seen, in rising order.
+        nodes: (S,) of the model that are seen, in rising order; of a skin that is `spread` each point's own.
         which: (n,) of these each point came from.
         angles: (n,) of each about z, where a half section was turned; ``None`` of other bodies.
     """
@@ -47,6 +47,10 @@ class Skin:
     def size(self) -> float:
         """Largest extent along an axis [m]."""
         return float(np.ptp(self.points, axis=0).max())
+
+    def spread(self) -> Skin:
+        """The same with a node for each point, so that a half section may differ from angle to angle."""
+        return replace(self, nodes=self.nodes[self.which], which=np.arange(len(self.points)))
 
     def moved(self, displacement: Array, harmonic: int = 0) -> Array:
         """(n, 3) of (S, 3) of the nodes seen; of a half section u_r, u_th, u_z, which go around as cos n th, sin n th
@@ -72,14 +76,19 @@ def skin_of(model: SecondOrderModel) -> Skin:
         cells = grid.linear_cells
         sides = _outer(np.concatenate([cells[:, list(side)] for side in _SIDES[cells.shape[1]]]))
         return _skin(grid.points, _halved(sides))
-    mesh: Any = model.dofs.mesh
     r, _, z = model.dofs.points
+    return skin_of_section(model.dofs.mesh, r, z)
+
+
+def skin_of_section(mesh: Any, r: Array, z: Array, angles: Array | None = None) -> Skin:
+    """As `skin_of`, of a section whose unknowns stand at the nodes r, z (n,) [m]; at angles in place of `SLICES`."""
+    angles = np.linspace(*OPENED, SLICES + 1) if angles is None else angles
+    slices = len(angles) - 1
     triangles = section_triangles(mesh, len(r))
-    angles = np.linspace(*OPENED, SLICES + 1)
     low, high = _outer(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])).T
-    first = len(r) * np.arange(SLICES)[:, None]
+    first = len(r) * np.arange(slices)[:, None]
     rings = np.stack([low + first, high + first, high + first + len(r), low + first + len(r)], axis=-1).reshape(-1, 4)
-    every = np.concatenate([triangles, triangles[:, ::-1] + SLICES * len(r), _halved(rings)])
+    every = np.concatenate([triangles, triangles[:, ::-1] + slices * len(r), _halved(rings)])
     used, numbered = np.unique(every, return_inverse=True)
     nodes, which = np.unique(used % len(r), return_inverse=True)
     turned, node = angles[used // len(r)], used % len(r)

@@ -39,10 +39,11 @@ def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> 
     """A hash of everything a structure's Green's function depends on, the code included, and whether its mesh's error
     is known.
 
-    Files count by content, not by name, with all that they include; what the method leaves open counts not at all. Of
-    a kind, a shape or a reduction from elsewhere the file counts in which it is written.
+    Files count by content, not by name, with all that they include; what the method leaves open counts not at all, nor
+    does its backend, which changes g by less than the tolerance, as another sparse factorization does. Of a kind, a
+    shape or a reduction from elsewhere the file counts in which it is written.
     """
-    how = {key: value for key, value in vars(method).items() if value is not None}
+    how = {key: value for key, value in vars(method).items() if value is not None and key != "backend"}
     if how.get("rings") == 1:
         del how["rings"]
     how |= {name: lip.content for name in ("lip", "behind") if (lip := getattr(method, name)) is not None}
@@ -136,7 +137,10 @@ class Cache:
         if found is not here:
             self._save(found, key)
         where = "the store" if self.path is None else self.path.name
-        return _with_errors(found, self.store.get(_beside(key)), {"seat_model": f"kept in {where}"})
+        about: dict[str, object] = {"seat_model": f"kept in {where}"}
+        if isinstance(size := found.provenance.get("dof"), int):
+            about["seat_dof"] = size
+        return _with_errors(found, self.store.get(_beside(key)), about)
 
     @contextmanager
     def claimed(self, structure: Structure, method: Method, *, mesh_error: bool = True) -> Iterator[bool]:

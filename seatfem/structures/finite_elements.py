@@ -65,6 +65,7 @@ def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: fl
         damping_ratio=body.damping_ratio,
         method=method.reduction,
         max_vectors=method.max_vectors,
+        backend="slepc" if method.distributed else "auto",
         progress=progress,
     )
 
@@ -158,7 +159,7 @@ def _solved(
         return _along(body, mesh, method, duration, watch, progress)
     if level == "harmonics":
         return _around(body, mesh, method, duration, watch, progress)
-    check_elastic(body, mesh, level, method.reduction)
+    check_elastic(body, mesh, level, method.reduction, distributed=method.distributed)
     with watch("assembly"):
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
         model = matrices(body, mesh, level, progress, rings=method.rings or 1, lip=lip)

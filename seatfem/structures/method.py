@@ -18,6 +18,8 @@ Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Descriptions of a body by finite elements, or in their place."""
 AnyLevel = Literal["closed form", "spring", "rod", "axisymmetric", "harmonics", "sector", "3d"]
 """The same with what needs no finite elements, and with their static compliance alone."""
+Engine = Literal["built-in", "slepc"]
+"""What reduces: this process, or PETSc and SLEPc on several ranks."""
 
 AUTO: Final = "auto"
 """In place of the name of a reduction: the cheapest that serves."""
@@ -48,6 +50,7 @@ class Aims:
         tolerance: largest relative error of g after a Hann pulse of width 1/bandwidth.
         max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
         backend: of sparse factorizations.
+        distributed: whether it is done on the ranks of PETSc and SLEPc.
 
     Raises:
         ModelError: a number that is not positive and finite.
@@ -58,6 +61,7 @@ class Aims:
     tolerance: float
     max_vectors: int | None = None
     backend: Backend = "auto"
+    distributed: bool = False
 
     def __post_init__(self) -> None:
         for name in ("bandwidth", "duration", "tolerance"):
@@ -88,6 +92,7 @@ class Method:
         tolerance: of the reduction.
         reduction: by name; "auto" chooses.
         max_vectors: most Krylov vectors or Lanczos steps; ``None``: the reduction's own limit.
+        backend: what reduces; the result does not depend on it.
         size, contact_size: of the elements, in the bulk and on the struck faces [m]; ``None``: from the bandwidth.
         order: of the elements.
         rings: parts of the struck patch, each a port; ``None``: as a file has them.
@@ -101,6 +106,7 @@ class Method:
     tolerance: float = 0.01
     reduction: str = "auto"
     max_vectors: int | None = None
+    backend: Engine = "built-in"
     size: float | None = None
     contact_size: float | None = None
     order: int = 2
@@ -129,6 +135,11 @@ class Method:
         arcs, rings = division.arcs, division.rings
         lip = None if self.lip is None else replace(self.lip, arcs=arcs, rings=rings)  # type: ignore[type-var]
         return replace(self, rings=rings, lip=lip)
+
+    @property
+    def distributed(self) -> bool:
+        """Whether PETSc's ranks reduce it; arcs of a lip and statics are computed in this process."""
+        return self.backend == "slepc" and not (self.in_arcs or self.static)
 
     @property
     def exact(self) -> bool:

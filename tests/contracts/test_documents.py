@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from rooms import rooms_svg
+from scenes_page import scenes_page
 
 from impact.runs.budget import SAFETY, STRESS_SAFETY
 from impact.runs.variations import NARROWER
@@ -13,7 +15,7 @@ from seatfem.structures.method import COARSENING
 from seatfem.study.safety import AIM, FEWER, FREE, LEVEL_SHARE, MANY, SPARE
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SUFFIXES = (".py", ".md", ".csv", ".toml", ".step", ".msh", ".png")
 FOLDERS = ("impact", "seatfem", "tests", "docs", "benchmarks", "examples", "meshes")
 METHODS = (ROOT / "docs" / "methods.md").read_text(encoding="utf-8")
@@ -57,6 +59,11 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
     told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
     rooms = {path.parent.relative_to(ROOT / package).as_posix() for path in (ROOT / package).rglob("*.py")} - {"."}
     assert sorted(told) == sorted(rooms)
+
+
+def test_what_is_made_from_the_code_is_current() -> None:
+    for made, name in ((scenes_page(), "scenes.md"), (rooms_svg(), "images/rooms.svg")):
+        assert made == (ROOT / "docs" / name).read_text(encoding="utf-8"), "run: make docs"
 
 
 def test_every_name_in_contributing_is_in_the_code() -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import seatfem
 from impact import measures
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import run_command
@@ -23,6 +24,7 @@ from seatfem.study.impacts.contact import seat_of, striker_of
 from seatfem.study.runs import pipeline, rounds
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
+from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
@@ -385,3 +387,18 @@ def test_the_study(tmp_path: Path) -> None:
     assert states == ["status", *["done"] * 32]
     drawn = {path.stem for path in tmp_path.glob("*.png")}
     assert drawn == {"main_effects", "percentiles", "scatter", "pareto"}
+
+
+@pytest.mark.slow
+def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
+    met to the search's last trust region."""
+    answer_here(monkeypatch)
+    found = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
+    bend = float(found["keys"]["reed.release.tip_deflection"].split()[0])
+    stress, speed = (found["measures"][key]["value"] for key in ("peak_reed_stress_Pa", "impact_velocity_m_per_s"))
+    assert found["met"]
+    assert stress == pytest.approx(150e6, rel=3e-3)
+    assert speed == pytest.approx(SPEED * bend, rel=3e-3)
+    _, other, *_ = (tmp_path / "search.csv").read_text(encoding="utf-8").splitlines()
+    assert stress / bend == pytest.approx(float(other.split(",")[3]) / float(other.split(",")[1]), rel=3e-2)

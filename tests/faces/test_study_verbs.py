@@ -131,6 +131,15 @@ def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
     assert tried == ["3 g"]
 
 
+@pytest.mark.parametrize("verb", ["sweep", "optimise", "trade"])
+def test_an_address_that_is_none(verb: str, study: Path, tmp_path: Path, capsys: Told) -> None:
+    file = "scene.toml" if verb == "trade" else "gaps.toml"
+    if verb == "optimise":
+        written(tmp_path, SOUGHT + 'minimise = "impulse_Ns"')
+    assert run_command([verb, file, "--cluster", "host:8786"]) == BAD_INPUT
+    assert "write the scheduler's address, as tcp://HOST:8786" in " ".join(capsys.readouterr().err.split())
+
+
 @pytest.mark.parametrize("verb", ["sweep", "plan"])
 @pytest.mark.parametrize(
     ("text", "message"),
@@ -186,7 +195,7 @@ def test_an_optimum_is_found_and_told(
     assert "search: at most 20 scenes: about " in err
     names = ["optimum.csv", "optimum.json", "search.csv", "search.png", "study.jsonl"]
     assert sorted(path.name for path in Path("gaps-optimum").iterdir()) == names
-    assert run_command(["optimise", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == DONE
+    assert run_command(["optimise", "gaps.toml", "--retry", "--quiet", "--no-pictures", "-o", "there"]) == DONE
     assert not any(capsys.readouterr())
     assert sorted(path.name for path in Path("there").iterdir()) == [name for name in names if "png" not in name]
     assert run_command(["sweep", "gaps.toml"]) == BAD_INPUT

@@ -46,6 +46,19 @@ def test_a_steady_force_gives_the_static_stress_with_any_number_of_modes(n: int,
     assert not np.any(stress[:, 0])
 
 
+@pytest.mark.parametrize("at", [None, 0.6 * BEAM.length])
+def test_a_load_at_the_contact_bends_as_a_contact_force_does(at: float | None) -> None:
+    """Few modes, which alone miss a tenth of the stress beside the contact; a preload holds it from the start on."""
+    a = BEAM.length if at is None else at
+    load = impact.PointForce(lambda t: np.full_like(t, 3.0), at=a)
+    body = reed(3, contact_at=at, damping_ratio=1.0, loads=(load,))
+    exact = 6 * 3.0 * np.maximum(a - X, 0.0) / (BEAM.width * BEAM.thickness**2)
+    stress = bending_stress(np.zeros(4001), 6e-6, body, BEAM, X, contact_at=at)
+    np.testing.assert_allclose(stress[:, -1], exact, atol=1e-9 * exact.max())
+    held = bending_stress(np.full(9, -3.0), 1e-6, body, BEAM, X, contact_at=at)
+    np.testing.assert_allclose(held, 0.0, atol=1e-9 * exact.max())
+
+
 def test_a_preload_was_there_before() -> None:
     stress = bending_stress(np.full(9, 3.0), 1e-6, reed(4), BEAM, X)
     exact = 6 * 3.0 * (BEAM.length - X) / (BEAM.width * BEAM.thickness**2)

@@ -21,6 +21,7 @@ from seatfem.study.impacts.contact import striker_of, time_step
 from seatfem.study.impacts.measures import SOURCES
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.scene import load_scene
 
 ROOT = Path(__file__).parents[2]
@@ -56,6 +57,7 @@ BAR = (
     + STEEL
     + REED
 )
+OF_STRESS = ("reed_hot_spots.csv", "stress.h5")  # of a beam, always
 DEMANDED = {
     "peak_force_N", "filtered_peak_force_N", "filter_width_s", "impulse_Ns", "first_contact_s", "contact_duration_s",
     "contact_count", "contact_count_raw", "max_seat_displacement_m", "energy_residual", "wall_time_s",
@@ -174,7 +176,9 @@ def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
 def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
     written = {path.name for path in annular.outcome.files}
     files, curves = {"summary.json", "result.h5", "seat.h5"}, {"force.png", "motion.png", "energy.png", "greens.png"}
-    assert written == files | curves | {"mesh.png", "modes.png", "mode_1.gif", "modes.h5"}
+    assert written == files | curves | {*OF_STRESS, "stress_histories.png"} | {
+        "mesh.png", "modes.png", "mode_1.gif", "modes.h5"
+    }  # fmt: skip
     assert {path.name for path in annular.folder.iterdir()} == written
     assert not [message for message in annular.outcome.messages if "picture" in message]
     stages = (
@@ -187,6 +191,7 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
         "spring baseline",
         "reed stress",
         "error budget",
+        "hot spots",
         "files",
         "pictures",
     )
@@ -202,6 +207,7 @@ def test_the_same_seat_is_used_again(annular: Ran, tmp_path: Path) -> None:
     (folder / "seat.h5").write_bytes((annular.folder / "seat.h5").read_bytes())
     again = run(ANNULAR, folder)
     assert again.summary["seat_reused"] is True
+    assert again.summary["seat_dof"] == annular.summary["seat_dof"]
     assert "reduction" not in again.outcome.stages
     assert_same_results(again.folder, annular.folder)
 
@@ -377,7 +383,7 @@ def assert_whole(folder: Path) -> None:
             case ".json":
                 json.loads(path.read_text(encoding="utf-8"))
             case ".h5":
-                load_results(path) if path.stem == "result" else load_greens(path)
+                {"result": load_results, "stress": load_histories}.get(path.stem, load_greens)(path)
             case ".png":
                 assert path.read_bytes().endswith(b"IEND\xaeB`\x82")
 
@@ -391,7 +397,7 @@ def assert_whole(folder: Path) -> None:
         ("coarser mesh, for the error estimate", 0.0, set()),
         ("stepping", 0.0, {"seat.h5"}),
         ("stepping", 1.0, {"seat.h5"}),
-        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "force.png"}),
+        ("pictures", 0.0, {"seat.h5", "result.h5", "summary.json", "force.png", *OF_STRESS}),
     ],
 )
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
@@ -423,7 +429,7 @@ def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path)
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("summary.json", "result.h5", "seat.h5"),
-        *("scene.toml", "plan.json"),
+        *("scene.toml", "plan.json", *OF_STRESS),
     }
     notes = [line for line in done.stdout.splitlines() if line.startswith("note: ")]
     assert any(line.startswith("note: skipped pictures: ") and "matplotlib" in line for line in notes), notes
@@ -456,7 +462,7 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(
     assert found.summary["pictures_missing"] == wanted
     assert found.outcome.met
     assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
-        "force.png", "energy.png", "greens.png"
+        "force.png", "energy.png", "greens.png", "stress_histories.png"
     }  # fmt: skip
     assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
 
@@ -476,7 +482,7 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     ]
     assert told(command, tmp_path).returncode == 139
     left = {path.name for path in (tmp_path / "out").iterdir()}
-    assert left == {"summary.json", "result.h5", "seat.h5", "force.png"}
+    assert left == {"summary.json", "result.h5", "seat.h5", "force.png", *OF_STRESS}
     assert_whole(tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert set(summary) >= DEMANDED
@@ -560,7 +566,7 @@ def test_summary_is_plain_json(annular: Ran) -> None:
         if isinstance(value, Mapping):
             return all(plain(v) for v in value.values())
         if isinstance(value, list):
-            return all(isinstance(v, float) for v in value)
+            return all(plain(v) for v in value)
         return value is None or isinstance(value, str | int | float | bool)
 
     assert plain(annular.summary)

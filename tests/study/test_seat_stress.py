@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatfem.structures.fields.recovery import von_mises
 from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
+from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.problems import SceneError
 
@@ -120,7 +122,14 @@ def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_pat
     assert apart.min() >= 0.6e-3
     assert min(spot["edge_distance_m"] for spot in spots) >= 0.1e-3
     rows = (tmp_path / "arcs" / "hot_spots.csv").read_text().splitlines()
-    assert rows[0] == "von_mises_Pa,time_s,x_m,y_m,z_m,edge_distance_m"
+    assert rows[0] == "von_mises_Pa,time_s,x_m,y_m,z_m,edge_distance_m,part,component,component_Pa"
+    time, histories = load_histories(tmp_path / "arcs" / "stress.h5")
+    first = [spots[k] for k in sorted({[s["part"] for s in spots].index(part) for part in ("lip", "body")})]
+    for spot in first:  # its own stress at its own time, and all of it together von Mises' stress
+        own = [v for name, v in histories.items() if name.startswith(f"seat, {spot['part']}, ")]
+        state = np.array(own)[:, np.argmin(np.abs(time - spot["time_s"]))]
+        assert np.abs(state).max() == pytest.approx(abs(spot["component_Pa"]), rel=1e-9)
+        assert von_mises(state) == pytest.approx(spot["von_mises_Pa"], rel=1e-9)
     assert len(rows) == len(spots) + 1
     assert float(rows[1].split(",")[0]) == pytest.approx(spots[0]["von_mises_Pa"], rel=1e-8)
 

@@ -15,14 +15,16 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.pictures.margin_map import plot_margin_map
 from seatfem.pictures.moving import load_moving
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
+from seatfem.structures.fields.around import turned
 from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
-from seatfem.structures.fields.recovery import histories, recover
+from seatfem.structures.fields.recovery import histories, recover, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.study.planning.planner import plan_scene
+from seatfem.study.runs import margin_map
 from seatfem.study.runs.lives import Stressed
 from seatfem.study.runs.margin_map import margin_pictures, margins
-from seatfem.study.runs.rounds import rounds
+from seatfem.study.runs.rounds import Limits, rounds
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
@@ -253,3 +255,83 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     assert not wave.told[struck].any()
     assert wave.told.sum() > 0.5 * len(wave.told)
     assert wave.mises[-1, wave.told].max() > 0
+
+
+ARCS = """[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+lip_edge_radius = "0.2 mm"
+material = "steel"
+damping_ratio = 0.05
+mesh = { size = "2 mm", contact_size = "1.2 mm" }
+greens = { bandwidth = "100 kHz" }
+[reed]
+kind = "flapper"
+root_width = "8 mm"
+taper_length = "2 mm"
+neck_width = "6 mm"
+neck_length = "12 mm"
+paddle_diameter = "12 mm"
+thickness = "0.3 mm"
+damping_ratio = 0.02
+release = { velocity = "-1 m/s" }
+greens = { bandwidth = "30 kHz" }
+[contact]
+gap = "2 um"
+tilt = "0.02 deg"
+ports = 8
+[run]
+duration = "60 us"
+time_step = "200 ns"
+[accuracy]
+target = "20 %"
+[stress]
+frames = 5
+[life]
+seat_strength = "seat.toml"
+multiaxial = "crossland"
+cycles = 4.5e9
+"""
+
+
+PLACE = np.array([1e-3, 2e-3, 5e-3])
+
+
+def test_amplitudes_by_sin_are_those_by_cos_turned_by_a_quarter_of_a_wave() -> None:
+    angles, some = np.linspace(0.0, 6.0, 7), np.random.default_rng(1).random((7, 6))
+    for amplitudes in (some[:, :3], some):
+        exact = turned(amplitudes, angles - np.pi / 6, 3, by_sin=False)
+        np.testing.assert_allclose(turned(amplitudes, angles, 3, by_sin=True), exact, atol=1e-12)
+    np.testing.assert_allclose(turned(some[:, :3], np.zeros(7), 3, by_sin=False)[:, 1], 0.0)  # u_th as sin
+
+
+@pytest.mark.slow
+def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At any angle the stress of the ring's own field, and the map's least margin where that is looked at."""
+    (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(ARCS, encoding="utf-8")
+    *_, done = rounds(
+        plan_scene(load_scene(tmp_path / "scene.toml")), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1)
+    )
+    stress = seat_stress(done)
+    assert stress is not None
+    assert stress.waves is not None
+    assert len(stress.waves.numbers) > 3
+    wave = seat_wave(done, stress)
+    assert wave is not None
+    assert wave.skin.angles is not None
+    some = np.argsort(wave.skin.nodes)[:: len(wave.skin.nodes) // 4]
+    nodes, some = np.unique(wave.skin.nodes[some]), some[np.unique(wave.skin.nodes[some], return_index=True)[1]]
+    sites = at_nodes(elements_of(stress.mesh), nodes)
+    ((field, _),) = stress.drawn.fields(done, [(sites, wave.skin.angles[some][:, None])], stress.waves)
+    exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
+    now = np.round(wave.time / done.result.dt).astype(int)
+    assert exact.max() > 0
+    np.testing.assert_allclose(wave.mises[:, some].T, exact[:, now], atol=1e-9 * exact.max())
+    # in place of margins the distance from a place: each point is drawn with its own
+    monkeypatch.setattr(margin_map, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
+    (drawn,) = dict(margin_pictures(done, Stressed.of(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
+    told = np.isfinite(drawn.margins)
+    assert told.sum() >= len(stress.sites)
+    np.testing.assert_allclose(drawn.margins[told], np.linalg.norm(drawn.skin.points[told] - PLACE, axis=1), atol=1e-12)

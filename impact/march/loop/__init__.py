@@ -4,6 +4,7 @@ from impact.march.loop.complementarity import active_set
 from impact.march.loop.forces import contact_force, law_force
 from impact.march.loop.lanes import LANES, march_lanes
 from impact.march.loop.marches import march_many, march_one
+from impact.march.loop.oscillators import oscillate, padded
 from impact.march.loop.past import FLOOR, displaced
 from impact.march.loop.sweeps import contact_forces
 
@@ -18,4 +19,6 @@ __all__ = [
     "march_lanes",
     "march_many",
     "march_one",
+    "oscillate",
+    "padded",
 ]

@@ -22,6 +22,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "mode_1.gif": "The first mode of the seat.",
     "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
     "seat_stress.png": "Largest stress on the seat, and its histories.",
+    "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
     "margin.png": "Margin against speed.",
     "gas.png": "Pressures, lift and flow over the cycle.",
     "fit.png": "The measured response and what was fitted to it.",

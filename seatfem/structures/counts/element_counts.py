@@ -160,7 +160,7 @@ def check_before_meshing(body: Drawn, spec: MeshSpec, level: Level, method: Meth
     how = body.stated() if method is None else method
     sizes = predicted_sizes(body.geometry(), spec, level, body.copies.get(level, 1))
     need = memory_need(sizes.counts)
-    least = need.of(how.reduction)
+    least = need.of(how.reduction, distributed=how.distributed)
     margin = FILE_MARGIN if body.files() else MARGIN
     there = available_memory()
     if least <= margin * there and sizes.elements <= margin * MOST_ELEMENTS:

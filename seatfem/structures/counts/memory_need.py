@@ -77,9 +77,9 @@ class MemoryNeed:
     factorized: float
     products: float
 
-    def of(self, method: str) -> float:
-        """Of a reduction by name, or of "auto"."""
-        return self.factorized if _factorizes(method) else self.products
+    def of(self, method: str, *, distributed: bool = False) -> float:
+        """Of a reduction by name, or of "auto"; of a distributed one without its factor, which PETSc's ranks hold."""
+        return self.factorized if _factorizes(method) and not distributed else self.products
 
 
 def counts_of(mesh: SeatMesh) -> Counts:
@@ -117,6 +117,7 @@ def check_memory(
     size: float | None = None,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
+    distributed: bool = False,
 ) -> MemoryNeed:
     """The need, where it fits.
 
@@ -126,12 +127,13 @@ def check_memory(
         size: [m] of the elements, for the advice.
         levels: cheaper models that describe the seat, for the advice.
         available: [bytes]; default: what the system says. A system that says nothing is trusted.
+        distributed: whether PETSc's ranks reduce it.
 
     Raises:
         MemoryNeedError: the need is above what is available.
     """
     need = memory_need(counts)
-    least = need.of(method)
+    least = need.of(method, distributed=distributed)
     there = available_memory() if available is None else available
     if least <= there:
         return need
@@ -141,17 +143,19 @@ def check_memory(
     )
 
 
-def check_elastic(body: Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str) -> None:
+def check_elastic(
+    body: Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: str, *, distributed: bool = False
+) -> None:
     """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do.
 
-    ``method``: of the reduction.
+    ``method``: of the reduction, ``distributed`` over PETSc's ranks.
     """
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     levels = [found.level for found in body.levels() if found.applies and found.level in cheaper]
     given: Any = mesh.provenance.spec.get("size")
-    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=given, levels=levels)
+    check_memory(counts_of(cast("SeatMesh", mesh)), method=method, size=given, levels=levels, distributed=distributed)
 
 
 def _advice(counts: Counts, method: str, size: float | None, levels: Sequence[AnyLevel], there: float) -> list[str]:

@@ -124,6 +124,15 @@ class RingField:
 AnyField = StressField | RingField
 
 
+def turned(amplitudes: Array, angles: Array, harmonic: int, *, by_sin: bool) -> Array:
+    """(..., n, 3 or 6) of amplitudes u_r, u_th, u_z, or rr, tt, zz, tz, rz, rt, of one harmonic at n angles (n,), by
+    cos, or ``by_sin``, of the forces."""
+    odd = [1] if amplitudes.shape[-1] == 3 else _BY_SIN
+    phase = harmonic * angles[:, None]
+    even_turn, odd_turn = (np.sin(phase), -np.cos(phase)) if by_sin else (np.cos(phase), np.sin(phase))
+    return np.asarray(amplitudes * np.where(np.isin(np.arange(amplitudes.shape[-1]), odd), odd_turn, even_turn))
+
+
 def mixing_of(patches: Mapping[str, RingPatch], rings: list[str], harmonic: int) -> Array:
     """(ports, rings, 2) `Harmonic.mixing` of the patches, in the order of the rings' boundaries."""
     out = np.zeros((len(patches), len(rings), 2))

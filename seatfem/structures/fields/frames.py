@@ -8,7 +8,8 @@ import numpy as np
 from scipy import sparse
 
 from impact.greens.base import Array
-from seatfem.structures.fields.recovery import StressField, recover
+from seatfem.structures.fields.recovery import StressField, field_of
+from seatfem.structures.fields.response import Response
 from seatfem.structures.model import SecondOrderModel
 
 
@@ -35,10 +36,16 @@ def unknowns_in_frames(model: SecondOrderModel, force: Array, dt: float, steps: 
     the stress then, by mode acceleration likewise.
 
     Args:
-        model, of_space: as `seatfem.structures.fields.recovery.recover` takes them.
+        model, of_space: as `Response.of` takes them.
         force, dt, steps: as in `in_frames`.
     """
-    rows = -(-model.size // 6)  # a field has six numbers a point
-    alike = sparse.eye_array(6 * rows, model.size, format="csr")
-    field = recover(model, sparse.csr_array(alike), np.zeros((rows, 1)), dt=dt, **of_space)
-    return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, : model.size]
+    return response_in_frames(Response.of(model, dt=dt, **of_space), force, dt, steps)
+
+
+def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
+    """(F, n) as `unknowns_in_frames`, of a body that responds."""
+    size = len(response.rest)
+    rows = -(-size // 6)  # a field has six numbers a point
+    alike = sparse.eye_array(6 * rows, size, format="csr")
+    field = field_of(response, sparse.csr_array(alike), np.zeros((rows, 1)))
+    return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]

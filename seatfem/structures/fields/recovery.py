@@ -122,16 +122,28 @@ def field_of(response: Response, functional: Any, points: Array, *, fewer: bool 
     return StressField(points, static, modal, Body(pairs.greens))
 
 
-def histories(field: Field, force: Array, dt: float) -> Array:
-    """(P, 6, n + 1) stress at all its points [Pa] under forces (n + 1,) or (n + 1, ports) along the ports' outward
-    normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force presses a seat: give ``-force``."""
-    return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, 1)], axis=2)
+def histories(field: Field, force: Array, dt: float, stride: int = 1) -> Array:
+    """(P, 6, n + 1) stress at all its points [Pa], or of every ``stride``-th step, under forces (n + 1,) or (n + 1,
+    ports) along the ports' outward normals [N]: ``force[m]`` acts over the step that ends at m dt. A contact force
+    presses a seat: give ``-force``."""
+    return np.concatenate([_all(field, part) for part in field.coordinates(force, dt, stride)], axis=2)
 
 
 def at_time(field: Field, force: Array, dt: float, steps: int) -> Array:
     """(P, 6) stress at all its points at the end of step number ``steps`` [Pa]; the force as in `histories`."""
     *_, last = field.coordinates(force[: steps + 1], dt, max(1, steps))
     return np.asarray(_all(field, last[-1:])[:, :, 0])
+
+
+def at_own_times(field: Field, force: Array, dt: float, steps: Integers) -> Array:
+    """(P, 6) stress at each of its points at the end of a step of its own, number ``steps`` (P,) [Pa]; the force as in
+    `histories`."""
+    found, first = np.zeros((len(steps), 6)), 0
+    for part in field.coordinates(force, dt, 1):
+        for k in np.flatnonzero((steps >= first) & (steps < first + len(part))):
+            found[k] = _all(field.at(np.array([k])), part[steps[k] - first][None])[0, :, 0]
+        first += len(part)
+    return found
 
 
 def _all(field: Field, part: Array) -> Array:

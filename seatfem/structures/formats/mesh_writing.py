@@ -54,7 +54,7 @@ _SKINS = {3: "triangle", 4: "quad"}
 def write_mesh(seat: SeatMesh, path: str | Path, *, unit: float = 1.0) -> tuple[str, ...]:
     """Write a seat's mesh in the format that the file's suffix names, one of `WRITTEN`; the files are whole or absent.
 
-    ``unit``: metres per length unit of the file. Solids come first, then the faces of every boundary, by name. Groups
+    ``unit``: length unit of the file [m]. Solids come first, then the faces of every boundary, by name. Groups
     keep their names where the format has names; where it has numbers, they are numbered in the order that is returned,
     from 1: boundaries, then subdomains.
 

@@ -46,9 +46,9 @@ damping_ratio = 0.02
         return reed_stress(force, dt, body, self.beam(), contact_at=at, coarsely=coarsely)
 
     def stress_histories(
-        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = ()
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
     ) -> Iterator[tuple[str, Array]]:
-        """Bending stress of both faces at `PLACES`, the contacts and ``also``."""
+        """Bending stress of both faces at `PLACES`, the contacts and ``also``; ``few``: at the root in their place."""
         from impact.after.stresses import bending_stress
 
         beam = self.beam()
@@ -56,7 +56,7 @@ damping_ratio = 0.02
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
-        places = np.unique([*np.linspace(0.0, beam.length, PLACES), *named, *also])
+        places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
         for place, stress in zip(places, bending_stress(force, dt, body, beam, places, contact_at=at), strict=True):
             name = named.get(place, f"{1e3 * place:.4g} mm from the root")
             yield f"{name}, face towards the seat", stress

@@ -20,7 +20,7 @@ from seatfem.fields import (
     Tolerance,
     default,
 )
-from seatfem.structures.method import AUTO
+from seatfem.structures.method import AUTO, Engine
 
 METRES: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "inch": 0.0254}
 """Metres per length unit of a CAD or mesh file."""
@@ -78,6 +78,9 @@ class GreensSettings(Table):
     tolerance: Tolerance = Field(0.01, description="relative error of the reduction inside the bandwidth")
     max_vectors: int | None = Field(
         None, ge=1, description="most Krylov vectors, or Lanczos steps; absent: the reduction's own limit"
+    )
+    backend: Engine = Field(
+        "built-in", description="what reduces; slepc: krylov and modes on the ranks of PETSc (docs/large_seats.md)"
     )
 
 

@@ -37,6 +37,7 @@ class Reduced(Moving):
             tolerance=given.tolerance,
             reduction=given.method,
             max_vectors=given.max_vectors,
+            backend=given.backend,
         )
 
     @property

@@ -146,11 +146,11 @@ class Striking(Table):
         return None
 
     def stress_histories(
-        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = ()
+        self, force: Array, dt: float, body: Body, at: At, also: Collection[float] = (), *, few: bool = False
     ) -> Iterator[tuple[str, Array]]:
         """Where it may fail, by name, under contact forces as in `stress`: (n + 1,) stress at a free surface, of one
         axis, > 0 in tension, or (n + 1, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; none where none is known. ``also``:
-        places that must be among them, from its root [m]."""
+        places that must be among them, from its root [m]; ``few``: these alone, its root and the contacts."""
         yield from ()
 
     def too_thick(self) -> str:

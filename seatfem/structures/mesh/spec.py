@@ -13,7 +13,7 @@ LEAST_LAYERS = 8  # of hexahedra around a full circle
 
 @dataclass(frozen=True)
 class MeshSpec:
-    """Element sizes in metres, and the kind of element.
+    """Element sizes [m], and the kind of element.
 
     ``size``: in the bulk. ``contact_size``: on the contact patch (None: the bulk's). ``grading``: growth of the
     size per unit distance from the patch. ``order``: of the elements, 1 or 2. ``curved``: second-order elements

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from typing import Final
+from typing import Final, Literal
 
 from impact.greens.base import GreensFunction
 from impact.progress import Progress, silent
@@ -15,7 +15,7 @@ from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.memory import memory
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.reduction.registry import choose, named
+from seatfem.structures.reduction.registry import choose, named, refusal
 
 MEASURE: Final = 1e-100, 1e100  # of the entries of M, K and ports, SI
 
@@ -30,7 +30,7 @@ def greens_function(
     method: str = AUTO,
     max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
-    backend: Backend = "auto",
+    backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> GreensFunction:
     """Driving-point and cross Green's functions of the model's ports, g = B' sin(sqrt(A) t)/sqrt(A) B, A = M^-1 K.
@@ -52,12 +52,13 @@ def greens_function(
         max_vectors: most Krylov vectors, or Lanczos steps; default 800, of a second-order space 500, of Lanczos 20,000.
             Modes and time stepping do not ask for it.
         ports: names of the ports to use; default: all of the model's.
-        backend: sparse factorization.
+        backend: sparse factorization; "slepc": krylov and modes by PETSc and SLEPc on several ranks, which the
+            environment tells (docs/large_seats.md).
         progress: called with the stage and the fraction done.
 
     Raises:
         ModelError: an unusable argument or damping. ConvergenceError: the tolerance is not reached.
-        FactorizationError: K + s^2 M is not positive definite.
+        FactorizationError: K + s^2 M is not positive definite; PETSc is not to be had, or has failed.
     """
     return reduce_model(
         model,
@@ -83,11 +84,12 @@ def reduce_model(
     method: str = AUTO,
     max_vectors: int | None = None,
     ports: Sequence[str] | None = None,
-    backend: Backend = "auto",
+    backend: Backend | Literal["slepc"] = "auto",
     progress: Progress = silent,
 ) -> Reduction:
     """As `greens_function`, with the modes found on the way."""
-    aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
+    local: Backend = "auto" if backend == "slepc" else backend
+    aims = Aims(bandwidth, duration, tolerance, max_vectors, local, distributed=backend == "slepc")
     return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
 
 
@@ -107,13 +109,14 @@ def reduced(
     _refuse_beyond_measure(model)
     damping = model.damping.plus(damping_ratio)
     reducer, reason = choose(model, damping, aims) if asked is None else (asked, "asked for")
-    if refusal := reducer.refusal(model, damping, aims):
-        raise ModelError(refusal)
+    if why := refusal(reducer, model, damping, aims):
+        raise ModelError(why)
     remembered = memory(damping_ratio, aims.bandwidth)
     lasting = min(aims.duration, remembered)
     reduction = reducer.reduce(model, damping, replace(aims, duration=lasting), progress)
     origin = {
         "method": reducer.name,
+        "backend": "slepc" if aims.distributed else "built-in",
         "reason": reason,
         "bandwidth_Hz": aims.bandwidth,
         "duration_s": aims.duration,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,15 +12,17 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.backends import Here, backend_of
 from seatfem.structures.reduction.checks import passivity
 from seatfem.structures.reduction.convergence import History
-from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.growth import Grown
 from seatfem.structures.reduction.krylov_basis import KrylovBasis
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, eigen_residuals
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
-from seatfem.structures.reduction.rigid import rigid_shapes
 from seatfem.structures.reduction.ritz import RitzSpace
+
+if TYPE_CHECKING:
+    from seatfem.structures.reduction.slepc import Ranks
 
 _BLOCK = 10  # fewest vectors between two checks
 _CRAWLS = 60  # vectors for each port, damped bodies take 30 to 50: beyond, a higher shift takes half as many
@@ -40,6 +43,7 @@ class Krylov(Reducer):
     most: int = 800
 
     name = "krylov"
+    distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """Far fewer vectors than there are modes in the band."""
@@ -48,11 +52,13 @@ class Krylov(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """As `Reducer.reduce`; raises `ConvergenceError` too where the basis loses its orthogonality."""
-        space = _Vectors(model, damping, aims, aims.max_vectors or self.most, progress)
-        greens, error = space.converge(progress)
-        basis = space.basis
-        if (lost := basis.orthogonality_error()) > 1e-8:
-            raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")
+        with backend_of(model, aims) as backend:
+            space = _Vectors(model, damping, aims, aims.max_vectors or self.most, backend, progress)
+            greens, error = space.converge(progress)
+            basis = space.basis
+            if (lost := basis.orthogonality_error()) > 1e-8:
+                raise ConvergenceError(f"the Krylov basis lost orthogonality: |V'MV - I| = {lost:.1e} (limit 1e-8)")
+            modes = _converged(basis, space.omega, space.coefficients, aims.band)
         origin = {
             "vectors": basis.size,
             "rigid_modes": basis.rigid,
@@ -60,27 +66,34 @@ class Krylov(Reducer):
             "factorization": basis.factor.backend,
             "checks": {"reciprocity": basis.reciprocity, **passivity(greens)},
         }
-        modes = _converged(basis, space.omega, space.coefficients, aims.band)
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin), modes)
 
 
 class _Vectors(RitzSpace):
     """The basis so far, and its Ritz pairs."""
 
-    def __init__(self, model: SecondOrderModel, damping: Damping, aims: Aims, most: int, progress: Progress) -> None:
+    def __init__(
+        self,
+        model: SecondOrderModel,
+        damping: Damping,
+        aims: Aims,
+        most: int,
+        backend: Here | Ranks,
+        progress: Progress,
+    ) -> None:
         super().__init__(model, damping, aims)
-        self.most, self.progress = most, progress
-        self.basis = _start(model, aims.band, most, aims.backend, progress)
+        self.most, self.backend, self.progress = most, backend, progress
+        self.basis = self._start(aims.band)
 
     def grow(self) -> Grown:
         basis, band, loss = self.basis, self.aims.band, None
         if basis.shift == band and basis.size >= _CRAWLS * len(self.model.ports) and not basis.complete:
-            basis = _start(self.model, _HIGHER * band, self.most, self.aims.backend, self.progress)
+            basis = self._start(_HIGHER * band)
             self.basis, self.history = basis, History(self.aims.tolerance)
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         omega, shapes, self.coefficients = basis.ritz()
         if self.damping.loss is not None:
-            loss = self.damping.losses(basis.V @ self.coefficients)
+            loss = self.damping.losses(basis.combined(self.coefficients))
         return Grown(self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size)
 
     def shortfall(self, error: float) -> str:
@@ -90,19 +103,18 @@ class _Vectors(RitzSpace):
             "(seat.greens.max_vectors in a scene)"
         )
 
-
-def _start(model: SecondOrderModel, shift: float, most: int, backend: Backend, progress: Progress) -> KrylovBasis:
-    progress("factorization", 0.0)
-    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    progress("factorization", 1.0)
-    progress("reduction", 0.0)
-    return KrylovBasis(model, factor, shift, min(most, model.size), rigid_shapes(model))
+    def _start(self, shift: float) -> KrylovBasis:
+        self.progress("factorization", 0.0)
+        basis = self.backend.basis(shift, min(self.most, self.model.size))
+        self.progress("factorization", 1.0)
+        self.progress("reduction", 0.0)
+        return basis
 
 
 def _converged(basis: KrylovBasis, omega: Array, coefficients: Array, band: float) -> Modes:
     """The Ritz pairs up to the band edge (40 at most) whose eigenvalue residual is below 1e-3."""
     chosen = np.flatnonzero(omega <= band)[:40]
-    shapes = basis.V @ coefficients[:, chosen]
+    shapes = basis.combined(coefficients[:, chosen])
     residuals = eigen_residuals(basis.model, omega[chosen] ** 2, shapes, band)
     good = residuals < 1e-3
     frequencies = omega[chosen][good] / (2 * np.pi)

@@ -90,6 +90,10 @@ class KrylovBasis:
         coefficients[first:, first:] = vectors
         return np.sqrt(square), coefficients.T @ self._ports[:k], coefficients
 
+    def combined(self, coefficients: Array) -> Array:
+        """(n, m) V times ``coefficients`` (size, m)."""
+        return np.asarray(self.V @ coefficients)
+
     def orthogonality_error(self) -> float:
         """Largest entry of V'MV - I."""
         return float(np.abs(self.V.T @ (self.model.M @ self.V) - np.eye(self.size)).max())

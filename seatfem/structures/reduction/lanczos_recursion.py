@@ -51,20 +51,25 @@ class Recursion:
 
     def extend(self, steps: int, progress: Callable[[int], None] = lambda done: silent("", 0.0)) -> None:
         """Go on until there are ``steps`` blocks."""
-        root = self._root[:, None]
         while self.steps < steps and not self.complete:
-            w = root * (self._K @ (root * self._now))
-            _subtract(w, self._before, np.ascontiguousarray(self._link.T))
-            block = _gram(self._now, w)
-            _subtract(w, self._now, block)
+            block = self._step()
             self._diagonal.append((block + block.T) / 2)
-            self._before = self._now
-            self._now, self._link = _orthonormal(w)
             self._below.append(self._link)
             scale = max(np.abs(self._diagonal[0]).max(), np.abs(block).max())
-            self.complete = bool(np.abs(self._link).max() < 1e-13 * scale) or self.steps * self.width >= len(w)
+            self.complete = bool(np.abs(self._link).max() < 1e-13 * scale)  # no sooner: round-off adds copies of nodes
             if self.steps % 50 == 0:
                 progress(self.steps)
+
+    def _step(self) -> Array:
+        """The next block of vectors and its link; the diagonal block of T."""
+        root = self._root[:, None]
+        w = root * (self._K @ (root * self._now))
+        _subtract(w, self._before, np.ascontiguousarray(self._link.T))
+        block = _gram(self._now, w)
+        _subtract(w, self._now, block)
+        self._before = self._now
+        self._now, self._link = _orthonormal(w)
+        return block
 
     def banded(self) -> Array:
         """(2 w, k w) lower bands of T; blocks B are upper triangular, so that T has w bands below its diagonal."""

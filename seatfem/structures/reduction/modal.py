@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -15,14 +15,16 @@ from impact.progress import Progress, silent
 from seatfem.structures.damping import Damping
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.backends import Here, backend_of
 from seatfem.structures.reduction.checks import passivity
 from seatfem.structures.reduction.eigen_search import ConvergenceError, CountError
-from seatfem.structures.reduction.factorization import Backend, factorize
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.residual import truncate
 from seatfem.structures.reduction.rigid import default_shift
-from seatfem.structures.reduction.spectrum import Spectrum
+
+if TYPE_CHECKING:
+    from seatfem.structures.reduction.slepc import Ranks
 
 ALL_MODES: Final = 200  # unknowns up to which all modes cost less than a Krylov space (benchmarks/small_seats.py)
 _FREE: Final = 0.03  # s over the last mode of a free body: what the others add to g is 0.1 % off
@@ -45,6 +47,7 @@ class Modal(Reducer):
 
     name = "modes"
     any_time = True
+    distributes = True
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """Nothing on a small model, where the rest of any other reduction takes longer; else ten times Krylov's."""
@@ -63,9 +66,15 @@ class Modal(Reducer):
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """As `Reducer.reduce`; the modes found are all up to the cutoff."""
+        with backend_of(model, aims) as backend:
+            return self._reduce(model, damping, aims, backend, progress)
+
+    def _reduce(
+        self, model: SecondOrderModel, damping: Damping, aims: Aims, backend: Here | Ranks, progress: Progress
+    ) -> Reduction:
         scale = default_shift(model)
-        small = dense_modes(model, scale) if model.size <= DENSE else None
-        spectrum = Spectrum(model, backend=aims.backend, progress=progress)
+        small = dense_modes(model, scale) if model.size <= DENSE and not aims.distributed else None
+        spectrum = backend.spectrum(progress)
         static: tuple[float, Array, bool] | None = None
         cutoff, found, error = 3.0 * aims.bandwidth, 0, np.inf
         while True:
@@ -84,7 +93,7 @@ class Modal(Reducer):
             modes = modes_of(spectrum, scale) if small is None else small
             found = len(modes.omega)
             if static is None:
-                static = _static(model, modes, aims.backend)
+                static = _static(model, modes, backend)
             greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
             if error <= aims.tolerance or (found == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
@@ -100,7 +109,7 @@ def with_modes(
 
     ``pushed``: numbers of the ports under whose impulses its error is judged.
     """
-    static = _static(model, modes, aims.backend, deflated=True)
+    static = _static(model, modes, Here(model, aims.backend), deflated=True)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, pushed)
     return _told(greens, error, len(modes.omega), cutoff)
 
@@ -152,7 +161,7 @@ def modal_error(
 
 
 def _static(
-    model: SecondOrderModel, modes: Modes, backend: Backend, *, deflated: bool = False
+    model: SecondOrderModel, modes: Modes, backend: Here | Ranks, *, deflated: bool = False
 ) -> tuple[float, Array, bool]:
     """(s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s far below the modes left out, P = 1 - M R R' of the rigid modes R.
 
@@ -166,8 +175,7 @@ def _static(
     known = modes.shapes if deflated else rigid
     if known.shape[1]:
         loads = loads - model.M @ (known @ (known.T @ loads))
-    factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    return shift**2, loads.T @ factor.solve(loads), deflated
+    return shift**2, loads.T @ backend.factorize(shift**2).solve(loads), deflated
 
 
 def _left_out(

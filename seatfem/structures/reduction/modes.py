@@ -21,6 +21,8 @@ from seatfem.structures.reduction.spectrum import Spectrum, uncounted
 if TYPE_CHECKING:
     import pandas
 
+    from seatfem.structures.reduction.slepc import RanksSpectrum
+
 __all__ = ["ConvergenceError", "Modes", "dense_modes", "eigen_residuals", "modes_of", "solve_modes"]
 
 _SURE = 1e-6  # of s^2: an eigenvalue above it is not zero, whatever the largest of K/M
@@ -118,7 +120,7 @@ def solve_modes(
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
-def modes_of(spectrum: Spectrum, scale: float) -> Modes:
+def modes_of(spectrum: Spectrum | RanksSpectrum, scale: float) -> Modes:
     """What a spectrum holds, with rigid modes at exactly 0 Hz and residuals checked; ``scale`` as s in `Modes`.
 
     Raises:

@@ -55,8 +55,9 @@ class Reducer(ABC):
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
         any_time: whether its g holds beyond the duration it was computed for, as modes of the body do.
         factorizes: whether it takes the memory of a sparse factorization.
-        diagonal_mass: whether it serves no model but those of a diagonal mass.
+        diagonal_mass: whether it is meant for models of a diagonal mass, others being slow or refused.
         modal_damping: whether it takes damping by ratios, which have no sparse matrix.
+        distributes: whether it can work on the ranks of PETSc.
     """
 
     name: ClassVar[str]
@@ -65,6 +66,7 @@ class Reducer(ABC):
     factorizes: ClassVar[bool] = True
     diagonal_mass: ClassVar[bool] = False
     modal_damping: ClassVar[bool] = True
+    distributes: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Why it cannot serve, with the remedy; "" where it can. Here: damping that modes cannot carry."""

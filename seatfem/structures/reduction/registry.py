@@ -43,13 +43,21 @@ def named(name: str) -> Reducer:
     return known[name]
 
 
+def refusal(reducer: Reducer, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
+    """Why a reduction cannot serve, here or on the ranks of PETSc; "" where it can."""
+    if aims.distributed and not reducer.distributes:
+        able = " and ".join(name for name, each in reducers().items() if each.distributes)
+        return f"backend='slepc' has {able}, not {reducer.name}: leave seat.greens.backend out, or take one of them"
+    return reducer.refusal(model, damping, aims)
+
+
 def choose(model: SecondOrderModel, damping: Damping, aims: Aims) -> tuple[Reducer, str]:
     """(the cheapest that serves, why in a sentence with numbers), all of them asked.
 
     Raises:
         ModelError: none serves; why each does not.
     """
-    known = reducers().values()
+    known = [each for each in reducers().values() if each.distributes or not aims.distributed]
     refused = {each.name: why for each in known if (why := each.refusal(model, damping, aims))}
     serving = [(each.cost(model, aims), each) for each in known if each.name not in refused]
     if not serving:

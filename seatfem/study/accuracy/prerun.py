@@ -162,7 +162,7 @@ class Bench:
         stress = None
         if any_needs_stress(asked):
             stopper = stopper_force_of(stepper)
-            stress = stress_of(self.scene, striker.body, force, dt, coarsely=True, stopper=stopper)
+            stress = stress_of(self.scene, striker.body, force, dt, stepper.opening, coarsely=True, stopper=stopper)
         line = line_of(self.scene, problem, parts_of(stepper))
         return values_of(Blow(force, dt, width, displacement, stress, line, film_of(stepper)))
 

@@ -13,6 +13,7 @@ import impact
 from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.march.engines import Engine
+from impact.march.followed import as_marched
 from impact.march.motion import Discrete
 from impact.march.prepared import step_count
 from impact.march.stepper import FOLLOW
@@ -162,15 +163,17 @@ def stress_of(
     striker: impact.Body,
     force: Array,
     dt: float,
+    opening: Array,
     *,
     coarsely: bool = False,
     stopper: Array | None = None,
 ) -> ReedStress | None:
     """The reed's largest bending stresses under the contact forces of seat and stopper, (n + 1,) each; ``None`` for a
-    rigid mass, and under a load that depends on the lift, which the march alone knows."""
-    if scene.is_blown_by_lift:
+    rigid mass. ``opening``: (n + 1,) the seats' mean, by which loads that follow the lift are as the march had them."""
+    if not scene.reed.has_stress:
         return None
-    return scene.reed.stress(pushes(striker, force, stopper), dt, striker, scene.contact_at, coarsely=coarsely)
+    marched = as_marched(striker, opening, dt)
+    return scene.reed.stress(pushes(striker, force, stopper), dt, marched, scene.contact_at, coarsely=coarsely)
 
 
 def run_contacts(
@@ -268,7 +271,7 @@ def measures_of(
     force, displacement = force_of(stepper), displacement_of(stepper)
     wanted = scene.needs_stress
     stopper = stopper_force_of(stepper)
-    stress = stress_of(scene, striker, force, dt, coarsely=True, stopper=stopper) if wanted else None
+    stress = stress_of(scene, striker, force, dt, stepper.opening, coarsely=True, stopper=stopper) if wanted else None
     line = line_of(scene, problem, parts_of(stepper))
     return values_of(Blow(force, dt, scene.run.filter_width, displacement, stress, line, film_of(stepper)))
 

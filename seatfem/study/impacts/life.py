@@ -15,6 +15,8 @@ from impact.life.critical_plane import on_planes
 from impact.life.places import Judged, judged, left_of
 from impact.life.pressed import hertz_path
 from impact.life.strength import SpeedMargin, Strength, speed_margin
+from impact.march.followed import as_marched
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import Scene
 from seatfem.study.scene.life import turn_of
@@ -74,13 +76,22 @@ def lasting(scene: Scene, touches: Touches, reed: Histories, seat: Histories = (
 def of_beam(
     scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None
 ) -> Iterator[tuple[str, Array]]:
-    """Of a reed whose bending is known while it strikes; none of others. ``stress``: its largest ones, whose places are
-    among those that are judged."""
+    """Of a reed whose bending is known while it strikes, where its life is asked for; none of others."""
     if scene.life is not None and scene.life.demand() is not None:
-        force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
-        also = () if stress is None else (stress.initial.at, stress.largest.at)
-        for name, history in scene.reed.stress_histories(force, dt, striker, scene.contact_at, also):
+        for name, history in beam_histories(scene, striker, touches, stress):
             yield f"reed, {name}", history
+
+
+def beam_histories(
+    scene: Scene, striker: impact.Body, touches: Touches, stress: ReedStress | None, *, few: bool = False
+) -> Iterator[tuple[str, Array]]:
+    """As `seatfem.structures.kinds.Structure.stress_histories`. ``stress``: the largest ones, whose places are among
+    them."""
+    force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
+    peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
+    also = {peak.at for peak in peaks if peak is not None}
+    marched = as_marched(striker, lift_of(touches), dt)
+    yield from scene.reed.stress_histories(force, dt, marched, scene.contact_at, also, few=few)
 
 
 def block_from(scene: Scene, touches: Touches) -> int:

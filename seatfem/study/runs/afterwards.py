@@ -18,9 +18,10 @@ from seatfem.study.runs.left_in import contact_margin_bar
 from seatfem.study.runs.life_curves import MarginCurve, curve_keys, curve_pictures, life_curves, write_curves
 from seatfem.study.runs.lives import Stressed, lives, run_keys
 from seatfem.study.runs.margin_map import margin_pictures
-from seatfem.study.runs.reed_stress import plate_stress_keys
+from seatfem.study.runs.reed_stress import PlatePeaks, has_plate, plate_stress_keys
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures, write_spots
+from seatfem.study.runs.seat_stress import SeatStress, stress_keys, stress_pictures
+from seatfem.study.runs.stress_spots import Spots, spot_keys, spot_pictures, write_spots
 from seatfem.study.runs.stress_wave import after_touch, wave_pictures
 from seatfem.study.runs.stresses import stress_notes, stresses
 from seatfem.study.scene import Scene
@@ -31,6 +32,7 @@ class Afterwards:
     """Attributes:
     keys: for summary.json.
     stress: in the seat, where it is asked for.
+    spots: of the largest stress in both bodies.
     stressed: what the life of both bodies is found from, where it is asked for.
     life: of the bodies.
     curves: of margins.
@@ -39,6 +41,7 @@ class Afterwards:
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None
+    spots: Spots = field(default_factory=Spots)
     stressed: Stressed | None = None
     life: Lasting = field(default_factory=Lasting)
     curves: tuple[MarginCurve, ...] = ()
@@ -48,6 +51,7 @@ class Afterwards:
         """Of all of it."""
         return [
             *stress_pictures(self.stress, done.plan.scene.title or "Stress in the seat", after_touch(done)),
+            *spot_pictures(done, self.spots),
             *wave_pictures(done, self.stress),
             *margin_pictures(done, self.stressed),
             *curve_pictures(self.curves),
@@ -66,9 +70,15 @@ def afterwards(
     progress: Progress,
     *,
     tell: Tell,
+    histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Of the last round; ``keep`` is handed all keys so far after each stage, to be on file before the next."""
+    """Of the last round.
+
+    Args:
+        histories: whether those of stress are written.
+        keep: is handed all keys so far after each stage, to be on file before the next.
+    """
     scene, keys = done.plan.scene, dict[str, object]()
     if scene.gas is not None:
         with watch("gas bars"):
@@ -80,11 +90,19 @@ def afterwards(
             stress, of_reed = stresses(done, progress)
         keys |= stress_keys(stress) | plate_stress_keys(of_reed)
         keep(keys)
-    spots = write_spots(stress, folder)
+    plate = None if of_reed is None else of_reed.peaks
+    if plate is None and has_plate(done) and scene.life is not None and scene.life.demand() is not None:
+        with watch("reed stress"):
+            plate = PlatePeaks.of(done)
+    with watch("hot spots"):
+        spots = Spots.of(done, stress, plate)
+        files = write_spots(spots, folder, courses=histories)
+    keys |= spot_keys(spots)
+    keep(keys)
     if scene.life is None:
-        return Afterwards(keys, stress, files=spots)
+        return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
-        stressed = Stressed.of(done, stress, of_reed)
+        stressed = Stressed.of(done, stress, plate, of_reed)
         here = lives(done, stressed, done.touches, done.stress)
         there = lives(done, stressed, baseline.touches, baseline.stress, with_seat=False)
     keys |= run_keys(done, stressed, here, there)
@@ -98,4 +116,4 @@ def afterwards(
         written = write_curves(curves, folder)
     keys |= curve_keys(curves)
     keep(keys)
-    return Afterwards(keys, stress, stressed, here, curves, (*spots, *written))
+    return Afterwards(keys, stress, spots, stressed, here, curves, (*files, *written))

@@ -15,6 +15,7 @@ from seatfem.machine.stopwatch import Stopwatch
 from seatfem.structures.rings import Division, face_compliance
 from seatfem.structures.statics import bed
 from seatfem.study.impacts.contact import RunError, run_contacts, stress_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.simpler import simpler_models
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.round import Round
@@ -46,8 +47,8 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         touches = run_contacts(scene, done.striker, spring, done.result.dt)
     with watch("reed stress"):
         coarsely = not scene.needs_stress
-        force, met = touches.seat.force, touches.stopper_force
-        stress = stress_of(scene, done.striker, force, touches.seat.dt, coarsely=coarsely, stopper=met)
+        force, dt, lift, met = touches.seat.force, touches.seat.dt, lift_of(touches), touches.stopper_force
+        stress = stress_of(scene, done.striker, force, dt, lift, coarsely=coarsely, stopper=met)
     simpler: Mapping[str, Touches] = {}
     if done.touches.line is not None or scene.contact.film is not None:
         with watch("simpler models"):

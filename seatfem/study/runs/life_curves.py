@@ -19,6 +19,7 @@ from impact.progress import Tell
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.margin_plot import plot_margins
 from seatfem.study.impacts.contact import run_contacts, stress_of, striker_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.life import body_of
 from seatfem.study.runs.lives import Stressed, bars_of, lives
 from seatfem.study.runs.round import Round
@@ -135,7 +136,7 @@ def again(done: Round, name: str, value: float) -> Round:
     striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = run_contacts(scene, striker, done.seat.greens, done.result.dt)
     force, met = touches.seat.force, touches.stopper_force
-    stress = stress_of(scene, striker, force, touches.seat.dt, coarsely=True, stopper=met)
+    stress = stress_of(scene, striker, force, touches.seat.dt, lift_of(touches), coarsely=True, stopper=met)
     return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
 
 

@@ -9,19 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.stresses import ReedStress
-from seatfem.structures.fields.corners import near
 from seatfem.structures.fields.ranges import hottest, mises_range, tensor_histories
 from seatfem.structures.fields.recovery import StressField
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import STRESS, Histories, Lasting, asked_keys, block_from, lasting, life_keys, of_beam
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.reed_stress import PlateReedStress, plate_field, plate_pushes, struck_by, touched_points
+from seatfem.study.runs.reed_stress import PlatePeaks, PlateReedStress, parts_of_plate, plate_pushes, struck_by
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_fields import force_by_port
 from seatfem.study.runs.seat_stress import SeatStress
 
 OF_SEAT = 12  # points of its surface that are judged
-BESIDE = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
 
 
 @dataclass(frozen=True)
@@ -39,11 +36,12 @@ class Stressed:
     reed_bar: float = math.nan
 
     @classmethod
-    def of(cls, done: Round, seat: SeatStress | None, of_reed: PlateReedStress | None = None) -> Stressed:
+    def of(
+        cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, of_reed: PlateReedStress | None = None
+    ) -> Stressed:
         """Of a round, as far as its life is asked for."""
         life = done.plan.scene.life
-        plate = isinstance(done.plan.scene.reed, ThinPlate) and done.striker.greens.modal is not None
-        reed = None if life is None or life.demand() is None or not plate else plate_field(done)
+        reed = None if life is None or life.demand() is None or plate is None else plate.field
         after = None if of_reed is None else of_reed.found.after_contact
         bar = math.nan if of_reed is None or after is None else of_reed.bar / after.value
         return cls(reed, None if life is None or life.demand("seat") is None else seat, bar)
@@ -81,10 +79,8 @@ def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
 def _of_plate(done: Round, field: StressField, touches: Touches) -> Histories:
     """In both faces where stress changes most in each part of the plate."""
     field = struck_by(field, done.striker, touches)
-    reed, force, dt = done.plan.scene.reed, plate_pushes(done, touches), touches.seat.dt
-    assert isinstance(reed, ThinPlate)
-    beside = near(field.points, touched_points(done), BESIDE * reed.thickness)
-    regions = np.where(beside, "beside the contact", reed.geometry().regions(field.points))
+    force, dt = plate_pushes(done, touches), touches.seat.dt
+    regions = parts_of_plate(done, field.points)
     ranges = mises_range(field, force, dt, since=block_from(done.plan.scene, touches))
     spots = hottest(ranges, regions)
     chosen = field.at(spots)

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from impact.greens.base import Array
 from impact.life.critical_plane import on_planes
 from impact.life.places import Demand, judged
-from impact.pictures.drawing import PictureError
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.margin_map import MarginMap, plot_margin_map, write_margins
-from seatfem.pictures.skin import skin_of, skin_of_plate
+from seatfem.pictures.skin import skin_of, skin_of_plate, skin_of_section
+from seatfem.structures.fields.around import AnyField, RingField
 from seatfem.structures.fields.ranges import mises_range, tensor_histories
-from seatfem.structures.fields.recovery import StressField
 from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.impacts.life import block_from
@@ -51,9 +50,7 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[Picture]:
     return [(PICTURE, partial(plot_margin_map, maps, title=title)), *files]
 
 
-def margins(
-    field: StressField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False
-) -> Array:
+def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
     """(P,) factors on all stresses at which each point of a field uses up its design life, or reaches the limit of the
     criterion of several axes where one is asked for; nan where the range is below `SHARE` of the largest.
 
@@ -88,14 +85,27 @@ def _of_seat(done: Round, stressed: Stressed) -> MarginMap | None:
     demand = None if life is None else life.demand("seat")
     if seat is None or demand is None:
         return None
-    if seat.model is None or not isinstance(seat.field, StressField):
-        raise PictureError("margins of a body of revolution are drawn where it is struck all around: contact.ports = 1")
-    skin, first = skin_of(seat.model), block_from(done.plan.scene, done.touches)
-    force = force_by_port(done, done.touches)
+    first, force = block_from(done.plan.scene, done.touches), force_by_port(done, done.touches)
     found = margins(seat.field, force, done.result.dt, demand, since=first)
+    nodes = elements_of(seat.mesh).nodes
+    if isinstance(seat.field, RingField):
+        return _of_ring(seat.field, found, seat.mesh, nodes)
+    assert seat.model is not None
+    skin = skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
-    values[rows_of(seat.field.points, elements_of(seat.mesh).nodes.T[skin.nodes])] = found
+    values[rows_of(seat.field.points, nodes.T[skin.nodes])] = found
     return MarginMap("seat", skin, values)
+
+
+def _of_ring(field: RingField, found: Array, mesh: Any, nodes: Array) -> MarginMap:
+    """Of (P,) margins at a field's points: drawn all around, as what fails first may be anywhere, at its angles."""
+    around = field.angles[0]
+    skin = skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
+    assert skin.angles is not None
+    values = np.full((nodes.shape[1], len(around)), np.nan)
+    values[rows_of(field.section, nodes.T)] = found.reshape(field.angles.shape)
+    turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
+    return MarginMap("seat", skin, values[skin.nodes, turns])
 
 
 def _of_reed(done: Round, stressed: Stressed) -> MarginMap | None:

@@ -116,7 +116,7 @@ def run_scene(
     def keep(keys: Mapping[str, object]) -> None:
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
-    later = afterwards(done, baseline, folder, watch, progress, tell=tell, keep=keep)
+    later = afterwards(done, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     summary |= later.keys
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()

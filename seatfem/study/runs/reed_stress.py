@@ -35,17 +35,33 @@ from seatfem.study.scene.lips import lip_of, on_the_reed
 
 FEWER: Final = 0.75  # of the modes, for the error bar
 OF_FEWER: Final = FEWER / (1 - FEWER)  # error of all of them over that change, where it falls like 1/modes
+BESIDE: Final = 3.0  # thicknesses from what touches a plate, within which a point lies beside the contact
 AT_REST: Final = 1e-2  # of the lowest frequency: what moves so slowly bends a free plate as if at rest
+
+
+@dataclass(frozen=True)
+class PlatePeaks:
+    """The ``field`` of stress in a face of a plate under the forces of a run, and the largest at each of its points."""
+
+    field: StressField
+    found: LargestStress
+
+    @staticmethod
+    def of(done: Round) -> PlatePeaks:
+        """Of a round whose striker is a plate."""
+        field = plate_field(done)
+        return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt))
 
 
 @dataclass(frozen=True)
 class PlateReedStress:
     """The largest von Mises stress in the faces of a plate, and the error ``bar`` of that after the first touch [Pa];
-    nan where it is unknown. ``largest_at``: the field where it is largest."""
+    nan where it is unknown. ``largest_at``: the field where it is largest; ``peaks``: at all places."""
 
     found: ReedStress
     bar: float
     largest_at: StressField
+    peaks: PlatePeaks
 
 
 def plate_reed_stress(done: Round) -> PlateReedStress | None:
@@ -57,14 +73,15 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     place, by its order, and of what a quarter of the modes less change; it knows nothing of the force's own.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed
-    if scene.stress is None or not isinstance(reed, ThinPlate) or done.striker.greens.modal is None:
+    if scene.stress is None or not has_plate(done):
         return None
+    assert isinstance(reed, ThinPlate)
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
-    field = plate_field(done)
-    found = largest(field, force, dt)
+    peaks = PlatePeaks.of(done)
+    field, found = peaks.field, peaks.found
     told = ReedStress(_peak(plate, field, found.initial), _peak(plate, field, found.after_contact))
     if not np.any(done.result.force):
-        return PlateReedStress(replace(told, after_contact=None), math.nan, field)
+        return PlateReedStress(replace(told, after_contact=None), math.nan, field, peaks)
     worst = field.at(np.array([int(found.after_contact.von_mises.argmax())]))
     fewer = largest(_with_fewer_modes(worst), force, dt)
     coarser = plate_modes(plate.sheet, COARSENING)
@@ -75,7 +92,12 @@ def plate_reed_stress(done: Round) -> PlateReedStress | None:
     of_mesh = left_by_mesh(field.points, found.after_contact.von_mises, there.points, on_coarser, weight)
     peak = _value(found)
     bar = of_mesh + OF_FEWER * abs(_value(fewer) - peak) + LITTLE * peak
-    return PlateReedStress(told, bar, worst)
+    return PlateReedStress(told, bar, worst, peaks)
+
+
+def has_plate(done: Round) -> bool:
+    """Whether a plate strikes whose stress can be known."""
+    return isinstance(done.plan.scene.reed, ThinPlate) and done.striker.greens.modal is not None
 
 
 def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
@@ -104,7 +126,7 @@ def plate_field(done: Round, striker: Body | None = None) -> StressField:
     functional = plate_stress(plate.mesh, sheet.material, thickness, model, sites)
     columns = factorize(stiffness, name="K").solve(loads), shapes[:, ~rigid]
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in columns)
-    singular = np.concatenate([touched_points(done), _ends(plate.mesh), sharp_nodes(plate.mesh)])
+    singular = singular_of_plate(done, plate)
     field = StressField(sites.points, static, modal, striker).at(~near(sites.points, singular, thickness))
     return struck_by(field, striker, done.touches)
 
@@ -146,6 +168,22 @@ def _ends(mesh: PlateMesh) -> Array:
     """(2, 2) of the clamped line; none of a free plate."""
     line = mesh.points[mesh.lines.get(CLAMPED, np.zeros(0, dtype=np.int64))]
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line
+
+
+def singular_of_plate(done: Round, plate: PlateModes | None = None) -> Array:
+    """(k, 2) points of a plate that strikes beside which its theory knows no stress [m]; ``plate``: on another mesh."""
+    reed = done.plan.scene.reed
+    assert isinstance(reed, ThinPlate)
+    mesh = (plate or reed.plate(done.striker.greens)).mesh
+    return np.concatenate([touched_points(done), _ends(mesh), sharp_nodes(mesh)])
+
+
+def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
+    """What the part of a plate that strikes is called on which each of points (P, 2) lies."""
+    reed = done.plan.scene.reed
+    assert isinstance(reed, ThinPlate)
+    beside = near(points, touched_points(done), BESIDE * reed.thickness)
+    return np.where(beside, "beside the contact", reed.geometry().regions(points))
 
 
 def touched_points(done: Round) -> Array:

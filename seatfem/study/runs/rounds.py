@@ -27,6 +27,7 @@ from seatfem.study.impacts.contact import (
     striker_of,
     time_step,
 )
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import LIP, STRIKER, Source
 from seatfem.study.method import TOLERANCE
 from seatfem.study.planning.plan import Plan
@@ -175,10 +176,10 @@ def _round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, befor
     check_length(scene, dt)
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, dt, progress)
-        result, met = touches.seat, touches.stopper_force
+        result, met, lift = touches.seat, touches.stopper_force, lift_of(touches)
     wanted = scene.needs_stress
     with watch("reed stress"):
-        stress = stress_of(scene, striker, result.force, result.dt, coarsely=not wanted, stopper=met)
+        stress = stress_of(scene, striker, result.force, result.dt, lift, coarsely=not wanted, stopper=met)
     with watch("error budget"):
         wanted_stress = stress if wanted else None
         left = error_budget(scene, method, seat, striker, touches, wanted_stress, reed)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -80,7 +80,7 @@ class SeatMesh:
         assert stress is not None
         left_out = near(sites.points, self.singular, self.distance)
         if not stress.struck:
-            left_out |= near(sites.points, self._struck, max(self.distance, ON_IT))
+            left_out |= near(sites.points, self.struck, max(self.distance, ON_IT))
         if left_out.all():
             raise ModelError(
                 f"stress: nothing of the surface is further than stress.distance = {1e3 * self.distance:g} mm from "
@@ -89,7 +89,7 @@ class SeatMesh:
         return sites.at(~left_out)
 
     @property
-    def _struck(self) -> Array:
+    def struck(self) -> Array:
         """(k, d) nodes of the struck face: corners, middles of edges and of facets [m]."""
         mesh = elements_of(self.mesh).mesh
         corners = mesh.p[:, mesh.facets[:, mesh.boundaries[self.body.struck_face]]]
@@ -144,14 +144,7 @@ class SeatMesh:
             response = self._response(model, done, VECTORS + MORE * (len(model.ports) - 1))
             return [self._both(model, response, sites) for sites, _ in places]
         found: list[list[tuple[Harmonic, Harmonic]]] = [[] for _ in places]
-        rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
-        for n in waves.numbers:
-            model = self._matrices(harmonic=n)
-            waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
-            most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
-            response = self._response(model, done, most, resting=n > 0)
-            slowest = float(response.pairs.greens.omega.min())
-            mixing = mixing_of(waves.patches, rings, n)
+        for n, model, response, mixing in self.harmonics(done, waves):
             for each, (sites, _) in zip(found, places, strict=True):
                 one, two = self._both(model, response, sites, harmonic=n)
                 each.append((Harmonic(n, one, mixing), Harmonic(n, two, mixing)))
@@ -161,6 +154,22 @@ class SeatMesh:
             full, less = (RingField(sites.points, angles, of) for of in zip(*each, strict=True))
             both.append((full, less))
         return both
+
+    def harmonics(self, done: Round, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
+        """Number, model and answers of each harmonic, and its `Harmonic.mixing`, one after the other."""
+        rings, slowest = list(dict.fromkeys(patch.boundary for patch in waves.patches.values())), 0.0
+        for n in waves.numbers:
+            model = self._matrices(harmonic=n)
+            waving = n <= FIRST or slowest < 2 * math.pi * BEYOND * self.bandwidth
+            most = VECTORS + MORE * (len(rings) - 1) if waving else STATIC * len(rings)
+            response = self._response(model, done, most, resting=n > 0)
+            slowest = float(response.pairs.greens.omega.min())
+            yield n, model, response, mixing_of(waves.patches, rings, n)
+
+    def stress_of(self, model: SecondOrderModel, sites: Sites, harmonic: int = 0) -> Any:
+        """(6 P, n) C of its unknowns: stress at P sites."""
+        solids = self.body.solids(regions_of(self.mesh))
+        return solid_stress(elements_of(self.mesh), solids, model, sites, harmonic=harmonic)
 
     @property
     def bandwidth(self) -> float:
@@ -190,8 +199,7 @@ class SeatMesh:
     def _both(
         self, model: SecondOrderModel, response: Response, sites: Sites, harmonic: int = 0
     ) -> tuple[StressField, StressField]:
-        solids = self.body.solids(regions_of(self.mesh))
-        functional = solid_stress(elements_of(self.mesh), solids, model, sites, harmonic=harmonic)
+        functional = self.stress_of(model, sites, harmonic)
         one, two = (field_of(response, functional, sites.points, fewer=fewer) for fewer in (False, True))
         return one, two
 

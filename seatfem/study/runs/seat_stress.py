@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.files.atomic import write_whole
 from impact.greens.base import Array
 from impact.progress import Progress, silent
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.stress_plot import plot_stress, write_stress_vtu
 from seatfem.structures.fields.around import AnyField, RingField
+from seatfem.structures.fields.corners import near
 from seatfem.structures.fields.doubt import left_by_mesh
 from seatfem.structures.fields.hot_spots import edge_distances, local_maxima
 from seatfem.structures.fields.peaks import Largest
@@ -33,7 +33,6 @@ from seatfem.study.runs.seat_fields import SeatMesh, Waves, force_by_port
 FEWER_HARMONICS: Final = 0.75  # for the error bar
 MOST_SPOTS: Final = 20
 LEAST_SPOT: Final = 0.1  # of the largest stress
-SPOTS_FILE: Final = "hot_spots.csv"
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,14 @@ class SeatStress:
 
     Attributes:
         mesh: scikit-fem's, of the body, its half section or its sector.
+        drawn: the same with the seat's plan.
+        waves: around a body of revolution that is struck in arcs.
         model: on it; ``None`` of a body of revolution that is struck in arcs, which has one for each harmonic.
         sites: (P, d) on its surface, away from singular edges [m]; in space where a body of revolution is struck in
             arcs, whose components are then rr, tt, zz, tz, rz, rt.
         section: (P,) which of them are on the section that ``mesh`` shows.
         singular: (P,) distance of each from the nearest singular edge [m].
+        on_lip: (P,) which of them are within ``stress.apart`` of the struck face.
         spots: the numbers of the hot spots among them, the largest first.
         peak: of each of them.
         bar, tension_bar: of the largest von Mises stress and of the largest tension [Pa]; nan where no coarser mesh is
@@ -62,10 +64,13 @@ class SeatStress:
     """
 
     mesh: Any
+    drawn: SeatMesh
+    waves: Waves | None
     model: SecondOrderModel | None
     sites: Array
     section: NDArray[np.bool_]
     singular: Array
+    on_lip: NDArray[np.bool_]
     spots: NDArray[np.int64]
     peak: Largest
     bar: float
@@ -79,6 +84,18 @@ class SeatStress:
     of_points: AnyField
     largest_at: AnyField
     division: Division
+
+    @property
+    def named_places(self) -> Array:
+        """The named points as sites are told: of a section by r and z."""
+        if self.sites.shape[1] == 3:
+            return self.points
+        return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
+
+    @property
+    def is_around(self) -> bool:
+        """Whether its components are those of cylindrical coordinates."""
+        return int(self.mesh.dim()) == 2 or isinstance(self.field, RingField)
 
     @property
     def where(self) -> int:
@@ -129,10 +146,13 @@ def seat_stress(done: Round, progress: Progress = silent) -> SeatStress | None:
     angles = len(field.points) // len(singular)
     return SeatStress(
         elements_of(fine.mesh).mesh,
+        fine,
+        waves,
         fine.model if waves is None else None,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(singular, angles),
+        np.repeat(near(where[0].points, fine.struck, scene.stress.apart), angles),
         local_maxima(field.points, found.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
         found,
         float(bars[0]),
@@ -177,36 +197,18 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
         "error_bar_peak_seat_stress_Pa": None if math.isnan(stress.bar) else stress.bar,
         "error_bar_peak_seat_principal_stress_Pa": None if math.isnan(stress.tension_bar) else stress.tension_bar,
         "peak_seat_stress_over_rho_c0_v": None if math.isnan(stress.front) else value / stress.front,
-        "seat_stress_hot_spots": _spots(stress),
     }
 
 
-def _spots(stress: SeatStress) -> list[dict[str, object]]:
-    """Value, time, place and distance to the nearest singular edge of each hot spot, the largest first."""
-    peak = stress.peak
-    return [
-        {
-            "von_mises_Pa": float(peak.von_mises[k]),
-            "time_s": float(peak.von_mises_time[k]),
-            "at_m": [float(x) for x in stress.sites[k]],
-            "edge_distance_m": float(stress.singular[k]) if math.isfinite(stress.singular[k]) else None,
-        }
-        for k in stress.spots
-    ]
+def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
+    """What the coordinates of a place in a body are called: of a seat's section r and z."""
+    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
 
 
-def write_spots(stress: SeatStress | None, folder: Path) -> tuple[Path, ...]:
-    """hot_spots.csv: the hot spots of the seat, the largest first; none where no stress is known."""
-    if stress is None:
-        return ()
-    places = ("r_m", "z_m") if stress.sites.shape[1] == 2 else ("x_m", "y_m", "z_m")
-    lines = [",".join(("von_mises_Pa", "time_s", *places, "edge_distance_m"))]
-    for k in stress.spots:
-        values = [stress.peak.von_mises[k], stress.peak.von_mises_time[k], *stress.sites[k], stress.singular[k]]
-        lines.append(",".join(f"{value:.9g}" if math.isfinite(value) else "" for value in values))
-    path = folder / SPOTS_FILE
-    write_whole(path, ("\n".join(lines) + "\n").encode("utf-8"))
-    return (path,)
+def place_words(place: Sequence[float] | Array, body: str) -> str:
+    """A place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
+    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
+    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
 
 
 def stress_pictures(
@@ -216,8 +218,7 @@ def stress_pictures(
     if stress is None:
         return []
     k, peak = stress.where, stress.peak
-    places = [*stress.points, stress.sites[k]]
-    labels = tuple("(" + ", ".join(f"{1e3 * x:.3g}" for x in place) + ") mm" for place in places)
+    labels = [place_words(place, "seat") for place in (*stress.named_places, stress.sites[k])]
     sites = stress.sites[stress.section]
     if stress.mesh.dim() == 2:
         sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites

@@ -13,18 +13,17 @@ import numpy as np
 from impact.after import measures
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
-from impact.pictures.drawing import PictureError
 from seatfem.pictures.apart import Picture
 from seatfem.pictures.moving import moving_wave, save_moving
-from seatfem.pictures.skin import skin_of, skin_of_plate
+from seatfem.pictures.skin import Skin, skin_of, skin_of_plate, skin_of_section
 from seatfem.pictures.stress_wave import StressWave, animate_wave, plot_wave, write_wave
 from seatfem.structures.elements.mindlin import PlateMesh
-from seatfem.structures.fields.corners import near, singular_points
-from seatfem.structures.fields.frames import in_frames, unknowns_in_frames
+from seatfem.structures.fields.around import turned
+from seatfem.structures.fields.corners import near
+from seatfem.structures.fields.frames import in_frames, response_in_frames, unknowns_in_frames
 from seatfem.structures.fields.recovery import von_mises
 from seatfem.structures.fields.sites import at_nodes
-from seatfem.structures.fields.solids import elements_of, solid_stress
-from seatfem.structures.inspection.mesh_file import regions_of
+from seatfem.structures.fields.solids import elements_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.study.runs.lip_pictures import AFTER, BEFORE, raising
@@ -74,22 +73,52 @@ def seat_wave(done: Round, stress: SeatStress) -> StressWave | None:
     scene, body, model = done.plan.scene, done.plan.scene.seat, stress.model
     assert isinstance(body, Elastic)
     assert scene.stress is not None
-    if model is None:
-        raise PictureError("the wave in a body of revolution is drawn where it is struck all around: contact.ports = 1")
-    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), _touch(done)
+    extent, touch = float(np.ptp(stress.mesh.p, axis=1).max()), touch_of(done)
     steps = _steps(done, touch, touch + PASSES * extent / body.slowest)
     if not steps:
         return None
-    skin, made = skin_of(model), elements_of(stress.mesh)
+    force, dt, made, time = (
+        force_by_port(done, done.touches),
+        done.result.dt,
+        elements_of(stress.mesh),
+        done.result.time,
+    )
+    if model is None:
+        skin = skin_of_section(made.mesh, *made.nodes).spread()
+        mises, moved = _around(done, stress, skin, force, steps)
+        points = made.nodes.T[skin.nodes]
+        told = ~near(points, stress.drawn.singular, scene.stress.distance)
+        return StressWave(skin, mises, moved, time[list(steps)], touch, told)
+    skin = skin_of(model)
     sites = at_nodes(made, skin.nodes)
-    force, dt = force_by_port(done, done.touches), done.result.dt
     bandwidth = done.plan.method.seat.bandwidth or 1 / scene.run.filter_width
     found = unknowns_in_frames(model, force, dt, steps, bandwidth=bandwidth, damping_ratio=body.damping_ratio)
-    functional = solid_stress(made, body.solids(regions_of(stress.mesh)), model, sites)
+    functional = stress.drawn.stress_of(model, sites)
     mises = von_mises(np.moveaxis((functional @ found.T).reshape(len(sites), 6, -1), 2, 0))
-    told = ~near(sites.points, singular_points(stress.mesh, body.held), scene.stress.distance)
+    told = ~near(sites.points, stress.drawn.singular, scene.stress.distance)
     moved = np.array([model.expand(each)[:, skin.nodes].T for each in found])
-    return StressWave(skin, mises, moved, done.result.time[list(steps)], touch, told)
+    return StressWave(skin, mises, moved, time[list(steps)], touch, told)
+
+
+def _around(done: Round, stress: SeatStress, skin: Skin, force: Array, steps: range) -> tuple[Array, Array]:
+    """(F, S) von Mises stress and (F, S, 3) displacements u_r, u_th, u_z of a body of revolution that is struck in
+    arcs, at each point of its skin: harmonic by harmonic, so that memory holds their sums at the times shown."""
+    assert stress.waves is not None
+    assert skin.angles is not None
+    nodes, which = np.unique(skin.nodes, return_inverse=True)
+    sites = at_nodes(elements_of(stress.mesh), nodes)
+    tensors, moved = np.zeros((len(steps), len(skin.nodes), 6)), np.zeros((len(steps), len(skin.nodes), 3))
+    for n, model, response, mixing in stress.drawn.harmonics(done, stress.waves):
+        functional = stress.drawn.stress_of(model, sites, n)
+        for by_sin in (False, True)[: 2 if n else 1]:
+            pushes = force @ mixing[:, :, int(by_sin)]
+            found = response_in_frames(response, pushes, done.result.dt, steps)
+            stressed = np.asarray(functional @ found.T).reshape(len(sites), 6, -1)
+            for frame, unknowns in enumerate(found):
+                tensors[frame] += turned(stressed[which, :, frame], skin.angles, n, by_sin=by_sin)
+                shape = model.expand(unknowns)[:, skin.nodes].T
+                moved[frame] += turned(shape, skin.angles, n, by_sin=by_sin)
+    return np.asarray(von_mises(tensors)), moved
 
 
 def reed_wave(done: Round) -> StressWave | None:
@@ -116,14 +145,15 @@ def reed_wave(done: Round) -> StressWave | None:
     return StressWave(skin, mises, moved, done.result.time[list(steps)], float(start), told, UNKNOWN)
 
 
-def _touch(done: Round) -> float:
+def touch_of(done: Round) -> float:
+    """Time of the first touch of the seat [s]; nan without one."""
     groups = measures.contact_groups(done.result)
     return float(groups[0][0]) if len(groups) else math.nan
 
 
 def after_touch(done: Round) -> tuple[float, float]:
     """From the first touch on as long as the filter of its forces [s], in which stress depends on the time step."""
-    touch = _touch(done)
+    touch = touch_of(done)
     return touch, touch + done.plan.scene.run.filter_width
 
 

@@ -37,8 +37,6 @@ def _gas_of_the_run(scene: Scene) -> None:
                 f"the record covers {time[0]:g}..{time[-1]:g} s, the run takes 0..{scene.run.duration:g} s: give a "
                 "longer record, or shorten run.duration",
             )
-    if any_needs_stress(scene.accuracy.measures):
-        raise KeyProblem("gas", "it leaves the stress of the reed unknown; remove stress from accuracy.measures")
 
 
 def _in_their_roles(scene: Scene) -> None:
@@ -65,12 +63,6 @@ def _loads_on_the_reed(scene: Scene) -> None:
             raise KeyProblem(
                 f"load.{number}.{'gravity' if load.gravity is not None else 'base_motion'}",
                 f"of a reed of kind {scene.reed.kind!r} it is not known how its mass is spread; give a force",
-            )
-        if load.by_lift and any_needs_stress(scene.accuracy.measures):
-            raise KeyProblem(
-                f"load.{number}.area",
-                "by the lift it leaves the stress of the reed unknown; state one area, or remove stress from "
-                "accuracy.measures",
             )
 
 

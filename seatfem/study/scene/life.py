@@ -166,11 +166,6 @@ class LifeTable(Table):
                 "multiaxial",
                 f"a body of kind {scene.reed.kind!r} has no stress of several axes: remove it, or give seat_strength",
             )
-        if judged and scene.is_blown_by_lift and not scene.reed.has_surface_stress:
-            raise KeyProblem(
-                "strength",
-                "gas, or a load by the lift, leaves the stress of the reed unknown; remove the key, or use a plate",
-            )
         if self.curves is not None:
             self.curves.check(scene)
         if self.block == "last cycle":
@@ -196,3 +191,5 @@ def _rpm_of(scene: Scene) -> Iterator[float]:
     for course in (*courses, *(getattr(scene.reed, key, None) for key in scene.reed.moved_by)):
         if (rpm := getattr(course, "rpm", None)) is not None:
             yield rpm
+    if scene.gas is not None:
+        yield scene.gas.rpm

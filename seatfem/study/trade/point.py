@@ -30,6 +30,7 @@ from seatfem.study.impacts.contact import (
     striker_of,
     time_step,
 )
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.measures import measured
 from seatfem.study.impacts.simpler import simpler_bodies
 from seatfem.study.method import FIELDS, REED_BAND, RunMethod, has_key, stated_method
@@ -156,7 +157,7 @@ def _timed(scene: Scene, point: Point) -> tuple[float, float, Mapping[str, float
     with watch("contact"):
         touches = run_contacts(scene, striker, seat.greens, step, engine=point.engine)
     result = touches.seat
-    stress = stress_of(scene, striker, result.force, result.dt, stopper=touches.stopper_force)
+    stress = stress_of(scene, striker, result.force, result.dt, lift_of(touches), stopper=touches.stopper_force)
     values = measured(touches, scene.run.filter_width, stress)
     about: dict[str, object] = {
         "seat_model": seat.about.get("seat_model", ""),

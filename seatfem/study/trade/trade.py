@@ -45,7 +45,7 @@ class Trade:
         outcomes: by name of the point; also those of the reference.
         reference: name of the point that errors are taken against.
         floor: by measure, the relative uncertainty of the reference: smaller errors mean nothing.
-        planning: seconds that the planner took.
+        planning: time that the planner took [s].
     """
 
     title: str
@@ -127,6 +127,7 @@ def measure_trade(
 
     ``cluster``: the address of a scheduler of dask (docs/cluster.md); times are then those of its computers, which
     should be alike.
+    ``time_limit`` [s] for each point.
 
     Raises:
         SceneError: the scene.

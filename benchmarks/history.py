@@ -1,0 +1,144 @@
+"""How fast the main parts are, commit by commit: each against a fixed kernel of NumPy measured side by side with it.
+
+    make history
+
+Processor time of one thread, the least of some rounds; a line of results/history.jsonl a run, and all of them in
+docs/images/history.png. It judges nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+import scipy
+from factorization import SHIFT, block
+from scenes import DT, throw, throw_on_ports
+from scipy import sparse
+from table import RESULTS, machine
+
+import impact
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from impact.runs.batch import solve_many
+from seatfem.faces.scene_verbs import demo_scene
+from seatfem.machine.rates import Machine
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.store import Store
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import load_scene
+
+ROUNDS = 6
+FILE = RESULTS / "history.jsonl"
+PICTURE = Path(__file__).parents[1] / "docs" / "images" / "history.png"
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
+
+Work = Callable[[], object]
+
+
+def reference() -> Work:
+    """Products of matrices, Fourier transforms and sums beyond all caches, about a third of the time each."""
+    rng = np.random.default_rng(0)
+    a, wave, long = rng.normal(size=(700, 700)), rng.normal(size=2**19), rng.normal(size=2**22)
+    return lambda: (a @ a, np.fft.rfft(wave), np.cumsum(long))
+
+
+def parts(folder: Path) -> dict[str, Work]:
+    """What is measured, by name."""
+    cells = 10
+    model = block(cells)
+    matrix = sparse.csr_matrix(model.K + SHIFT**2 * model.M)
+    alone, lip = impact.prepare(throw(100), DT, 0.4), impact.prepare(throw_on_ports(200, 64), DT, 2e-3)
+    speeds = -np.random.default_rng(0).uniform(0.1, 2.0, 320)
+    scene, store, here = load_scene(demo_scene()), Store(folder / "none"), Machine()
+    return {
+        "assembly, 13,000 unknowns": lambda: block(cells),
+        "factorization of these": lambda: factorize(matrix, backend="pardiso"),
+        "march, 100 poles, 400,000 steps": lambda: impact.ContactStepper(alone).advance(alone.steps),
+        "march, 64 ports, 200 poles, 2,000 steps": lambda: impact.ContactStepper(lip).advance(lip.steps),
+        "320 scenes side by side, 50 poles, 4,000 steps": lambda: solve_many(
+            throw(50), dt=DT, duration=4000 * DT, velocities=speeds, workers=1
+        ),
+        "plan of the demo": lambda: plan_scene(scene, here, store=store),
+    }
+
+
+def measured() -> dict[str, object]:
+    """One line: the reference in seconds, and the parts over it."""
+    yardstick, least = reference(), np.inf
+    with tempfile.TemporaryDirectory() as name:
+        works = parts(Path(name))
+        for work in (yardstick, *works.values()):  # loaded, compiled
+            work()
+        took = dict.fromkeys(works, np.inf)
+        for _ in range(ROUNDS):
+            for part, work in works.items():
+                least, took[part] = min(least, _seconds(yardstick)), min(took[part], _seconds(work))
+    return {
+        "time": datetime.now(UTC).isoformat(timespec="seconds"),
+        "commit": _commit(),
+        "machine": machine() | {"scipy": scipy.__version__},
+        "reference_s": round(least, 5),
+        "ratios": {part: round(seconds / least, 4) for part, seconds in took.items()},
+    }
+
+
+def _seconds(work: Work) -> float:
+    start = process_time()
+    work()
+    return process_time() - start
+
+
+def _commit() -> str:
+    """Short, with a + where files differ from it; "" outside a repository."""
+    told = ("git", "describe", "--always", "--dirty=+", "--exclude=*")
+    try:
+        done = subprocess.run(told, check=True, capture_output=True, text=True, cwd=Path(__file__).parent)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return done.stdout.strip()
+
+
+def in_words(lines: list[dict]) -> str:  # type: ignore[type-arg]
+    """The last line, each part beside what it was the time before."""
+    last, before = lines[-1], lines[-2]["ratios"] if len(lines) > 1 else {}
+    rows = [f"{last['commit']}: {1e3 * last['reference_s']:.1f} ms for the reference kernel; times it"]
+    for part, ratio in last["ratios"].items():
+        change = f"  {ratio / before[part] - 1:+.0%}" if part in before else ""
+        rows.append(f"  {part:48}{ratio:8.3f}{change}")
+    return "\n".join(rows)
+
+
+def picture(lines: list[dict]) -> None:  # type: ignore[type-arg]
+    """Every part over what it was in its first line."""
+    with sheet(PICTURE, 7.6, 3.4) as figure:
+        axes = figure.subplots()
+        for name, colour in zip(lines[-1]["ratios"], COLOURS, strict=True):
+            there = [(number, line["ratios"][name]) for number, line in enumerate(lines) if name in line["ratios"]]
+            numbers, ratios = np.array(there).T
+            axes.plot(numbers, ratios / ratios[0], "o-", markersize=3, color=colour, label=name)
+        axes.set_ylim(bottom=0)
+        axes.set_xticks(range(len(lines)), [line["commit"] for line in lines], rotation=60, ha="right", fontsize=6)
+        axes.set(xlabel="commit", ylabel="time over that of the first run [-]")
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        figure.suptitle("Processor time of the main parts, over that of a kernel of NumPy beside them", fontsize=9.5)
+
+
+def main() -> None:
+    """One more line on file, and the picture."""
+    line = measured()
+    with FILE.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(line) + "\n")
+    lines = [json.loads(each) for each in FILE.read_text(encoding="utf-8").splitlines()]
+    picture(lines)
+    sys.stdout.write(in_words(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

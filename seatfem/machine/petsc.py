@@ -1,0 +1,94 @@
+"""Where PETSc, SLEPc and MPI are: an interpreter of their own, and what starts programs on several ranks."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from seatfem.machine.libraries import apt_command
+from seatfem.machine.rates import cores
+
+PYTHON: Final = "SEATFEM_PETSC_PYTHON"
+MPIEXEC: Final = "SEATFEM_MPIEXEC"
+RANKS: Final = "SEATFEM_MPI_RANKS"
+SECONDS: Final = "SEATFEM_MPI_SECONDS"
+DEBIAN: Final = ("python3-petsc4py", "python3-slepc4py", "openmpi-bin")
+SCRIPT: Final = Path(__file__).parents[1] / "structures" / "reduction" / "_slepc_ranks.py"
+_PROBE: Final = 60.0  # s
+
+
+@dataclass(frozen=True)
+class PetscSetting:
+    """What the environment says.
+
+    Attributes:
+        python: SEATFEM_PETSC_PYTHON, an interpreter that has petsc4py and slepc4py [/usr/bin/python3].
+        mpiexec: SEATFEM_MPIEXEC, a command with its options [mpiexec beside the interpreter, or in PATH].
+        ranks: SEATFEM_MPI_RANKS [as many as there are cores].
+        seconds: SEATFEM_MPI_SECONDS, the longest that one step of a reduction may take [a day].
+    """
+
+    python: str
+    mpiexec: tuple[str, ...]
+    ranks: int
+    seconds: float
+
+    @property
+    def launch(self) -> tuple[str, ...]:
+        """What stands before the interpreter."""
+        return (*self.mpiexec, "-n", str(self.ranks))
+
+    @property
+    def environment(self) -> Mapping[str, str]:
+        """One thread a rank; ranks that wait give way, may be more than cores, and root's where root starts them."""
+        root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        return {
+            "OMP_NUM_THREADS": "1",
+            "OMPI_MCA_rmaps_base_oversubscribe": "1",
+            "OMPI_MCA_mpi_yield_when_idle": "1",
+            **(root if hasattr(os, "geteuid") and os.geteuid() == 0 else {}),
+        }
+
+    def gap(self) -> tuple[str, str]:
+        """What is missing, "" where nothing, and how it is had."""
+        if shutil.which(self.mpiexec[0]) is None:
+            return f"{self.mpiexec[0]} is not there", f"{apt_command(DEBIAN)}, or set {MPIEXEC}"
+        ok, said = _tried(self.python)
+        return "" if ok else f"{self.python}: {said}", f"{apt_command(DEBIAN)}, or set {PYTHON}"
+
+    def __str__(self) -> str:
+        return f"{_tried(self.python)[1]}, {self.python}, {shlex.join(self.launch)}"
+
+
+def petsc_setting() -> PetscSetting:
+    """Of the environment. Raises `ValueError` of a number of ranks or seconds that is none."""
+    python = os.environ.get(PYTHON) or "/usr/bin/python3"
+    beside = Path(python).with_name("mpiexec")
+    mpiexec = os.environ.get(MPIEXEC) or (shlex.quote(str(beside)) if beside.is_file() else "mpiexec")
+    ranks, seconds = _number(RANKS, cores()), _number(SECONDS, 86_400)
+    return PetscSetting(python, tuple(shlex.split(mpiexec)), ranks, float(seconds))
+
+
+def _number(name: str, usual: int) -> int:
+    text = os.environ.get(name) or str(usual)
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 10**9):
+        raise ValueError(f"{name} = {text!r} is no positive whole number")
+    return int(text)
+
+
+@cache
+def _tried(python: str) -> tuple[bool, str]:
+    """Whether the ranks' program finds its libraries there, and what it says."""
+    try:
+        done = subprocess.run([python, str(SCRIPT)], capture_output=True, text=True, timeout=_PROBE, check=False)
+    except (OSError, subprocess.TimeoutExpired) as problem:
+        return False, str(problem)
+    lines = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
+    return done.returncode == 0, (lines or [f"exit code {done.returncode}"])[-1]

@@ -1,0 +1,54 @@
+"""Stress over time at the hot spots of a run, an axis for each."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from impact.greens.base import Array
+from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, text, zero_line
+
+Curve = tuple[str, str, Array, Array | None, float]
+"""A place; its leading component's name and course (n,), von Mises' stress (n,) [Pa]; the time of its largest [s]."""
+MEGA: Final = 1e6
+WIDTH, HEIGHT = 9.6, 1.75
+
+
+def plot_stress_histories(
+    time: Array, curves: Sequence[Curve], path: str | os.PathLike[str], *, touch: float, title: str
+) -> None:
+    """One axis for each place, MPa over ms, the first ``touch`` dotted [s] and the largest since it ringed.
+
+    Raises:
+        PictureError: matplotlib is missing.
+    """
+    columns = 1 if len(curves) < 4 else 2
+    rows = math.ceil(len(curves) / columns)
+    with sheet(path, WIDTH, 0.8 + HEIGHT * rows) as figure:
+        figure.suptitle(title)
+        words = "blue: the component named; grey: von Mises; dotted: first touch; ring: the largest since"
+        figure.supxlabel(words, fontsize=8)
+        grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+        for axes, (place, component, leading, mises, at) in zip(grid.flat, curves, strict=False):
+            zero_line(axes)
+            if mises is not None:
+                axes.plot(1e3 * time, mises / MEGA, color=GREY, linewidth=0.7)
+            axes.plot(1e3 * time, leading / MEGA, color=BLUE, linewidth=0.8)
+            if math.isfinite(touch):
+                axes.axvline(1e3 * touch, color=ORANGE, linestyle=":", linewidth=1.0)
+            shown = leading if mises is None else mises
+            peak = float(shown[int(np.argmin(np.abs(time - at)))])
+            axes.plot(1e3 * at, peak / MEGA, "o", mfc="none", mec=ORANGE, ms=6)
+            axes.set_title(f"{place}: {component}")
+            axes.set_title(f"{text(abs(peak), 'Pa')} at {text(at, 's', 4)}", loc="right", color=GREY, fontsize=8)
+            axes.set_ylabel("stress [MPa]")
+        for axes in grid.flat[len(curves) :]:
+            axes.axis("off")
+        for column in range(columns):
+            last = (len(curves) - 1 - column) // columns
+            grid[last, column].set_xlabel("t [ms]")
+            grid[last, column].tick_params(labelbottom=True)

@@ -1,0 +1,250 @@
+"""Hot spots of both bodies: their list, and histories of stress at the foremost, on file and as a picture."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from impact.files.atomic import write_whole
+from impact.greens.base import Array
+from impact.storage.hdf5 import StorageError, finite_array, opened, written
+from seatfem.pictures.apart import Picture
+from seatfem.pictures.stress_histories import plot_stress_histories
+from seatfem.structures.fields.hot_spots import edge_distances
+from seatfem.structures.fields.recovery import at_own_times, histories, von_mises
+from seatfem.study.impacts.life import beam_histories
+from seatfem.study.runs.reed_stress import PlatePeaks, parts_of_plate, plate_pushes, singular_of_plate
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_fields import force_by_port
+from seatfem.study.runs.seat_stress import SeatStress, axes_of, place_words
+from seatfem.study.runs.stress_wave import touch_of
+
+COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
+AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")
+LIP: Final = "lip"
+LEAST: Final = 0.1  # of the largest in its body: what bears less has no history
+MOST_SHOWN: Final = 8
+MOST_NUMBERS: Final = 16_000_000  # of all histories; of a longer run every second step is kept, or every third, ...
+HISTORIES_FILE: Final = "stress.h5"
+PICTURE: Final = "stress_histories.png"
+_FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place of large stress.
+
+    Attributes:
+        body, part: "seat" or "reed", and what of it is called so.
+        at: (d,) where [m].
+        edge: distance from the nearest singular edge [m]; ``inf`` where there is none.
+        value, time: the largest von Mises stress since the first touch, of a beam of |bending stress| [Pa, s].
+        component, leading: the largest of its components then, with its sign, and its name [Pa].
+    """
+
+    body: str
+    part: str
+    at: tuple[float, ...]
+    edge: float
+    value: float
+    time: float
+    component: str
+    leading: float
+
+    @staticmethod
+    def of(body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]) -> Spot:
+        """By the stress (6,), or (1,) of one axis, at its time."""
+        value = float(von_mises(state)) if len(state) > 1 else abs(float(state[0]))
+        k = int(np.argmax(np.abs(state)))
+        return Spot(body, part, tuple(map(float, at)), edge, value, time, names[k], float(state[k]))
+
+    @property
+    def name(self) -> str:
+        """Its body, part and place in words."""
+        return f"{self.body}, {self.part}, {place_words(self.at, self.body)}"
+
+
+@dataclass(frozen=True)
+class History:
+    """Stress (6, m) or, of one axis, (1, m), of the ``components``, at a spot, at every ``stride``-th step [Pa]."""
+
+    spot: Spot
+    components: tuple[str, ...]
+    stress: Array
+
+    @property
+    def leading(self) -> Array:
+        """(m,) of the component that is the largest at the spot's time."""
+        return np.asarray(self.stress[self.components.index(self.spot.component)])
+
+    @property
+    def mises(self) -> Array | None:
+        """(m,) von Mises' stress; ``None`` of one axis."""
+        return von_mises(self.stress.T) if len(self.components) > 1 else None
+
+
+@dataclass(frozen=True)
+class Spots:
+    """All hot spots of a run, the largest of each body first, and the histories of some of them over ``time`` (m,)."""
+
+    all: tuple[Spot, ...] = ()
+    histories: tuple[History, ...] = ()
+    time: Array = field(default_factory=lambda: np.zeros(0))
+
+    @staticmethod
+    def of(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
+        """Of a round whose stress is known; of a beam it always is."""
+        named = 0 if seat is None else len(seat.points)
+        stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
+        own = _of_plate(done, plate, stride) if plate is not None else _of_beam(done, stride)
+        there, others = ((), ()) if seat is None else _of_seat(done, seat, stride)
+        return Spots((*(history.spot for history in own), *there), (*own, *others), done.result.time[::stride])
+
+
+def spot_keys(spots: Spots) -> dict[str, object]:
+    """For summary.json: the lists of both bodies, as far as they have any."""
+    found: dict[str, object] = {}
+    for body in _FILES:
+        told = [
+            {
+                "von_mises_Pa": spot.value,
+                "time_s": spot.time,
+                "at_m": list(spot.at),
+                "edge_distance_m": spot.edge if math.isfinite(spot.edge) else None,
+                "part": spot.part,
+                "component": spot.component,
+                "component_Pa": spot.leading,
+            }
+            for spot in spots.all
+            if spot.body == body
+        ]
+        if told:
+            found[f"{body}_stress_hot_spots"] = told
+    return found
+
+
+def write_spots(spots: Spots, folder: Path, *, courses: bool = True) -> tuple[Path, ...]:
+    """hot_spots.csv of the seat and reed_hot_spots.csv, and stress.h5 with the ``courses``."""
+    files = []
+    for body, file in _FILES.items():
+        if not (own := [spot for spot in spots.all if spot.body == body]):
+            continue
+        places = [f"{axis}_m" for axis in axes_of(own[0].at, body)]
+        heads = ("von_mises_Pa", "time_s", *places, "edge_distance_m")
+        lines = [",".join((*heads, "part", "component", "component_Pa"))]
+        for spot in own:
+            values = [f"{v:.9g}" if math.isfinite(v) else "" for v in (spot.value, spot.time, *spot.at, spot.edge)]
+            lines.append(",".join((*values, spot.part, spot.component, f"{spot.leading:.9g}")))
+        files.append(folder / file)
+        write_whole(files[-1], ("\n".join(lines) + "\n").encode("utf-8"))
+    if spots.histories and courses:
+        files.append(folder / HISTORIES_FILE)
+        with written(files[-1], "stress") as file:
+            file.create_dataset("time", data=spots.time, compression="gzip", shuffle=True)
+            for number, history in enumerate(spots.histories):
+                group = file.create_group(f"{number:02d}")
+                group.attrs["name"], group.attrs["components"] = history.spot.name, json.dumps(history.components)
+                group.create_dataset("stress", data=history.stress, compression="gzip", shuffle=True)
+    return tuple(files)
+
+
+def load_histories(path: Path) -> tuple[Array, dict[str, Array]]:
+    """Time (m,) [s], and stress (m,) [Pa] by place and component, of a stress.h5.
+
+    Raises:
+        StorageError: no such file, or a damaged one.
+    """
+    with opened(path, "stress") as file:
+        if sum(group["stress"].size for key, group in file.items() if key != "time") > 2 * MOST_NUMBERS:
+            raise StorageError(f"{path}: claims more numbers than a run writes; compute it again")
+        found = {
+            f"{group.attrs['name']}, {name}": values
+            for key, group in file.items()
+            if key != "time"
+            for name, values in zip(json.loads(group.attrs["components"]), finite_array(group, "stress"), strict=True)
+        }
+        return finite_array(file, "time"), found
+
+
+def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
+    """stress_histories.png."""
+    shown = spots.histories[:MOST_SHOWN]
+    if not shown:
+        return []
+    curves = [(each.spot.name, each.spot.component, each.leading, each.mises, each.spot.time) for each in shown]
+    title = f"{done.plan.scene.title or 'Stress'}: histories at the hot spots"
+    return [(PICTURE, partial(plot_stress_histories, spots.time, curves, touch=touch_of(done), title=title))]
+
+
+def _of_beam(done: Round, stride: int) -> list[History]:
+    """At the root, the contacts and where its stress is the largest, in the face towards the seat."""
+    scene, stress = done.plan.scene, done.stress
+    if stress is None:
+        return []
+    at, touch = scene.contact_at, touch_of(done)
+    places = at if isinstance(at, tuple) else () if at is None else (at,)
+    worst = (stress.after_contact or stress.initial).at
+    known = {f"{1e3 * worst:.4g} mm from the root": worst, **dict(zip(("contact", "stopper"), places, strict=False))}
+    known["root"], found = 0.0, []
+    for name, course in beam_histories(scene, done.striker, done.touches, stress, few=True):
+        place, _, face = name.partition(", face ")
+        if face == "towards the seat" and place in known:
+            k = _since(done, np.abs(course), touch)
+            time, where = float(done.result.time[k]), np.array([known[place]])
+            spot = Spot.of("reed", place, where, math.inf, time, course[k : k + 1], COMPONENTS)
+            found.append(History(spot, COMPONENTS[:1], course[None, ::stride]))
+    return _foremost(found)
+
+
+def _of_plate(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
+    """Where von Mises' stress is the largest in each part of a plate, in the face away from the seat."""
+    parts = parts_of_plate(done, plate.field.points)
+    peak = plate.found.after_contact if np.any(done.result.force) else plate.found.initial
+    own = [np.flatnonzero(parts == part) for part in np.unique(parts)]
+    chosen = np.array([which[peak.von_mises[which].argmax()] for which in own])
+    some, force, dt = plate.field.at(chosen), plate_pushes(done, done.touches), done.result.dt
+    times, edges = peak.von_mises_time[chosen], edge_distances(some.points, singular_of_plate(done))
+    states, found = at_own_times(some, force, dt, np.round(times / dt).astype(np.int64)), []
+    for k, course in enumerate(histories(some, force, dt, stride)):
+        part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
+        spot = Spot.of("reed", part, some.points[k], edge, time, states[k], COMPONENTS)
+        found.append(History(spot, COMPONENTS, course))
+    return _foremost(found)
+
+
+def _of_seat(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+    """All hot spots; the largest on the lip and elsewhere, and the named points, with histories."""
+    force, dt, names = force_by_port(done, done.touches), done.result.dt, AROUND if seat.is_around else COMPONENTS
+    times, own = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
+    states = at_own_times(own, force, dt, np.round(times / dt).astype(np.int64))
+    parts = np.where(seat.on_lip[seat.spots], LIP, "body")
+    spots = tuple(
+        Spot.of("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
+        for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
+    )
+    first = np.sort(np.unique(parts, return_index=True)[1])
+    courses = histories(own.at(first), force, dt, stride)
+    found = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
+    for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
+        k = _since(done, von_mises(course.T), touch_of(done))
+        spot = Spot.of("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
+        found.append(History(spot, names, course[:, ::stride]))
+    return spots, tuple(found)
+
+
+def _since(done: Round, size: Array, touch: float) -> int:
+    """The step at which ``size`` (n + 1,) is largest since the first touch, or, without one, ever."""
+    first = 0 if math.isnan(touch) else int(np.searchsorted(done.result.time, touch))
+    return first + int(size[first:].argmax())
+
+
+def _foremost(found: list[History]) -> list[History]:
+    least = LEAST * max((each.spot.value for each in found), default=0.0)
+    return sorted((each for each in found if each.spot.value >= least), key=lambda each: -each.spot.value)

@@ -1,0 +1,134 @@
+"""Every fenced block of the pages runs, validates as what it is, or says on its first line why it is not run.
+
+The blocks of a page are one session, top to bottom, in a folder that holds copies of examples/ and meshes/:
+
+- toml whose first line is "# NAME.toml" is kept under that name; whatever names no scene to change is validated as a
+  scene, a study or a file of strength. "# in NAME.toml": keys of that scene; the scene is validated with them.
+- bash runs `seatfem` here: `run` without pictures, but where the plan foresees more than `DEAR` the plan alone, and not
+  of examples/, which have tests of their own; of verbs that take minutes, and of what follows a run that was left out,
+  there is `--help`. Of `make`, `python` and `pip` it is asked that target, script and extra exist.
+- python is executed; names live on through the page. What is a script of examples/ is tested there.
+"""
+
+import re
+import shlex
+import shutil
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import run_command
+from seatfem.study.planning.planner import plan_scene
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.strength import load_strength
+from seatfem.study.sweep.study import load_study
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+DEAR = 1.5  # predicted seconds of a run, without the start of the program and pictures
+ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # verbs of minutes, or that serve; tested there
+SCRIPTS = [path.read_text(encoding="utf-8") for path in (ROOT / "examples").glob("*.py")]  # tested as such
+REASON = "# not run here: "
+OTHERS = {"text", "{eval-rst}"}
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+TARGETS = set(" ".join(re.findall(r"^\.PHONY: (.*)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M)).split())
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """Language and content of each fenced block."""
+    return re.findall(r"^```(\S*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+TO_RUN = [page for page in PAGES if any(language not in OTHERS for language, _ in blocks(page))]
+
+
+@pytest.mark.parametrize("page", TO_RUN, ids=[page.stem for page in TO_RUN])
+def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    shutil.copytree(ROOT / "meshes", tmp_path / "meshes")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
+    names: dict[str, object] = {"__name__": "__main__"}
+    for language, text in blocks(page):
+        if text.startswith(REASON) or language in OTHERS:
+            assert len(text.partition("\n")[0]) > len(REASON) or language in OTHERS, "a reason, please"
+        elif language == "python" and text not in SCRIPTS:
+            exec(compile(text, str(page), "exec"), names)
+        elif language == "toml":
+            validate(text)
+        elif language == "bash":
+            for words in commands(text):
+                carry_out(words)
+        elif language != "python":
+            pytest.fail(f"{page.name}: a block of {language or 'no language'}: {text[:60]}")
+
+
+def validate(text: str) -> None:
+    """A scene, a study, a strength, or keys to be put into a scene."""
+    first = text.partition("\n")[0]
+    if named := re.fullmatch(r"# in (\S+\.toml)", first):
+        load_scene(named[1], changed=dict(dotted(tomllib.loads(text))))
+        return
+    named = re.fullmatch(r"# (\S+\.toml)", first)
+    assert named, f"a scene begins with a comment that names it: {first}"
+    path = Path(named[1])
+    path.write_text(text, encoding="utf-8")
+    keys = tomllib.loads(text)
+    (load_study if "vary" in keys else load_strength if "source" in keys else load_scene)(path)
+
+
+def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, object]]:
+    """Keys of nested tables, as one names them in a change."""
+    for key, value in table.items():
+        if isinstance(value, dict) and not before:
+            yield from dotted(value, f"{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def commands(text: str) -> Iterator[list[str]]:
+    """Words of each line; what follows a # is a comment."""
+    for line in text.replace("\\\n", " ").splitlines():
+        if words := shlex.split(line, comments=True):
+            yield words
+
+
+def dear(scene: Path) -> bool:
+    """What is planned is not run."""
+    cost = plan_scene(load_scene(scene)).cost
+    return cost.seconds - cost.parts["program start"] - cost.parts.get("pictures", 0.0) > DEAR
+
+
+def carry_out(words: list[str]) -> None:
+    program, *rest = words
+    name = Path(program).name
+    if name == "seatfem":
+        if rest[0] in ELSEWHERE or (rest[0] in ("report", "export") and not Path(rest[1]).exists()):
+            rest = [rest[0], "--help"]
+        elif rest[0] == "run":
+            rest.append("--no-pictures")
+            if rest[1].startswith("examples/") or dear(Path(rest[1])):
+                return
+        assert run_command(rest) == 0, words
+    elif name == "make":
+        assert set(rest) <= TARGETS, words
+    elif name == "python":
+        script = rest[0] if rest[0] != "-m" else rest[1].replace(".", "/")
+        assert (ROOT / script).exists(), words
+    elif name == "pip":
+        asked = re.search(r"\[(.+)\]", rest[-1])
+        assert rest[0] == "install"
+        assert asked is None or set(asked[1].split(",")) <= EXTRAS.keys(), words
+    elif name == "cp":
+        shutil.copy(rest[0], rest[1])
+    else:
+        pytest.fail(f"how is {name} tried?")
+
+
+def test_no_code_hides_without_a_fence() -> None:
+    """Indented blocks hold formulas alone: code has a fence and a language, so that it is tried."""
+    looks = re.compile(r"^    (?:seatfem|make|python|pip|import|from|\[\[?\w+[\w.]*\]) ?", re.MULTILINE)
+    fenced = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
+    assert [(page.name, hit) for page in PAGES for hit in looks.findall(fenced.sub("", page.read_text("utf-8")))] == []
