@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -65,6 +66,12 @@ def start() -> float:
     return bodies.timed(lambda: subprocess.run([sys.executable, "-c", START], check=True))[1]
 
 
+def peers() -> list[str]:
+    """Versions of those that are here."""
+    here = [peer.version() for peer in (calculix, siconos_impact, sfepy_modes) if not peer.absent()]
+    return [*here, *(f"{name} {version(name)}" for name in ("scikit-fem", "scipy"))]
+
+
 def warm() -> None:
     """Kernels are compiled, libraries loaded."""
     model = bodies.model_of(bodies.SMALL)
@@ -110,8 +117,7 @@ def main(names: list[str]) -> None:
     found = json.loads(FOUND.read_text(encoding="utf-8")) if FOUND.exists() else {"tables": {}}
     if names != ["page"]:
         warm()
-        here = [peer.version() for peer in (calculix, siconos_impact, sfepy_modes) if not peer.absent()]
-        found |= {"machine": machine(), "peers": here, "start": start()}
+        found |= {"machine": machine(), "peers": peers(), "start": start()}
     for name in names or TABLES:
         if name != "page":
             found["tables"][name] = measured(name)
