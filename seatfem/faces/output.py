@@ -69,10 +69,10 @@ class Effort:
 WHOLE: Final = Effort()
 
 
-def console() -> Console:
+def console(*, highlight: bool = True) -> Console:
     """For tables: as wide as the terminal; in a file or a pipe as wide as no number is cut."""
-    terminal = Console(markup=False)
-    return terminal if terminal.is_terminal else Console(width=200, markup=False)
+    terminal = Console(markup=False, highlight=highlight)
+    return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
 
 
 def lines(*, stderr: bool = False, quiet: bool = False) -> Console:

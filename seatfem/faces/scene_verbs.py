@@ -27,7 +27,6 @@ from seatfem.faces.output import (
     tell,
 )
 from seatfem.faces.study_verbs import study_ahead
-from seatfem.faces.terminal import Console
 
 # Verbs import what they run: `seatfem --help` must not wait for compilers and finite elements.
 
@@ -229,7 +228,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         outcome = run_scene(scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures)
     kept = keep_asked(content, outcome.plan, folder, changes)
     if not common.quiet:
-        wide = Console(highlight=False, markup=False)
+        wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")
         wide.print(f"\n{title}")
         wide.print(verdict(outcome.summary), soft_wrap=True)

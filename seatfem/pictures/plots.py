@@ -184,7 +184,7 @@ def plot_mesh(
             ],
             loc="outside lower center",
             ncols=2,
-            title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes",
+            title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes; edges drawn straight",
             title_fontsize=8,
         )
 

@@ -42,6 +42,14 @@ def test_a_folder_without_bodies(tmp_path: Path, capsys: pytest.CaptureFixture[s
     told = capsys.readouterr().err
     assert f"{tmp_path}: holds nothing to view" in told
     assert "modes.h5: seatfem modes" in told
+    assert run_command(["view", str(tmp_path / "valve")]) == BAD_INPUT
+    assert "no such folder; give that of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
+
+
+def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "valve.toml").touch()
+    assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
+    assert "is a file; give the folder of a run (seatfem run -o), as valve-result" in capsys.readouterr().err
 
 
 def test_without_trame(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -171,6 +171,7 @@ def test_nobody_asked(tmp_path: Path) -> None:
     ("life", "strength", "said"),
     [
         (ASKED, 'source = "x"\nultimate = "1800 MPa"\n', "life.strength: a life needs curve of the material (x)"),
+        (ASKED, 'ultimate = "1800"\n', "data sheet, page; "),
         (ASKED, STRENGTH.replace("ultimate", "#"), "life.criterion: goodman needs ultimate of the material"),
         (ASKED, STRENGTH.replace("scatter", "#"), "life.survival: survival = 0.999 needs the scatter of log10 N"),
         (ASKED + 'criterion = "godman"\n', STRENGTH, "life.criterion: no criterion named 'godman'; did you mean 'goo"),

@@ -19,6 +19,8 @@ class ReportError(ValueError):
 def run_summary(folder: Path) -> dict[str, Any]:
     """summary.json of a run. Raises `ReportError` of a folder that holds none, or one that is not whole."""
     path = folder / SUMMARY_FILE
+    if folder.is_file():
+        raise ReportError(f"{folder}: is a file; give the folder of a run (seatfem run -o), as {folder.stem}-result")
     try:
         found = json.loads(read_text(path, MOST_TEXT, ReportError))
     except FileNotFoundError:

@@ -39,6 +39,8 @@ def bodies_to_view(folder: Path) -> dict[str, Moving]:
         ViewError: nothing.
         StorageError: a damaged file.
     """
+    if not folder.is_dir():
+        raise ViewError(f"{folder}: no such folder; give that of a run (seatfem run -o), as {folder.stem}-result")
     if found := moving_bodies(folder):
         return found
     wanted = "; ".join(f"{name}: {source}" for name, source in SOURCES.items())
