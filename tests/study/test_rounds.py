@@ -322,7 +322,8 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
     asked = {"scene.toml", "plan.json"}
-    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"} | asked
+    stress = {"reed_hot_spots.csv", "stress.h5"}
+    assert {path.name for path in out.iterdir()} == {"summary.json", "result.h5", "seat.h5"} | asked | stress
     assert "skipped" not in capsys.readouterr().out
 
 
