@@ -29,7 +29,7 @@ from seatfem.study.planning.lips import FEWEST
 from seatfem.study.planning.planner import plan_scene
 from seatfem.study.runs.rounds import Limits, Round, rounds
 
-SEED, SCENES = 404, 40
+SEED, SCENES = 404, 32
 FILE = Path(__file__).parent / "results" / "coverage_of_lips.jsonl"
 MEASURES = ("impulse", "filtered_peak", "contact_duration", "line_force", "line_impulse")
 ROUNDS = 2
