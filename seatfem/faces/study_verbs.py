@@ -70,7 +70,7 @@ def sweep(
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     told.print(f"{asked.heading}: {len(table)} scenes, {counts}")
-    for words in (*table.failures(), *(f"note: {gap}" for gap in gaps)):
+    for words in (*table.ranges(), *table.failures(), *(f"note: {gap}" for gap in gaps)):
         told.print(words)
     for file in (folder / TABLE, *filter(Path.exists, [folder / PARQUET]), *files):
         told.print(f"wrote {file}")

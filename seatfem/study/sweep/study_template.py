@@ -11,6 +11,7 @@ from seatfem.study.sweep.study import Study
 STUDY: Final = "study"
 STUDY_SCHEMA_FILE: Final = "seatfem-study.schema.json"
 _HEAD: Final = """\
+# seatfem init flapper      writes the scene that stands below, unless there is one
 # seatfem plan {file}     how many scenes there are, and what they would take
 # seatfem sweep {file}    all of them: one table, main effects, bands; goes on where it was stopped
 # A key behind a # has this default, or is absent: then the value shows how one is written (docs/studies.md).

@@ -63,6 +63,16 @@ class StudyTable:
         """(scenes,) which were carried out."""
         return np.array([state in ("done", "missed") for state in self.columns["status"]])
 
+    def ranges(self) -> list[str]:
+        """Of each measure that is a number its least, mean and largest over the scenes that were carried out [SI]."""
+        told = []
+        for name in self.measures:
+            values = self.numbers(name)
+            values = values[np.isfinite(values)]
+            if values.size and not name.startswith(BAR):
+                told.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
+        return told
+
     def failures(self) -> list[str]:
         """What became of the scenes without numbers, in words."""
         shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
