@@ -173,7 +173,7 @@ def merged(raw: Array, merge: float = MERGE) -> Array:
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:
-    """Number, from 0 on, and start and end [s] of the group of contacts that holds the largest mean force over
+    """Number, from 0 on, and start and end (2,) [s] of the group of contacts that holds the largest mean force over
     ``width`` [s], at least a step; that of all contacts together where there are several. 0 and nan without contact.
     """
     force, solid = (values.reshape(len(values), -1).sum(axis=1)[1:] for values in (result.force, result.solid))
