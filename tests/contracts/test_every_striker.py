@@ -120,7 +120,7 @@ def test_a_striker_is_planned_run_and_told_of(kind: str, tmp_path: Path, monkeyp
     stated = [found[f"reed_greens_error_{name}"] for name in ("mesh", "reduction")]
     for name, value in zip(("mesh", "reduction"), stated, strict=True):
         assert (f"striker's {name}" in str(found["error_unknown"])) == (value is None)
-    if any(stated):
+    if any(value and value > 1e-12 for value in stated):  # more than round-off
         assert found["error_striker_filtered_peak_force_N"] > 0
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -138,6 +139,6 @@ def test_the_program_refuses_before_assembly(tmp_path, monkeypatch, capsys):
     )
     assert run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--quiet"]) == BAD_INPUT
     err = capsys.readouterr().err
-    assert err.startswith("seatfem: seat.mesh.size: ")
+    assert re.match(r"seatfem: .*scene\.toml:\d+: seat\.mesh\.size: ", err)
     assert "0.001 GB are available" in err
     assert "Traceback" not in err
