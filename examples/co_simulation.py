@@ -1,4 +1,8 @@
-"""Another program drives the contact step by step, is interrupted, and goes on from files (docs/exchange.md).
+"""
+Another program drives the contact
+==================================
+
+A plenum drives a reed step by step, is interrupted, and goes on from files (docs/exchange.md).
 
 The other program is a plenum behind a reed valve: its pressure pushes the reed's tip and falls by what flows out,
 
